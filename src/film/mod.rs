@@ -1,0 +1,5 @@
+//! Pictures: what comes out.
+
+pub mod picture;
+
+pub use picture::Picture;

@@ -1,0 +1,19 @@
+//! Octolux renders direct illumination in packets of rays.
+//!
+//! Data flows one way: a scene file becomes a [`scene::Scene`], the scene says what it needs, the plan picks a
+//! kernel, streams of packets go through Embree and the estimators, and a film collects the sums. A module uses
+//! only modules above it in this list; `tests/layers.rs` keeps that true.
+
+pub mod lane;
+pub mod math;
+pub mod sampling;
+pub mod bsdf;
+pub mod light;
+pub mod embree;
+pub mod scene;
+pub mod estimator;
+pub mod film;
+pub mod pipeline;
+pub mod reference;
+pub mod study;
+pub mod cli;

@@ -1,0 +1,5 @@
+//! The `octolux` command.
+
+fn main() -> std::process::ExitCode {
+    octolux::cli::main()
+}

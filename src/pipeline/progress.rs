@@ -1,0 +1,55 @@
+//! What a render in progress tells those who watch it.
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+/// Shared between the renderer and its watchers: a progress bar reads the counts, ctrl-c asks for a stop.
+#[derive(Debug, Default)]
+pub struct Progress {
+    samples: AtomicU64,
+    rays: AtomicU64,
+    stop: AtomicBool,
+}
+
+impl Progress {
+    /// Asks the renderer to stop after the tiles at hand. What is rendered by then is a correct picture.
+    pub fn request_stop(&self) {
+        self.stop.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether a stop was asked for.
+    pub fn stop_requested(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    /// Samples (pixels x passes) finished so far.
+    pub fn samples(&self) -> u64 {
+        self.samples.load(Ordering::Relaxed)
+    }
+
+    /// Rays traced so far, eye and shadow.
+    pub fn rays(&self) -> u64 {
+        self.rays.load(Ordering::Relaxed)
+    }
+
+    pub(crate) fn add(&self, samples: u64, rays: u64) {
+        self.samples.fetch_add(samples, Ordering::Relaxed);
+        self.rays.fetch_add(rays, Ordering::Relaxed);
+    }
+}
+
+/// What was traced and what was thrown away.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Pixels x passes.
+    pub samples: u64,
+    /// Eye rays that went through the accelerator.
+    pub eye_rays: u64,
+    /// Shadow rays that went through the accelerator.
+    pub shadow_rays: u64,
+    /// Contributions that were not a number; never written into a picture.
+    pub invalid_nan: u64,
+    /// Contributions that were infinite; never written into a picture.
+    pub invalid_inf: u64,
+    /// Contributions below zero; never written into a picture.
+    pub invalid_negative: u64,
+}

@@ -1,0 +1,137 @@
+//! What a scene is: from the text of a file to data that cannot be wrong.
+//!
+//! [`file`] says what the text says, [`load`](Scene::load) turns it into a [`Scene`] or into an error that names the
+//! file, the line, the key and the value. Everything behind a `Scene` may rely on the invariants stated here.
+
+pub mod settings;
+
+use std::path::PathBuf;
+
+use glam::DVec3;
+
+pub use settings::{EstimatorKind, SamplerKind};
+
+/// A scene whose every value has been checked. Lengths are in the units of the file, in `f64`, not yet made relative
+/// to anything; colours are linear RGB.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// The file's name without its ending: the default name of a picture.
+    pub name: String,
+    /// The file that the scene came from.
+    pub path: PathBuf,
+    /// The pinhole camera.
+    pub camera: Camera,
+    /// The size of the picture.
+    pub film: FilmSize,
+    /// What `[render]` asks for; a command-line option overrides each.
+    pub render: RenderTable,
+    /// Reflecting surfaces, in the order of the file.
+    pub materials: Vec<Material>,
+    /// Spheres, in the order of the file.
+    pub spheres: Vec<Sphere>,
+    /// Triangle meshes, in the order of the file.
+    pub meshes: Vec<Mesh>,
+}
+
+/// A pinhole camera: `origin != target`, `up` not parallel to the view, the angle in (0, 180) degrees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// The pinhole.
+    pub origin: DVec3,
+    /// The point in the middle of the picture.
+    pub target: DVec3,
+    /// A direction that points up in the picture; any length but 0.
+    pub up: DVec3,
+    /// The full angle of view.
+    pub fov: Fov,
+}
+
+/// The full angle of view in degrees, along one side of the picture; pixels are square.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Fov {
+    /// Across the width.
+    X(f64),
+    /// Across the height.
+    Y(f64),
+}
+
+/// The size of a picture in pixels; both at least 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FilmSize {
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+/// The `[render]` table of a scene file: `None` where the file is silent.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RenderTable {
+    /// Passes, at least 1.
+    pub spp: Option<u32>,
+    /// Which estimator.
+    pub estimator: Option<EstimatorKind>,
+    /// Which random numbers.
+    pub sampler: Option<SamplerKind>,
+    /// Their seed.
+    pub seed: Option<u32>,
+}
+
+/// How a surface reflects.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// Its key under `[materials]`.
+    pub name: String,
+    /// The model with its parameters.
+    pub bsdf: Bsdf,
+}
+
+/// The reflection models. Reflectances are finite and not negative.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Bsdf {
+    /// `f = rho / pi`.
+    Diffuse {
+        /// Diffuse reflectance.
+        rho: DVec3,
+    },
+    /// `f = rho (alpha + 1) / (2 pi) max(0, dot(wr, wi))^alpha`, with `wr` the mirror direction of `wo`.
+    Phong {
+        /// Specular reflectance.
+        rho: DVec3,
+        /// The exponent, finite and above 1.
+        alpha: f64,
+    },
+}
+
+/// What a shape's surface does: it reflects or it emits, never both.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Surface {
+    /// Index into [`Scene::materials`].
+    Material(usize),
+    /// Radiance in W m⁻² sr⁻¹, the same in every direction and on both sides; finite and not negative.
+    Emission(DVec3),
+}
+
+/// A sphere of finite centre and finite radius above 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sphere {
+    /// Centre.
+    pub center: DVec3,
+    /// Radius.
+    pub radius: f64,
+    /// What it does.
+    pub surface: Surface,
+}
+
+/// Triangles in scene space (transforms are applied); vertices finite, indices in range, at least one triangle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mesh {
+    /// Positions.
+    pub vertices: Vec<DVec3>,
+    /// Corners of each triangle, as indices into `vertices`.
+    pub triangles: Vec<[u32; 3]>,
+    /// With smooth shading: a unit normal for each vertex (same length as `vertices`).
+    pub normals: Option<Vec<DVec3>>,
+    /// What it does.
+    pub surface: Surface,
+}

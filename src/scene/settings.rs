@@ -1,0 +1,55 @@
+//! The names of estimators and samplers, as scene files and the command line spell them.
+
+use serde::{Deserialize, Serialize};
+
+/// Which density the directions of light are drawn from (`ARCHITECTURE.md` has the formulas).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub enum EstimatorKind {
+    /// The whole sphere of directions, `1 / 4 pi`.
+    Uniform,
+    /// The cone that each light subtends.
+    Light,
+    /// The BRDF's own lobe.
+    Brdf,
+    /// The average of `light` and `brdf`: the balance heuristic in one sample.
+    Mis,
+}
+
+/// Where random numbers come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub enum SamplerKind {
+    /// Owen-scrambled Sobol points in pairs of dimensions.
+    Sobol,
+    /// Plain independent numbers.
+    Independent,
+}
+
+impl EstimatorKind {
+    /// All four, in the order of the hand-out.
+    pub const ALL: [Self; 4] = [Self::Uniform, Self::Light, Self::Brdf, Self::Mis];
+
+    /// The name that scene files and the command line use.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Uniform => "uniform",
+            Self::Light => "light",
+            Self::Brdf => "brdf",
+            Self::Mis => "mis",
+        }
+    }
+}
+
+impl SamplerKind {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Sobol, Self::Independent];
+
+    /// The name that scene files and the command line use.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Sobol => "sobol",
+            Self::Independent => "independent",
+        }
+    }
+}

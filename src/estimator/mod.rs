@@ -1,1 +1,37 @@
-//! (under construction)
+//! The estimators of direct light, written once, generic over lanes.
+//!
+//! `L_o = ∫ L_e V f max(n·wi, 0) dwi`. One sample of it is, for a direction `wi` drawn with density `pdf`,
+//! `L_e V f_cos / pdf`. Two shapes of that:
+//!
+//! - [`per_light`]: `light` and `mis` draw one direction for every light. It counts that light alone, so its radiance is
+//!   known before any ray is traced and only its visibility is missing.
+//! - [`per_point`]: `uniform` and `brdf` draw one direction for the point. Whatever it meets first brings the radiance.
+//!
+//! Both know neither scene nor accelerator: they are functions of points, directions and random numbers.
+
+pub mod per_light;
+pub mod per_point;
+
+use crate::bsdf::Bsdf;
+use crate::lane::Lane;
+use crate::math::Vec3;
+
+/// Where light is asked for.
+#[derive(Clone, Copy, Debug)]
+pub struct ShadingPoint<L: Lane> {
+    /// The point, already moved off its surface.
+    pub p: Vec3<L>,
+    /// Geometric normal on the side of `wo`; unit.
+    pub ng: Vec3<L>,
+    /// The reflection model, with the shading normal.
+    pub bsdf: Bsdf<L>,
+}
+
+impl<L: Lane> ShadingPoint<L> {
+    /// The cosine with the shading normal, and the lanes where `wi` leaves the surface on the side of `wo`.
+    #[inline(always)]
+    pub fn above(&self, wi: Vec3<L>) -> (L, L::Mask) {
+        let cos_theta = self.bsdf.n.dot(wi);
+        (cos_theta, cos_theta.gt(L::zero()) & self.ng.dot(wi).gt(L::zero()))
+    }
+}

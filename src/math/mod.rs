@@ -1,1 +1,8 @@
-//! (under construction)
+//! Vectors, frames and elementary functions over lanes. Uniform things (cameras, transforms, meshes) use `glam`.
+
+pub mod elementary;
+mod frame;
+mod vec3;
+
+pub use frame::Frame;
+pub use vec3::Vec3;

@@ -47,7 +47,11 @@ impl Renderer {
     /// # Errors
     /// [`SetupError`] where the scene cannot be rendered so.
     pub fn new(_scene: &Scene, settings: Settings) -> Result<Self, SetupError> {
-        Ok(Self { settings, progress: Arc::new(Progress::default()), passes: 0 })
+        Ok(Self {
+            settings,
+            progress: Arc::new(Progress::default()),
+            passes: 0,
+        })
     }
 
     /// The name of the kernel that the plan chose.
@@ -77,7 +81,11 @@ impl Renderer {
 
     /// The number of passes after the next block: blocks end at 1, 2, 4, 8, 16 and every further 16.
     pub fn next_stop(&self) -> u32 {
-        if self.passes < 16 { (self.passes * 2).max(1) } else { (self.passes / 16 + 1) * 16 }
+        if self.passes < 16 {
+            (self.passes * 2).max(1)
+        } else {
+            (self.passes / 16 + 1) * 16
+        }
     }
 
     /// Renders up to `min(limit, next_stop())` passes and returns the passes that every pixel has then.
@@ -89,7 +97,11 @@ impl Renderer {
     /// The picture so far.
     pub fn picture(&self) -> Picture {
         let FilmSize { width, height } = self.settings.film;
-        Picture { width, height, pixels: vec![[0.0; 3]; width as usize * height as usize] }
+        Picture {
+            width,
+            height,
+            pixels: vec![[0.0; 3]; width as usize * height as usize],
+        }
     }
 
     /// What was traced so far.

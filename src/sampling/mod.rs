@@ -1,1 +1,8 @@
-//! (under construction)
+//! Random numbers with addresses, and the warps that turn them into directions, each beside its density.
+
+pub mod hash;
+pub mod sampler;
+pub mod sobol;
+pub mod warp;
+
+pub use sampler::{Pair, PassBlock};

@@ -1,0 +1,99 @@
+//! A sphere that emits, sampled uniformly in the cone that it subtends.
+//!
+//! Everything is said in terms of `omc = 1 - cos(theta_max)` and `t = 1 - cos(theta)`: a light of sin 1e-7 has
+//! `omc = 5e-15`, far below what a cosine can hold.
+
+use crate::lane::{Lane, Mask};
+use crate::math::Vec3;
+use crate::sampling::warp;
+
+/// A light, the same for all lanes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SphereLight {
+    /// Centre.
+    pub center: [f32; 3],
+    /// Radius.
+    pub radius: f32,
+    /// Radiance.
+    pub le: [f32; 3],
+    /// Which sphere of the scene it is: it never blocks its own shadow rays.
+    pub sphere: u32,
+}
+
+/// The directions from a point to a light.
+#[derive(Clone, Copy, Debug)]
+pub struct Cone<L: Lane> {
+    /// To the centre; unit.
+    pub axis: Vec3<L>,
+    /// `1 - cos(theta_max)` in (0, 1], or 2 inside the light, where every direction meets it.
+    pub omc: L,
+    /// Distance to the centre.
+    center_distance: L,
+    radius: L,
+    /// Lanes inside the light or on it.
+    inside: L::Mask,
+}
+
+impl SphereLight {
+    /// The cone that the light subtends at `p`.
+    #[inline(always)]
+    pub fn cone<L: Lane>(&self, p: Vec3<L>) -> Cone<L> {
+        let to_center = Vec3::splat(self.center) - p;
+        let radius = L::splat(self.radius);
+        let d2 = to_center.length_squared();
+        let d = d2.sqrt();
+        let inverse = L::one() / d;
+        let sine = radius * inverse;
+        let inside = d.le(radius);
+        // cos = sqrt((D - R)(D + R)) / D and 1 - cos = sin^2 / (1 + cos): nothing cancels.
+        let cosine = ((d - radius) * (d + radius)).safe_sqrt() * inverse;
+        let omc = L::select(inside, L::splat(2.0), sine * sine / (L::one() + cosine));
+        // At the very centre any axis will do.
+        let centered = !d2.gt(L::zero());
+        let axis = Vec3::select(centered, Vec3::splat([0.0, 0.0, 1.0]), to_center * inverse);
+        Cone {
+            axis,
+            omc,
+            center_distance: d,
+            radius,
+            inside,
+        }
+    }
+}
+
+impl<L: Lane> Cone<L> {
+    /// Density of the cone per steradian.
+    #[inline(always)]
+    pub fn pdf(&self) -> L {
+        warp::cone_pdf(self.omc)
+    }
+
+    /// `1 - cos` between the axis and `wi`, from the chord: true to its last digits close to the axis.
+    #[inline(always)]
+    pub fn t(&self, wi: Vec3<L>) -> L {
+        (self.axis - wi).length_squared() * L::splat(0.5)
+    }
+
+    /// Whether directions at `t` from the axis meet the light.
+    #[inline(always)]
+    pub fn contains(&self, t: L) -> L::Mask {
+        t.le(self.omc)
+    }
+
+    /// Distance to the light along a direction at `t <= omc` from the axis.
+    ///
+    /// From `D cos - sqrt(R^2 - D^2 sin^2) = (D^2 - R^2) / (D cos + sqrt(…))` and
+    /// `R^2 - D^2 sin^2 = D^2 (omc - t)(2 - omc - t)`: only sums of positive terms.
+    #[inline(always)]
+    pub fn distance(&self, t: L) -> L {
+        let (d, r) = (self.center_distance, self.radius);
+        let two = L::splat(2.0);
+        let chord = ((self.omc - t) * (two - self.omc - t)).safe_sqrt();
+        let outside = (d - r) * (d + r) / (d * (L::one() - t + chord));
+        if self.inside.none() {
+            return outside;
+        }
+        let half_chord = (r * r - d * d * t * (two - t)).safe_sqrt();
+        L::select(self.inside, d.mul_add(L::one() - t, half_chord), outside)
+    }
+}

@@ -1,0 +1,130 @@
+//! Three lanes: a point, a direction or a colour per ray.
+
+use std::ops::{Add, Mul, Neg, Sub};
+
+use crate::lane::Lane;
+
+/// A point, a direction or linear RGB in every lane.
+#[derive(Clone, Copy, Debug)]
+pub struct Vec3<L> {
+    /// First component, or red.
+    pub x: L,
+    /// Second component, or green.
+    pub y: L,
+    /// Third component, or blue.
+    pub z: L,
+}
+
+impl<L: Lane> Vec3<L> {
+    /// From components.
+    #[inline(always)]
+    pub fn new(x: L, y: L, z: L) -> Self {
+        Self { x, y, z }
+    }
+
+    /// The same in every lane.
+    #[inline(always)]
+    pub fn splat([x, y, z]: [f32; 3]) -> Self {
+        Self::new(L::splat(x), L::splat(y), L::splat(z))
+    }
+
+    /// Zero.
+    #[inline(always)]
+    pub fn zero() -> Self {
+        Self::splat([0.0; 3])
+    }
+
+    /// Scalar product.
+    #[inline(always)]
+    pub fn dot(self, other: Self) -> L {
+        self.x.mul_add(other.x, self.y.mul_add(other.y, self.z * other.z))
+    }
+
+    /// Squared length.
+    #[inline(always)]
+    pub fn length_squared(self) -> L {
+        self.dot(self)
+    }
+
+    /// Length; overflows where the square does (above 1.8e19).
+    #[inline(always)]
+    pub fn length(self) -> L {
+        self.length_squared().sqrt()
+    }
+
+    /// Unit length; not a number for a vector of length 0.
+    #[inline(always)]
+    pub fn normalize(self) -> Self {
+        self * (L::one() / self.length())
+    }
+
+    /// `self * scale + offset`, each component rounded once.
+    #[inline(always)]
+    pub fn mul_add(self, scale: L, offset: Self) -> Self {
+        Self::new(
+            self.x.mul_add(scale, offset.x),
+            self.y.mul_add(scale, offset.y),
+            self.z.mul_add(scale, offset.z),
+        )
+    }
+
+    /// Component by component: a colour filtered by another.
+    #[inline(always)]
+    pub fn times(self, other: Self) -> Self {
+        Self::new(self.x * other.x, self.y * other.y, self.z * other.z)
+    }
+
+    /// The largest absolute component.
+    #[inline(always)]
+    pub fn max_abs(self) -> L {
+        self.x.abs().max(self.y.abs()).max(self.z.abs())
+    }
+
+    /// `yes` where the mask holds, else `no`.
+    #[inline(always)]
+    pub fn select(mask: L::Mask, yes: Self, no: Self) -> Self {
+        Self::new(
+            L::select(mask, yes.x, no.x),
+            L::select(mask, yes.y, no.y),
+            L::select(mask, yes.z, no.z),
+        )
+    }
+
+    /// The vector in lane `i`.
+    #[inline(always)]
+    pub fn lane(self, i: usize) -> [f32; 3] {
+        [self.x.lane(i), self.y.lane(i), self.z.lane(i)]
+    }
+}
+
+impl<L: Lane> Add for Vec3<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self::new(self.x + other.x, self.y + other.y, self.z + other.z)
+    }
+}
+
+impl<L: Lane> Sub for Vec3<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self::new(self.x - other.x, self.y - other.y, self.z - other.z)
+    }
+}
+
+impl<L: Lane> Mul<L> for Vec3<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, scale: L) -> Self {
+        Self::new(self.x * scale, self.y * scale, self.z * scale)
+    }
+}
+
+impl<L: Lane> Neg for Vec3<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self::new(-self.x, -self.y, -self.z)
+    }
+}

@@ -1,0 +1,165 @@
+//! Random numbers with addresses: `(seed, pixel, pass, pair)` and nothing else decides a number.
+//!
+//! A block of passes is prepared once for all pixels: a table of Owen-scrambled Sobol points for each pair of
+//! dimensions. A pixel draws its own numbers from the table by an exclusive or with a hash of its address. Such a random
+//! digital shift keeps every net property and makes each number uniform and pixels independent of each other, at the
+//! price of one hash; hashing the scramble in every lane costs about eight times as much.
+
+use super::hash::pcg4d;
+use super::sobol::scrambled_point;
+use crate::lane::{Bits, Lane, Mask};
+use crate::settings::SamplerKind;
+
+/// Two uniform numbers as 32-bit fractions.
+#[derive(Clone, Copy, Debug)]
+pub struct Pair<B>(pub B, pub B);
+
+impl<B: Bits> Pair<B> {
+    /// The two numbers in [0, 1), multiples of 2^-24: never 1.
+    #[inline(always)]
+    pub fn unit<L: Lane<Bits = B>>(self) -> (L, L) {
+        (unit(self.0), unit(self.1))
+    }
+
+    /// Splits a fair coin, the top bit, off the first number; what remains is uniform and independent of it.
+    ///
+    /// With Sobol points the coin is stratified: of passes 2k and 2k + 1 of a pixel, one has heads.
+    #[inline(always)]
+    pub fn coin(self) -> (B::Mask, Self) {
+        (self.0.top_bit(), Self(self.0.shl(1), self.1))
+    }
+}
+
+/// The top 24 bits as a number in [0, 1).
+#[inline(always)]
+pub fn unit<L: Lane>(bits: L::Bits) -> L {
+    L::from_i32(bits.shr(8)) * L::splat(1.0 / 16_777_216.0)
+}
+
+/// The random numbers of the passes `first .. first + passes` for all pixels.
+#[derive(Debug)]
+pub struct PassBlock {
+    seed: u32,
+    first: u32,
+    passes: usize,
+    /// `pairs x passes` points, empty for independent numbers.
+    table: Vec<[u32; 2]>,
+}
+
+impl PassBlock {
+    /// Prepares a block for addresses with `pair < pairs`.
+    pub fn new(kind: SamplerKind, seed: u32, first: u32, passes: u32, pairs: u32) -> Self {
+        let table = match kind {
+            SamplerKind::Independent => Vec::new(),
+            SamplerKind::Sobol => (0..pairs)
+                .flat_map(|pair| (first..first + passes).map(move |pass| scrambled_point(pass, pair, seed)))
+                .collect(),
+        };
+        Self {
+            seed,
+            first,
+            passes: passes as usize,
+            table,
+        }
+    }
+
+    /// The numbers of pair `pair`; `pass` counts from the block's first.
+    #[inline(always)]
+    pub fn pair<B: Bits>(&self, pixel: B, pass: B, pair: u32) -> Pair<B> {
+        if self.table.is_empty() {
+            let address = [pixel, pass + B::splat(self.first), B::splat(pair), B::splat(self.seed)];
+            let [a, b, ..] = pcg4d(address);
+            return Pair(a, b);
+        }
+        let row = &self.table[pair as usize * self.passes..][..self.passes];
+        let [sa, sb, ..] = pcg4d([
+            pixel,
+            B::splat(0x8000_0000 | pair),
+            B::splat(self.seed),
+            B::splat(0x5bd1_e995),
+        ]);
+        // Most packets hold one pass only.
+        let one = pass.lane(0);
+        let (a, b) = if (!pass.eq(B::splat(one))).none() {
+            let [a, b] = row[one as usize];
+            (B::splat(a), B::splat(b))
+        } else {
+            (
+                B::from_fn(|i| row[pass.lane(i) as usize][0]),
+                B::from_fn(|i| row[pass.lane(i) as usize][1]),
+            )
+        };
+        Pair(a ^ sa, b ^ sb)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lane::{F32x8, U32x8, Word};
+
+    /// Chi-square of the first `passes` passes of many pixels over 16 x 16 cells.
+    fn chi_square(kind: SamplerKind, seed: u32) -> f64 {
+        let block = PassBlock::new(kind, seed, 0, 4, 3);
+        let mut counts = [0_u32; 256];
+        for pixel in 0..4096 {
+            for pass in 0..4 {
+                let bits = block.pair(Word(pixel), Word(pass), 2);
+                let (x, y) = bits.unit::<f32>();
+                counts[(x * 16.0) as usize * 16 + (y * 16.0) as usize] += 1;
+            }
+        }
+        counts.iter().map(|&c| (f64::from(c) - 64.0).powi(2) / 64.0).sum()
+    }
+
+    #[test]
+    fn numbers_fill_the_square_evenly_over_pixels() {
+        // 255 degrees of freedom: below 380 with probability 1 - 5e-7.
+        for kind in SamplerKind::ALL {
+            for seed in 0..4 {
+                let chi2 = chi_square(kind, seed);
+                assert!(chi2 < 380.0, "{kind:?}, seed {seed}: {chi2}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_number_depends_on_its_address_alone() {
+        for kind in SamplerKind::ALL {
+            let long = PassBlock::new(kind, 9, 0, 32, 4);
+            let short = PassBlock::new(kind, 9, 16, 8, 4);
+            for pixel in [0, 77, 1 << 20] {
+                for pass in 16..24 {
+                    let Pair(a, b) = long.pair(Word(pixel), Word(pass), 3);
+                    let Pair(c, d) = short.pair(Word(pixel), Word(pass - 16), 3);
+                    assert_eq!((a, b), (c, d));
+                    let wide = short.pair(U32x8::splat(pixel), U32x8::from_fn(|i| (pass - 16 + i as u32) % 8), 3);
+                    assert_eq!((wide.0.lane(0), wide.1.lane(0)), (a.0, b.0));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_coin_falls_on_both_sides_in_every_pair_of_passes() {
+        let block = PassBlock::new(SamplerKind::Sobol, 5, 0, 16, 6);
+        for pixel in 0..100 {
+            for pass in (0..16).step_by(2) {
+                let toss = |p| {
+                    block
+                        .pair(U32x8::splat(pixel), U32x8::splat(p), 4)
+                        .coin()
+                        .0
+                        .to_bitmask()
+                };
+                assert_eq!(toss(pass) ^ toss(pass + 1), 0xff);
+            }
+        }
+    }
+
+    #[test]
+    fn numbers_stay_below_one() {
+        assert_eq!(unit::<F32x8>(U32x8::splat(u32::MAX)).lane(3), 1.0 - 1.0 / 16_777_216.0);
+        assert_eq!(unit::<F32x8>(U32x8::splat(0)).lane(3), 0.0);
+    }
+}

@@ -4,16 +4,17 @@
 //! kernel, streams of packets go through Embree and the estimators, and a film collects the sums. A module uses
 //! only modules above it in this list; `tests/layers.rs` keeps that true.
 
-pub mod lane;
-pub mod math;
-pub mod sampling;
 pub mod bsdf;
-pub mod light;
+pub mod cli;
+pub mod cpu;
 pub mod embree;
-pub mod scene;
 pub mod estimator;
 pub mod film;
+pub mod lane;
+pub mod light;
+pub mod math;
 pub mod pipeline;
 pub mod reference;
+pub mod sampling;
+pub mod scene;
 pub mod study;
-pub mod cli;

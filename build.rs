@@ -1,1 +1,61 @@
-fn main() {}
+//! Finds Embree 4 (or fetches it), tells the linker, and records what this build is made of.
+//!
+//! Needs nothing that a user would have to install first: no cmake, no pkg-config, no libclang. Python with pip is needed
+//! only where there is no Embree yet.
+
+#[path = "build/commit.rs"]
+mod commit;
+#[path = "build/embree.rs"]
+mod embree;
+#[path = "build/wheel.rs"]
+mod wheel;
+
+use std::env;
+
+/// Code-generation features worth publishing beside a timing, in the order in which they are listed.
+const FEATURES: [&str; 10] = [
+    "avx2", "fma", "bmi1", "bmi2", "f16c", "avx512f", "avx512vl", "avx512bw", "avx512dq", "avx512cd",
+];
+
+fn main() {
+    println!("cargo::rerun-if-changed=build.rs");
+    println!("cargo::rerun-if-changed=build");
+    if let Err(sentences) = run() {
+        // `cargo::error` (Cargo 1.84) fails the build and shows these lines alone, without the script's whole output.
+        for line in sentences.lines() {
+            println!("cargo::error={line}");
+        }
+    }
+}
+
+fn run() -> Result<(), String> {
+    let (arch, os) = (cargo_var("CARGO_CFG_TARGET_ARCH"), cargo_var("CARGO_CFG_TARGET_OS"));
+    if (arch.as_str(), os.as_str()) != ("x86_64", "linux") {
+        return Err(format!(
+            "Octolux runs on x86_64 Linux only, and this build is for {arch} {os}"
+        ));
+    }
+    let features = target_features();
+    if !features.contains(&"avx2") || !features.contains(&"fma") {
+        println!(
+            "cargo::warning=compiling without AVX2 and FMA: a RUSTFLAGS variable replaces the flags of \
+             .cargo/config.toml, so add `-C target-cpu=x86-64-v3` to it or expect slow packets"
+        );
+    }
+    println!("cargo::rustc-env=OCTOLUX_TARGET_FEATURES={}", features.join(","));
+    println!("cargo::rustc-env=OCTOLUX_COMMIT={}", commit::describe());
+    embree::find()?.link()
+}
+
+fn target_features() -> Vec<&'static str> {
+    let all = cargo_var("CARGO_CFG_TARGET_FEATURE");
+    FEATURES
+        .into_iter()
+        .filter(|wanted| all.split(',').any(|has| has == *wanted))
+        .collect()
+}
+
+/// A variable that Cargo sets for build scripts; empty if it does not.
+fn cargo_var(name: &str) -> String {
+    env::var(name).unwrap_or_default()
+}

@@ -1,16 +1,18 @@
 //! Octolux renders direct illumination in packets of rays.
 //!
 //! Data flows one way: a scene file becomes a [`scene::Scene`], the scene says what it needs, the plan picks a
-//! kernel, streams of packets go through Embree and the estimators, and a film collects the sums. A module uses
-//! only modules above it in this list; `tests/layers.rs` keeps that true.
+//! kernel, streams of packets go through Embree and the estimators, and a film collects the sums.
+//!
+//! Layers, lowest first; a module uses only those before it, and `tests/layers.rs` keeps that true:
+//! [`cpu`] and [`settings`] · [`lane`] · [`math`] · [`sampling`] · [`bsdf`] and [`light`] · [`embree`] · [`scene`] ·
+//! [`estimator`] · [`film`] and [`pipeline`] · [`mod@reference`] (of scene data alone) · [`study`] · [`cli`].
 
 pub mod bsdf;
 pub mod cli;
+pub mod cpu;
 pub mod embree;
 pub mod estimator;
 pub mod film;
-pub mod settings;
-
 pub mod lane;
 pub mod light;
 pub mod math;
@@ -18,4 +20,5 @@ pub mod pipeline;
 pub mod reference;
 pub mod sampling;
 pub mod scene;
+pub mod settings;
 pub mod study;

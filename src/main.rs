@@ -1,5 +1,16 @@
 //! The `octolux` command.
 
-fn main() -> std::process::ExitCode {
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    if !octolux::cpu::suffices() {
+        return ExitCode::from(2);
+    }
+    run()
+}
+
+/// Apart from `main`, so that none of its code, which may be AVX2 from the first instruction, runs before the check.
+#[inline(never)]
+fn run() -> ExitCode {
     octolux::cli::main()
 }

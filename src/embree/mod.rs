@@ -1,8 +1,16 @@
-//! Embree 4, made safe: bindings, the device, and a check that both agree about the layout of rays.
+//! Embree 4, made safe: bindings, device, scene, packets of queries, and a check that both sides agree about layouts.
+//!
+//! The shape is `Device` → [`SceneBuilder`] → [`SceneBuilder::commit`] → [`Accel`], which any thread may query.
 
 mod canary;
 mod device;
 pub(crate) mod ffi;
+mod packet;
+mod scene;
+mod spheres;
 
 pub use canary::layout_canary;
 pub use device::{Device, EmbreeError};
+pub use packet::{Coherence, Hit, NO_SPHERE, Ray, TraceLane};
+pub use scene::{Accel, SceneBuilder};
+pub use spheres::Ball;

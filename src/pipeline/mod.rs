@@ -1,7 +1,11 @@
 //! From a scene to a film: streams, queues and stages.
 
-pub mod progress;
-pub mod renderer;
+mod plan;
+mod progress;
+mod renderer;
+mod stage;
+mod stream;
+mod world;
 
 pub use progress::{Counters, Progress};
 pub use renderer::{Renderer, Settings, SetupError};

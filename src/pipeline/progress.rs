@@ -53,3 +53,27 @@ pub struct Counters {
     /// Contributions below zero; never written into a picture.
     pub invalid_negative: u64,
 }
+
+impl Counters {
+    /// Counts a contribution that is not finite or below zero, by its worst component.
+    pub(crate) fn reject(&mut self, value: [f32; 3]) {
+        if value.iter().any(|x| x.is_nan()) {
+            self.invalid_nan += 1;
+        } else if value.iter().any(|x| x.is_infinite()) {
+            self.invalid_inf += 1;
+        } else {
+            self.invalid_negative += 1;
+        }
+    }
+}
+
+impl std::ops::AddAssign for Counters {
+    fn add_assign(&mut self, other: Self) {
+        self.samples += other.samples;
+        self.eye_rays += other.eye_rays;
+        self.shadow_rays += other.shadow_rays;
+        self.invalid_nan += other.invalid_nan;
+        self.invalid_inf += other.invalid_inf;
+        self.invalid_negative += other.invalid_negative;
+    }
+}

@@ -3,11 +3,14 @@
 //! [`file`] says what the text says, [`load`](Scene::load) turns it into a [`Scene`] or into an error that names the
 //! file, the line, the key and the value. Everything behind a `Scene` may rely on the invariants stated here.
 
+mod features;
+
 use std::path::PathBuf;
 
 use glam::DVec3;
 
 pub use crate::settings::{EstimatorKind, SamplerKind};
+pub use features::Features;
 
 /// A scene whose every value has been checked. Lengths are in the units of the file, in `f64`, not yet made relative
 /// to anything; colours are linear RGB.

@@ -1,0 +1,78 @@
+//! Shading: from hit streams to rays that carry what they are worth.
+
+use super::{Chunk, Scratch, pairs, shadow};
+use crate::embree::TraceLane;
+use crate::estimator::{per_light, per_point};
+use crate::lane::{Lane, Mask};
+use crate::light::SphereLight;
+use crate::math::Vec3;
+use crate::pipeline::stream::QueuedRays;
+
+/// `light` and `mis`. The light is the outer loop: it is the same for a whole stream, and its shadow rays are as alike as
+/// they can be.
+pub fn lights<L: TraceLane, D: per_light::Density>(chunk: &mut Chunk, scratch: &mut Scratch) {
+    let Scratch { hits, queue } = scratch;
+    for (i, light) in chunk.world.lights.iter().enumerate() {
+        queue.clear();
+        for stream in hits.iter() {
+            for at in (0..stream.len()).step_by(L::N) {
+                let (active, point, address) = stream.packet::<L>(at);
+                let numbers = chunk.numbers.pair(address.pixel, address.pass, pairs::light(i));
+                let Some(found) = per_light::sample::<L, D>(&point, light, numbers, active) else {
+                    continue;
+                };
+                let rays = QueuedRays {
+                    origin: point.p,
+                    direction: found.wi,
+                    tfar: found.distance,
+                    value: found.ld,
+                    index: address.index,
+                };
+                queue.push(found.active, &rays);
+            }
+        }
+        shadow::visible::<L>(chunk, queue, light.sphere);
+    }
+}
+
+/// `uniform` and `brdf`. Where only spheres emit, a direction that misses them all is dropped before it costs a ray.
+pub fn directions<L: TraceLane, D: per_point::Density>(chunk: &mut Chunk, scratch: &mut Scratch) {
+    let Scratch { hits, queue } = scratch;
+    queue.clear();
+    for stream in hits.iter() {
+        for at in (0..stream.len()).step_by(L::N) {
+            let (active, point, address) = stream.packet::<L>(at);
+            let numbers = chunk.numbers.pair(address.pixel, address.pass, pairs::DIRECTION);
+            let Some(found) = per_point::sample::<L, D>(&point, numbers, active) else {
+                continue;
+            };
+            let mut wanted = found.active;
+            if !chunk.world.mesh_lights {
+                wanted = wanted & may_meet(&chunk.world.lights, point.p, found.wi);
+            }
+            let rays = QueuedRays {
+                origin: point.p,
+                direction: found.wi,
+                tfar: L::splat(f32::INFINITY),
+                value: found.throughput,
+                index: address.index,
+            };
+            queue.push(wanted, &rays);
+        }
+    }
+    shadow::emitted::<L>(chunk, queue);
+}
+
+/// Lanes whose direction may meet any of the lights. The accelerator decides; this only must never say no too early.
+#[inline(always)]
+fn may_meet<L: Lane>(lights: &[SphereLight], p: Vec3<L>, wi: Vec3<L>) -> L::Mask {
+    let mut meets = L::Mask::splat(false);
+    for light in lights {
+        let cone = light.cone(p);
+        // The chord to the rim, widened by more than unit vectors can be off: |w - wi| is true to 3e-7.
+        let rim = (cone.omc + cone.omc).sqrt() + L::splat(1e-6);
+        let chord = (cone.axis - wi).length();
+        meets = meets | chord.le(rim);
+    }
+    meets
+}

@@ -1,0 +1,78 @@
+//! Visibility: queued rays through the accelerator, what they are worth onto the film.
+
+use super::Chunk;
+use crate::embree::{Coherence, NO_SPHERE, Ray, TraceLane};
+use crate::film::TileSum;
+use crate::lane::{Bits, Lane, Mask};
+use crate::math::Vec3;
+use crate::pipeline::Counters;
+use crate::pipeline::stream::{QueuedRays, RayQueue};
+
+/// Adds the contribution of every ray with nothing but the sphere `light` before its end.
+pub fn visible<L: TraceLane>(chunk: &mut Chunk, queue: &RayQueue, light: u32) {
+    for at in (0..queue.len()).step_by(L::N) {
+        let (active, rays) = queue.packet::<L>(at);
+        let ray = embree_ray(&rays, light);
+        let occluded = chunk.world.accel.occluded(active, &ray, Coherence::Incoherent);
+        deposit(chunk.sum, chunk.counters, active & !occluded, rays.value, rays.index);
+    }
+    chunk.counters.shadow_rays += queue.len() as u64;
+}
+
+/// Adds, for every ray that meets an emitter first, its throughput times the radiance there.
+pub fn emitted<L: TraceLane>(chunk: &mut Chunk, queue: &RayQueue) {
+    for at in (0..queue.len()).step_by(L::N) {
+        let (active, rays) = queue.packet::<L>(at);
+        let ray = embree_ray(&rays, NO_SPHERE);
+        let hit = chunk.world.accel.intersect(active, &ray, Coherence::Incoherent);
+        let mut le = [[0.0_f32; 3]; 16];
+        let mut emits = 0_u32;
+        for lane in hit.found.lanes() {
+            let surface = chunk
+                .world
+                .surface_index(hit.geometry.lane(lane), hit.primitive.lane(lane));
+            if let Some(radiance) = chunk.world.surfaces[surface as usize].le {
+                le[lane] = radiance;
+                emits |= 1 << lane;
+            }
+        }
+        let radiance = Vec3::new(
+            L::from_fn(|i| le[i][0]),
+            L::from_fn(|i| le[i][1]),
+            L::from_fn(|i| le[i][2]),
+        );
+        let value = rays.value.times(radiance);
+        deposit(
+            chunk.sum,
+            chunk.counters,
+            L::Mask::from_bitmask(emits),
+            value,
+            rays.index,
+        );
+    }
+    chunk.counters.shadow_rays += queue.len() as u64;
+}
+
+#[inline(always)]
+fn embree_ray<L: Lane>(rays: &QueuedRays<L>, aims_at: u32) -> Ray<L> {
+    Ray {
+        origin: rays.origin,
+        direction: rays.direction,
+        tfar: rays.tfar,
+        aims_at: L::Bits::splat(aims_at),
+    }
+}
+
+/// Adds what is a number to the film, lane by lane in order; counts what is not, by cause.
+#[inline(always)]
+fn deposit<L: Lane>(sum: &mut TileSum, counters: &mut Counters, lanes: L::Mask, value: Vec3<L>, index: L::Bits) {
+    let sound = |x: L| x.ge(L::zero()) & x.lt(L::splat(f32::INFINITY));
+    let all_sound = sound(value.x) & sound(value.y) & sound(value.z);
+    let broken = lanes & !all_sound;
+    for lane in broken.lanes() {
+        counters.reject(value.lane(lane));
+    }
+    for lane in (lanes & all_sound).lanes() {
+        sum.add(index.lane(lane) as usize, value.lane(lane));
+    }
+}

@@ -1,0 +1,207 @@
+//! The scene as the streams see it: `f32`, relative to the camera, in tables.
+//!
+//! Positions are made relative to the pinhole in `f64` before they are rounded, so a scene far from the origin is as
+//! good as one around it, and what the camera sees close by has the most digits.
+
+use glam::DVec3;
+
+use crate::embree::{Accel, Ball, Device, EmbreeError, SceneBuilder};
+use crate::lane::Lane;
+use crate::light::SphereLight;
+use crate::math::Vec3;
+use crate::scene::{Bsdf, FilmSize, Fov, Scene, Surface};
+
+/// Everything that is the same for all rays.
+#[derive(Debug)]
+pub struct World {
+    /// Answers rays.
+    pub accel: Accel,
+    /// What surfaces do, meshes first, then spheres.
+    pub surfaces: Vec<SurfaceRecord>,
+    /// Spheres, in the order of the scene.
+    pub balls: Vec<Ball>,
+    /// The geometry that the spheres are, and so also the number of meshes.
+    pub sphere_geometry: u32,
+    /// Smooth normals of each mesh that has them.
+    pub normals: Vec<Option<SmoothNormals>>,
+    /// Spheres that emit something.
+    pub lights: Vec<SphereLight>,
+    /// Whether meshes emit something.
+    pub mesh_lights: bool,
+    /// Eye rays.
+    pub camera: CameraRays,
+}
+
+/// What a surface does.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfaceRecord {
+    /// Reflectance; 0 where it emits.
+    pub rho: [f32; 3],
+    /// 1 for diffuse, above 1 for Phong.
+    pub alpha: f32,
+    /// Radiance where it emits.
+    pub le: Option<[f32; 3]>,
+    /// How far shading points have to leave the surface so that rounding puts none behind it.
+    pub offset: f32,
+}
+
+/// Vertex normals and the corners that they belong to.
+#[derive(Debug)]
+pub struct SmoothNormals {
+    /// Corners of each triangle.
+    pub triangles: Vec<[u32; 3]>,
+    /// Unit normals of the vertices.
+    pub normals: Vec<[f32; 3]>,
+}
+
+/// Eye rays start at 0; the direction through the point `(x, y)` of the film, in pixels, is `corner + x right + y down`.
+#[derive(Clone, Copy, Debug)]
+pub struct CameraRays {
+    /// Direction to the top left corner.
+    pub corner: [f32; 3],
+    /// One pixel to the right.
+    pub right: [f32; 3],
+    /// One pixel down.
+    pub down: [f32; 3],
+}
+
+/// Units in the last place by which a shading point leaves its surface, of the largest coordinate that took part.
+///
+/// Embree finds the distance from a numerator `dot(v0 - o, ng)` whose rounding is a few ulp of the farthest vertex; the
+/// hit itself is `o + t d`, a few ulp of its own coordinates. 32 covers both, and the same again for the shadow ray.
+const OFFSET_ULPS: f32 = 32.0 * f32::EPSILON / 2.0;
+
+fn narrow(v: DVec3) -> [f32; 3] {
+    v.to_array().map(|x| x as f32)
+}
+
+impl World {
+    /// Builds the tables and the accelerator for pictures of the given size.
+    ///
+    /// # Errors
+    /// [`EmbreeError`] if Embree cannot build.
+    pub fn build(scene: &Scene, film: FilmSize, device: &Device) -> Result<Self, EmbreeError> {
+        let origin = scene.camera.origin;
+        let mut builder = SceneBuilder::new(device, true)?;
+        let mut surfaces = Vec::with_capacity(scene.meshes.len() + scene.spheres.len());
+        let mut normals = Vec::with_capacity(scene.meshes.len());
+        for mesh in &scene.meshes {
+            let vertices: Vec<[f32; 3]> = mesh.vertices.iter().map(|&v| narrow(v - origin)).collect();
+            builder.add_mesh(&vertices, &mesh.triangles)?;
+            let reach = vertices.iter().flatten().fold(0.0_f32, |m, x| m.max(x.abs()));
+            surfaces.push(SurfaceRecord::new(scene, &mesh.surface, reach));
+            normals.push(mesh.normals.as_ref().map(|n| SmoothNormals {
+                triangles: mesh.triangles.clone(),
+                normals: n.iter().map(|&n| narrow(n)).collect(),
+            }));
+        }
+        let balls: Vec<Ball> = scene
+            .spheres
+            .iter()
+            .map(|s| Ball {
+                center: narrow(s.center - origin),
+                radius: s.radius as f32,
+            })
+            .collect();
+        let mut lights = Vec::new();
+        for (i, (sphere, ball)) in scene.spheres.iter().zip(&balls).enumerate() {
+            let reach = ball.center.iter().fold(0.0_f32, |m, x| m.max(x.abs())) + ball.radius;
+            let record = SurfaceRecord::new(scene, &sphere.surface, reach);
+            if let Some(le) = record.le
+                && le.iter().any(|&x| x > 0.0)
+            {
+                lights.push(SphereLight {
+                    center: ball.center,
+                    radius: ball.radius,
+                    le,
+                    sphere: i as u32,
+                });
+            }
+            surfaces.push(record);
+        }
+        let sphere_geometry = builder.set_spheres(balls.clone())?;
+        let mesh_lights = surfaces[..scene.meshes.len()]
+            .iter()
+            .any(|s| s.le.is_some_and(|le| le.iter().any(|&x| x > 0.0)));
+        Ok(Self {
+            accel: builder.commit()?,
+            surfaces,
+            balls,
+            sphere_geometry,
+            normals,
+            lights,
+            mesh_lights,
+            camera: CameraRays::new(scene, film),
+        })
+    }
+
+    /// The surface of a primitive of a geometry.
+    #[inline(always)]
+    pub fn surface_index(&self, geometry: u32, primitive: u32) -> u32 {
+        if geometry == self.sphere_geometry {
+            geometry + primitive
+        } else {
+            geometry
+        }
+    }
+}
+
+impl SurfaceRecord {
+    fn new(scene: &Scene, surface: &Surface, reach: f32) -> Self {
+        let offset = reach * OFFSET_ULPS;
+        match *surface {
+            Surface::Emission(le) => Self {
+                rho: [0.0; 3],
+                alpha: 1.0,
+                le: Some(narrow(le)),
+                offset,
+            },
+            Surface::Material(i) => match scene.materials[i].bsdf {
+                Bsdf::Diffuse { rho } => Self {
+                    rho: narrow(rho),
+                    alpha: 1.0,
+                    le: None,
+                    offset,
+                },
+                Bsdf::Phong { rho, alpha } => {
+                    // An exponent that rounds to 1 is still Phong's model.
+                    let alpha = (alpha as f32).max(1.0_f32.next_up());
+                    Self {
+                        rho: narrow(rho),
+                        alpha,
+                        le: None,
+                        offset,
+                    }
+                }
+            },
+        }
+    }
+}
+
+impl CameraRays {
+    /// Unit directions through points of the film, in pixels from the top left corner.
+    #[inline(always)]
+    pub fn direction<L: Lane>(&self, x: L, y: L) -> Vec3<L> {
+        let along_row = Vec3::splat(self.right).mul_add(x, Vec3::splat(self.corner));
+        Vec3::splat(self.down).mul_add(y, along_row).normalize()
+    }
+
+    fn new(scene: &Scene, FilmSize { width, height }: FilmSize) -> Self {
+        let camera = &scene.camera;
+        let (w, h) = (f64::from(width), f64::from(height));
+        let forward = (camera.target - camera.origin).normalize();
+        let right = forward.cross(camera.up).normalize();
+        let down = forward.cross(right);
+        // Pixels are square: one length serves both sides.
+        let pixel = match camera.fov {
+            Fov::X(degrees) => 2.0 * (degrees.to_radians() / 2.0).tan() / w,
+            Fov::Y(degrees) => 2.0 * (degrees.to_radians() / 2.0).tan() / h,
+        };
+        let corner = forward - (right * w + down * h) * (pixel / 2.0);
+        Self {
+            corner: narrow(corner),
+            right: narrow(right * pixel),
+            down: narrow(down * pixel),
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! What a scene calls for.
+
+use super::{Bsdf, Scene, Surface};
+
+/// What a scene contains, found by looking at it: the kernel need support no more.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Features {
+    /// Surfaces with the diffuse model.
+    pub diffuse: usize,
+    /// Surfaces with Phong's model.
+    pub phong: usize,
+    /// Spheres that reflect.
+    pub spheres: usize,
+    /// Meshes that reflect.
+    pub meshes: usize,
+    /// Spheres that emit anything.
+    pub sphere_lights: usize,
+    /// Meshes that emit anything.
+    pub mesh_lights: usize,
+    /// Meshes with smooth normals.
+    pub smooth_normals: usize,
+}
+
+impl Features {
+    /// Looks at a scene.
+    pub fn of(scene: &Scene) -> Self {
+        let mut found = Self::default();
+        let reflects = |found: &mut Self, surface: &Surface| match surface {
+            Surface::Material(i) => {
+                match scene.materials[*i].bsdf {
+                    Bsdf::Diffuse { .. } => found.diffuse += 1,
+                    Bsdf::Phong { .. } => found.phong += 1,
+                }
+                true
+            }
+            Surface::Emission(_) => false,
+        };
+        let emits = |surface: &Surface| matches!(surface, Surface::Emission(le) if le.max_element() > 0.0);
+        for sphere in &scene.spheres {
+            found.spheres += usize::from(reflects(&mut found, &sphere.surface));
+            found.sphere_lights += usize::from(emits(&sphere.surface));
+        }
+        for mesh in &scene.meshes {
+            let reflecting = reflects(&mut found, &mesh.surface);
+            found.meshes += usize::from(reflecting);
+            found.mesh_lights += usize::from(emits(&mesh.surface));
+            found.smooth_normals += usize::from(reflecting && mesh.normals.is_some());
+        }
+        found
+    }
+
+    /// The effects that are there, in words.
+    pub fn needs(&self) -> Vec<&'static str> {
+        [
+            (self.diffuse, "diffuse"),
+            (self.phong, "phong"),
+            (self.spheres, "spheres"),
+            (self.meshes, "meshes"),
+            (self.sphere_lights, "sphere lights"),
+            (self.mesh_lights, "mesh lights"),
+            (self.smooth_normals, "smooth normals"),
+        ]
+        .into_iter()
+        .filter_map(|(count, name)| (count > 0).then_some(name))
+        .collect()
+    }
+}

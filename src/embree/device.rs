@@ -40,6 +40,15 @@ pub enum EmbreeError {
 }
 
 /// An Embree device, released when its last clone is dropped.
+///
+/// ```
+/// use octolux::embree::{Device, EmbreeError, layout_canary};
+///
+/// let device = Device::new(2)?;
+/// layout_canary(&device)?;
+/// println!("Embree {}", device.version());
+/// # Ok::<(), EmbreeError>(())
+/// ```
 #[derive(Debug)]
 pub struct Device {
     handle: NonNull<ffi::RTCDeviceTy>,

@@ -93,7 +93,7 @@ impl Device {
         format!("{}.{}.{}", version / 10000, version / 100 % 100, version % 100)
     }
 
-    /// Asks whether a call on this thread has failed since the last time, through this device. Costs some 27 ns: once a
+    /// Asks whether a call on this thread has failed since the last time, through this device. Costs 11 to 33 ns: once a
     /// batch, not once a ray.
     ///
     /// # Errors

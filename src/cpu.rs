@@ -87,9 +87,8 @@ pub fn suffices() -> bool {
         }
     }
     if missing > 0 {
-        say(
-            "; Octolux needs x86-64-v3 (Intel Haswell of 2013, AMD Excavator of 2015, or later), or a build for this machine with ",
-        );
+        say("; Octolux needs x86-64-v3 (Intel Haswell of 2013, AMD Excavator of 2015, or later), ");
+        say("or a build for this machine with ");
         say("RUSTFLAGS=\"-C target-cpu=native\"\n");
     }
     missing == 0
@@ -108,7 +107,7 @@ fn has(feature: &Feature, state: u32) -> bool {
 /// Whether all bits of `mask` are set in `word`; see the top for why the compiler may not do it.
 fn covers(word: u32, mask: u32) -> bool {
     let yes: u8;
-    // SAFETY: three instructions of the 8086 on registers; they change nothing but those and the flags.
+    // SAFETY: three instructions on registers that every x86-64 has; they change nothing but those and the flags.
     unsafe {
         asm!("and {word:e}, {mask:e}", "cmp {word:e}, {mask:e}", "sete {yes}",
             word = inout(reg) word => _, mask = in(reg) mask, yes = out(reg_byte) yes, options(pure, nomem, nostack));
@@ -130,7 +129,7 @@ fn saved_state() -> u32 {
 }
 
 fn cpuid(leaf: u32) -> CpuidResult {
-    // Safe to call since Rust 1.94, not yet in the oldest Rust that we support.
+    // A safe function in rustc 1.95, an unsafe one in the oldest Rust that we support.
     #[allow(unused_unsafe)]
     // SAFETY: every x86-64 processor has `cpuid`.
     unsafe {

@@ -1,8 +1,8 @@
 //! Our own copy of Embree, taken from the wheel that Python's `embreex` is published as.
 //!
-//! Debian 12 has only Embree 3, and an own build of Embree 4 takes minutes. The wheel carries the library and its TBB, needs
-//! glibc 2.27 and nothing else, and unpacks in seconds. It goes into a cache outside `target/`, so that `cargo clean` and
-//! a second checkout do not download it again.
+//! Debian 12 has only Embree 3, and an own build of Embree 4 takes minutes. The wheel carries the library and its TBB,
+//! needs glibc 2.27 and nothing else, and unpacks in seconds. It goes into a cache outside `target/`, so that `cargo
+//! clean` and a second checkout do not download it again.
 
 use std::ffi::OsStr;
 use std::fs::{self, File};

@@ -1,10 +1,11 @@
 //! Whether this processor can run what the compiler made.
 //!
-//! The whole program is compiled for x86-64-v3 (or whatever `target-cpu` says), so that on an older processor it would be killed
-//! by SIGILL. `is_x86_feature_detected!` does not help: for a feature that the compiler may assume it is the constant `true`.
-//! So `cpuid` is asked here, and nothing in this file may compile to what it asks for. Not even `1 << bit` may: that became
-//! `shlx` of BMI2, and `word & mask == mask` may become `andn` of BMI1. Hence no formatting, no copies of arrays, and the one
-//! piece of arithmetic in assembly. `.ci/run` tries the program on an emulated Nehalem where qemu is installed.
+//! The whole program is compiled for x86-64-v3 (or whatever `target-cpu` says), so that on an older processor it would
+//! be killed by SIGILL. `is_x86_feature_detected!` does not help: for a feature that the compiler may assume it is the
+//! constant `true`. So `cpuid` is asked here, and nothing in this file may compile to what it asks for. Not even `1 <<
+//! bit` may: that became `shlx` of BMI2, and `word & mask == mask` may become `andn` of BMI1. Hence no formatting, no
+//! copies of arrays, and the one piece of arithmetic in assembly. `.ci/run` tries the program on an emulated Nehalem
+//! where qemu is installed.
 
 use std::arch::asm;
 use std::arch::x86_64::{__cpuid_count, CpuidResult};
@@ -68,8 +69,8 @@ static FEATURES: [Feature; 14] = features! {
     "AVX-512VL": "avx512vl", SevenEbx 31, ZMM;
 };
 
-/// Whether this processor and its operating system have all that the program was compiled for; if not, says on standard error
-/// in one sentence what is missing. To be called before anything else.
+/// Whether this processor and its operating system have all that the program was compiled for; if not, says on standard
+/// error in one sentence what is missing. To be called before anything else.
 #[must_use]
 #[inline(never)]
 pub fn suffices() -> bool {
@@ -122,8 +123,8 @@ fn saved_state() -> u32 {
         return 0;
     }
     let state: u32;
-    // SAFETY: OSXSAVE says that `xgetbv` may be executed; register 0 exists then. By hand, since the intrinsic needs the target
-    // feature `xsave`.
+    // SAFETY: OSXSAVE says that `xgetbv` may be executed; register 0 exists then. By hand, since the intrinsic needs
+    // the target feature `xsave`.
     unsafe { asm!("xgetbv", in("ecx") 0, out("eax") state, out("edx") _, options(nomem, nostack, preserves_flags)) };
     state
 }
@@ -137,7 +138,8 @@ fn cpuid(leaf: u32) -> CpuidResult {
     }
 }
 
-/// Writes by the standard library's own compiled code, which is for the first x86-64; `eprintln!` would be compiled here.
+/// Writes by the standard library's own compiled code, which is for the first x86-64; `eprintln!` would be compiled
+/// here.
 fn say(text: &str) {
     let _ = std::io::stderr().write(text.as_bytes());
 }
@@ -153,7 +155,8 @@ mod tests {
 
     #[test]
     fn the_bits_agree_with_the_standard_library() {
-        // Constant where the feature was compiled in, a real look at the processor elsewhere (AVX-512 in a default build).
+        // Constant where the feature was compiled in, a real look at the processor elsewhere (AVX-512 in a default
+        // build).
         let state = saved_state();
         let expected = |name| match name {
             "AVX2" => is_x86_feature_detected!("avx2"),

@@ -1,8 +1,8 @@
 //! Shows what Embree writes when `embree4-rs` asks it for a hit.
 //!
-//! The crate keeps its `RTCRayHit` in a local variable that no caller can reach. But its call of `rtcIntersect1` is bound when
-//! this program is linked, and a function of that name here comes before the library's. So the query can be looked at on
-//! its way: first in a fenced copy, where nothing can be harmed, then in the crate's own stack frame.
+//! The crate keeps its `RTCRayHit` in a local variable that no caller can reach. But its call of `rtcIntersect1` is
+//! bound when this program is linked, and a function of that name here comes before the library's. So the query can be
+//! looked at on its way: first in a fenced copy, where nothing can be harmed, then in the crate's own stack frame.
 
 use std::ffi::{CStr, c_char, c_void};
 use std::mem::size_of;
@@ -37,7 +37,8 @@ unsafe extern "C" fn rtcIntersect1(scene: RTCScene, rayhit: *mut RTCRayHit, args
     let real: Intersect1 = unsafe { std::mem::transmute(dlsym(RTLD_NEXT, NAME.as_ptr())) };
 
     let mut room = Room([FENCE; 256]);
-    // SAFETY: `rayhit` points at `SIZE` bytes, for which there is room; 256 bytes hold whatever Embree takes a hit to be.
+    // SAFETY: `rayhit` points at `SIZE` bytes, for which there is room; 256 bytes hold whatever Embree takes a hit to
+    // be.
     unsafe {
         room.0.as_mut_ptr().copy_from_nonoverlapping(rayhit.cast(), SIZE);
         real(scene, room.0.as_mut_ptr().cast(), args);
@@ -46,8 +47,8 @@ unsafe extern "C" fn rtcIntersect1(scene: RTCScene, rayhit: *mut RTCRayHit, args
     println!("in a fenced copy: bytes {changed:?} written, the struct ends at {SIZE}");
     BYTES_PAST.fetch_add(changed.len(), Ordering::Relaxed);
 
-    // SAFETY: none for what the real call does: that is the fault on show. The word read before and after lies in the crate's
-    // stack frame or its caller's, both alive.
+    // SAFETY: none for what the real call does: that is the fault on show. The word read before and after lies in the
+    // crate's stack frame or its caller's, both alive.
     unsafe {
         let behind = rayhit.add(1).cast::<u32>();
         let before = behind.read_volatile();

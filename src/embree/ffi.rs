@@ -1,7 +1,7 @@
 //! The part of Embree's C interface that we use, by hand.
 //!
 //! In the layout of Embree 4.3 and later (`rtcore_*.h`, compiled without `RTC_MIN_WIDTH` and with one level of
-//! instances, as Debian, Fedora and Intel build it): a hit ends in `instPrimID`, which 4.2 did not have. Names are
+//! instances, as Debian's library and the wheel's are): a hit ends in `instPrimID`, which 4.2 did not have. Names are
 //! Embree's own, so that its manual can be read beside them. The numbers in the `layout!` lines come from gcc's
 //! `sizeof` and `offsetof`.
 

@@ -1,7 +1,7 @@
 //! Finds Embree 4 (or fetches it), tells the linker, and records what this build is made of.
 //!
-//! Needs nothing that a user would have to install first: no cmake, no pkg-config, no libclang. Python with pip is needed
-//! only where there is no Embree yet.
+//! Needs nothing that a user would have to install first: no cmake, no pkg-config, no libclang. Python with pip is
+//! needed only where there is no Embree yet.
 
 #[path = "build/commit.rs"]
 mod commit;

@@ -34,8 +34,8 @@ pub fn find() -> Result<Library, String> {
         let prefix = PathBuf::from(prefix);
         return Library::below(&prefix).ok_or_else(|| {
             format!(
-                "EMBREE_DIR is {}, but neither its lib/ nor its lib64/ holds {}: point it at the folder above Embree 4's \
-                 library, or unset it",
+                "EMBREE_DIR is {}, but neither its lib/ nor its lib64/ holds {}: point it at the folder \
+                 above Embree 4's library, or unset it",
                 prefix.display(),
                 NAMES.join(" or ")
             )

@@ -1,8 +1,8 @@
 //! Our own copy of Embree, taken from the wheel that Python's `embreex` is published as.
 //!
-//! Debian 12 has only Embree 3, and an own build of Embree 4 takes minutes. The wheel carries the library and its TBB, needs
-//! glibc 2.27 and nothing else, and unpacks in seconds. It goes into a cache outside `target/`, so that `cargo clean` and
-//! a second checkout do not download it again.
+//! Debian 12 has only Embree 3, and an own build of Embree 4 takes minutes. The wheel carries the library and its TBB,
+//! needs glibc 2.27 and nothing else, and unpacks in seconds. It goes into a cache outside `target/`, so that `cargo
+//! clean` and a second checkout do not download it again.
 
 use std::ffi::OsStr;
 use std::fs::{self, File};
@@ -10,6 +10,7 @@ use std::io;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::time::SystemTime;
 
 use crate::embree::setting;
 
@@ -51,12 +52,14 @@ pub fn prefix(complete: impl Fn(&Path) -> bool) -> Result<PathBuf, String> {
     let prefix = parent.join(NAME);
     // Another build may have filled it while this one waited for the lock.
     if !complete(&prefix) {
+        let work = parent.join(format!("{NAME}.unfinished"));
+        let filled = fill(&work, &prefix).map_err(|why| format!("{why}\nOr {ADVICE}"));
+        remove(&work).and(filled)?;
+        // Cargo shows this again with every build until the script is run anew, so it says what is, not what is done.
         println!(
-            "cargo::warning=no Embree 4 found: downloading {PACKAGE} (14 MB) with pip into {}",
+            "cargo::warning=no Embree 4 on this system: using that of {PACKAGE}, downloaded with pip into {}",
             prefix.display()
         );
-        let work = parent.join(format!("{NAME}.unfinished"));
-        fill(&work, &prefix).map_err(|why| format!("{why}\nOr {ADVICE}"))?;
     }
     Ok(prefix)
 }
@@ -113,8 +116,7 @@ fn fill(work: &Path, prefix: &Path) -> Result<(), String> {
 
     install(&tree.join("embreex.libs"), &made.join("lib")).map_err(|why| format!("cannot unpack the wheel: {why}"))?;
     remove(prefix)?; // here only if it was damaged
-    fs::rename(&made, prefix).map_err(|why| format!("cannot make {}: {why}", prefix.display()))?;
-    remove(work)
+    fs::rename(&made, prefix).map_err(|why| format!("cannot make {}: {why}", prefix.display()))
 }
 
 fn download(wheels: &Path) -> Result<(), String> {
@@ -122,9 +124,17 @@ fn download(wheels: &Path) -> Result<(), String> {
         ["-m", "pip", "--version"].map(OsStr::new),
         "python3 has no pip (Debian: apt-get install python3-pip)",
     )?;
-    let mut arguments = ["-m", "pip", "download", "-q", "--no-deps", "--only-binary=:all:"]
-        .map(OsStr::new)
-        .to_vec();
+    let mut arguments = [
+        "-m",
+        "pip",
+        "download",
+        "-q",
+        "--disable-pip-version-check",
+        "--no-deps",
+        "--only-binary=:all:",
+    ]
+    .map(OsStr::new)
+    .to_vec();
     arguments.extend(PLATFORM.map(OsStr::new));
     arguments.extend([OsStr::new("-d"), wheels.as_os_str(), OsStr::new(PACKAGE)]);
     python(arguments, &format!("pip cannot download {PACKAGE} (no network?)")).map(drop)
@@ -137,6 +147,8 @@ fn install(from: &Path, to: &Path) -> io::Result<()> {
         fs::rename(file.path(), to.join(file.file_name()))?;
     }
     let library = entry(to, |name| name.starts_with("libembree4-")).ok_or(io::ErrorKind::NotFound)?;
+    // Cargo watches this file, and would find it newer than the run that made it: everything would be compiled twice.
+    File::open(&library)?.set_modified(SystemTime::UNIX_EPOCH)?;
     symlink(library.file_name().unwrap_or_default(), to.join("libembree4.so"))
 }
 

@@ -1,9 +1,11 @@
 //! Whether this processor can run what the compiler made.
 //!
-//! The whole program is compiled for x86-64-v3 (or whatever `target-cpu` says), so that on an older processor it would be killed
-//! by SIGILL. `is_x86_feature_detected!` does not help: for a feature that the compiler may assume it is the constant `true`.
-//! So `cpuid` is asked here, and nothing in this file may compile to AVX code: no arrays copied, no formatting, no closures
-//! over wide data. `objdump` and an emulated Nehalem are the proof (see the tests of the binary).
+//! The whole program is compiled for x86-64-v3 (or whatever `target-cpu` says), so that on an older processor it would
+//! be killed by SIGILL. `is_x86_feature_detected!` does not help: for a feature that the compiler may assume it is the
+//! constant `true`. So `cpuid` is asked here, and nothing in this file may compile to what it asks for. Not even `1 <<
+//! bit` may: that became `shlx` of BMI2, and `word & mask == mask` may become `andn` of BMI1. Hence no formatting, no
+//! copies of arrays, and the one piece of arithmetic in assembly. `.ci/run` tries the program on an emulated Nehalem
+//! where qemu is installed.
 
 use std::arch::asm;
 use std::arch::x86_64::{__cpuid_count, CpuidResult};
@@ -20,40 +22,55 @@ enum Leaf {
     ExtendedEcx,
 }
 
-/// What must be there: its name, where its bit is, and whether this build may use it.
+/// What must be there.
 struct Feature {
     name: &'static str,
     leaf: Leaf,
-    bit: u32,
+    /// The one bit in the leaf's word.
+    mask: u32,
+    /// The bits of XCR0 without which the operating system loses the feature's registers at a task switch.
+    saved: u32,
+    /// Whether this build may use it.
     compiled: bool,
 }
 
 macro_rules! features {
-    ($($name:literal: $feature:literal, $leaf:ident $bit:literal;)*) => {
-        [$(Feature { name: $name, leaf: Leaf::$leaf, bit: $bit, compiled: cfg!(target_feature = $feature) }),*]
+    ($($name:literal: $feature:literal, $leaf:ident $bit:literal, $saved:expr;)*) => {
+        [$(Feature {
+            name: $name,
+            leaf: Leaf::$leaf,
+            mask: 1 << $bit,
+            saved: $saved,
+            compiled: cfg!(target_feature = $feature),
+        }),*]
     };
 }
 
+/// XMM and YMM registers.
+const YMM: u32 = 0b110;
+/// Those, the masks and ZMM.
+const ZMM: u32 = 0b1110_0110;
+
 /// Intel's manual, volume 2, CPUID; AMD's, volume 3, appendix E. What `target-cpu=native` adds most often is here too.
 static FEATURES: [Feature; 14] = features! {
-    "SSE4.2": "sse4.2", OneEcx 20;
-    "MOVBE": "movbe", OneEcx 22;
-    "POPCNT": "popcnt", OneEcx 23;
-    "AVX": "avx", OneEcx 28;
-    "F16C": "f16c", OneEcx 29;
-    "FMA": "fma", OneEcx 12;
-    "BMI1": "bmi1", SevenEbx 3;
-    "AVX2": "avx2", SevenEbx 5;
-    "BMI2": "bmi2", SevenEbx 8;
-    "LZCNT": "lzcnt", ExtendedEcx 5;
-    "AVX-512F": "avx512f", SevenEbx 16;
-    "AVX-512DQ": "avx512dq", SevenEbx 17;
-    "AVX-512BW": "avx512bw", SevenEbx 30;
-    "AVX-512VL": "avx512vl", SevenEbx 31;
+    "SSE4.2": "sse4.2", OneEcx 20, 0;
+    "MOVBE": "movbe", OneEcx 22, 0;
+    "POPCNT": "popcnt", OneEcx 23, 0;
+    "AVX": "avx", OneEcx 28, YMM;
+    "F16C": "f16c", OneEcx 29, YMM;
+    "FMA": "fma", OneEcx 12, YMM;
+    "BMI1": "bmi1", SevenEbx 3, 0;
+    "AVX2": "avx2", SevenEbx 5, YMM;
+    "BMI2": "bmi2", SevenEbx 8, 0;
+    "LZCNT": "lzcnt", ExtendedEcx 5, 0;
+    "AVX-512F": "avx512f", SevenEbx 16, ZMM;
+    "AVX-512DQ": "avx512dq", SevenEbx 17, ZMM;
+    "AVX-512BW": "avx512bw", SevenEbx 30, ZMM;
+    "AVX-512VL": "avx512vl", SevenEbx 31, ZMM;
 };
 
-/// Whether this processor and its operating system have all that the program was compiled for; if not, says on standard error
-/// in one sentence what is missing. To be called before anything else.
+/// Whether this processor and its operating system have all that the program was compiled for; if not, says on standard
+/// error in one sentence what is missing. To be called before anything else.
 #[must_use]
 #[inline(never)]
 pub fn suffices() -> bool {
@@ -71,46 +88,49 @@ pub fn suffices() -> bool {
         }
     }
     if missing > 0 {
-        say(
-            "; Octolux needs x86-64-v3 (Intel Haswell of 2013, AMD Excavator of 2015, or later), or a build for this machine with ",
-        );
+        say("; Octolux needs x86-64-v3 (Intel Haswell of 2013, AMD Excavator of 2015, or later), ");
+        say("or a build for this machine with ");
         say("RUSTFLAGS=\"-C target-cpu=native\"\n");
     }
     missing == 0
 }
 
-fn has(feature: &Feature, state: u64) -> bool {
+fn has(feature: &Feature, state: u32) -> bool {
     let word = match feature.leaf {
         Leaf::OneEcx => cpuid(1).ecx,
         Leaf::SevenEbx if cpuid(0).eax >= 7 => cpuid(7).ebx,
         Leaf::ExtendedEcx if cpuid(0x8000_0000).eax >= 0x8000_0001 => cpuid(0x8000_0001).ecx,
         _ => 0,
     };
-    // The registers that hold the feature's operands must survive a task switch: XMM and YMM (bits 1, 2), and for AVX-512 the
-    // mask registers and ZMM (bits 5 to 7) as well.
-    let saved = match feature.name {
-        "AVX" | "AVX2" | "FMA" | "F16C" => 0b110,
-        name if name.starts_with("AVX-512") => 0b1110_0110,
-        _ => 0,
-    };
-    word >> feature.bit & 1 == 1 && state & saved == saved
+    covers(word, feature.mask) && covers(state, feature.saved)
 }
 
-/// The register XCR0: which register files the operating system saves. 0 if it says nothing.
-fn saved_state() -> u64 {
+/// Whether all bits of `mask` are set in `word`; see the top for why the compiler may not do it.
+fn covers(word: u32, mask: u32) -> bool {
+    let yes: u8;
+    // SAFETY: three instructions on registers that every x86-64 has; they change nothing but those and the flags.
+    unsafe {
+        asm!("and {word:e}, {mask:e}", "cmp {word:e}, {mask:e}", "sete {yes}",
+            word = inout(reg) word => _, mask = in(reg) mask, yes = out(reg_byte) yes, options(pure, nomem, nostack));
+    }
+    yes != 0
+}
+
+/// The lower half of register XCR0: which register files the operating system saves. 0 if it says nothing.
+fn saved_state() -> u32 {
     const OSXSAVE: u32 = 1 << 27;
-    if cpuid(1).ecx & OSXSAVE == 0 {
+    if !covers(cpuid(1).ecx, OSXSAVE) {
         return 0;
     }
-    let (low, high): (u32, u32);
-    // SAFETY: OSXSAVE says that `xgetbv` may be executed; register 0 exists then. By hand, since the intrinsic needs the target
-    // feature `xsave`.
-    unsafe { asm!("xgetbv", in("ecx") 0, out("eax") low, out("edx") high, options(nomem, nostack, preserves_flags)) };
-    u64::from(high) << 32 | u64::from(low)
+    let state: u32;
+    // SAFETY: OSXSAVE says that `xgetbv` may be executed; register 0 exists then. By hand, since the intrinsic needs
+    // the target feature `xsave`.
+    unsafe { asm!("xgetbv", in("ecx") 0, out("eax") state, out("edx") _, options(nomem, nostack, preserves_flags)) };
+    state
 }
 
 fn cpuid(leaf: u32) -> CpuidResult {
-    // Safe to call since Rust 1.94, not yet in the oldest Rust that we support.
+    // A safe function in rustc 1.95, an unsafe one in the oldest Rust that we support.
     #[allow(unused_unsafe)]
     // SAFETY: every x86-64 processor has `cpuid`.
     unsafe {
@@ -118,7 +138,8 @@ fn cpuid(leaf: u32) -> CpuidResult {
     }
 }
 
-/// Writes by the standard library's own compiled code, which is for the first x86-64; `eprintln!` would be compiled here.
+/// Writes by the standard library's own compiled code, which is for the first x86-64; `eprintln!` would be compiled
+/// here.
 fn say(text: &str) {
     let _ = std::io::stderr().write(text.as_bytes());
 }
@@ -134,7 +155,8 @@ mod tests {
 
     #[test]
     fn the_bits_agree_with_the_standard_library() {
-        // Constant where the feature was compiled in, a real look at the processor elsewhere (AVX-512 in a default build).
+        // Constant where the feature was compiled in, a real look at the processor elsewhere (AVX-512 in a default
+        // build).
         let state = saved_state();
         let expected = |name| match name {
             "AVX2" => is_x86_feature_detected!("avx2"),

@@ -1,8 +1,8 @@
 //! A start-up check that the loaded Embree reads and writes rays where our structs have them.
 //!
-//! Bindings for another version compile, link and seem to work: Embree 4.3 added a field to the end of its hits, and with
-//! structs of 4.2 every hit overwrites 4 to 64 bytes of whatever lies behind. So one triangle is hit by one ray and by one
-//! packet, between fences of known bytes.
+//! Bindings for another version compile, link and seem to work: Embree 4.3 added a field to the end of its hits, and
+//! with structs of 4.2 every hit overwrites 4 to 64 bytes of whatever lies behind. So one triangle is hit by one ray
+//! and by one packet, between fences of known bytes.
 
 use std::ffi::c_int;
 use std::ptr;
@@ -18,7 +18,8 @@ const FENCE_BYTES: usize = 64;
 /// An identity that no uninitialised or misplaced field is likely to show.
 const GEOMETRY: u32 = 77;
 
-/// A value between two fences, without gaps: 64 is a multiple of every alignment here, and sizes are multiples of theirs.
+/// A value between two fences, without gaps: 64 is a multiple of every alignment here, and sizes are multiples of
+/// theirs.
 #[repr(C, align(64))]
 struct Fenced<T> {
     before: [u8; FENCE_BYTES],
@@ -51,8 +52,8 @@ impl<T> Fenced<T> {
     }
 }
 
-/// Traces one ray and one packet of eight at a triangle, and looks at every field that comes back and at the bytes around.
-/// Takes some 20 µs.
+/// Traces one ray and one packet of eight at a triangle, and looks at every field that comes back and at the bytes
+/// around. Takes 50 to 140 µs the first time and 13 µs after that.
 ///
 /// # Errors
 /// [`EmbreeError::Layout`] if the library and our structs differ, [`EmbreeError::Reported`] if it refuses a call.
@@ -207,8 +208,8 @@ impl Triangle {
     fn new(device: &Device) -> Result<Self, EmbreeError> {
         const CORNERS: [f32; 9] = [0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 4.0, 0.0];
         const INDICES: [u32; 3] = [0, 1, 2];
-        // SAFETY: the device is alive, and null is asked for after each call that can answer it. The two buffers have room for
-        // what is copied (Embree pads them itself). The scene keeps the geometry alive after its release.
+        // SAFETY: the device is alive, and null is asked for after each call that can answer it. The two buffers have
+        // room for what is copied (Embree pads them itself). The scene keeps the geometry alive after its release.
         unsafe {
             let scene = Self(ffi::rtcNewScene(device.handle()));
             let geometry = ffi::rtcNewGeometry(device.handle(), ffi::RTC_GEOMETRY_TYPE_TRIANGLE);

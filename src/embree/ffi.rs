@@ -1,8 +1,9 @@
 //! The part of Embree's C interface that we use, by hand.
 //!
-//! In the layout of Embree 4.3 and later (`rtcore_*.h`, compiled without `RTC_MIN_WIDTH` and with one level of instances, as
-//! Debian, Fedora and Intel build it): a hit ends in `instPrimID`, which 4.2 did not have. Names are Embree's own, so
-//! that its manual can be read beside them. The numbers in the `layout!` lines come from gcc's `sizeof` and `offsetof`.
+//! In the layout of Embree 4.3 and later (`rtcore_*.h`, compiled without `RTC_MIN_WIDTH` and with one level of
+//! instances, as Debian's library and the wheel's are): a hit ends in `instPrimID`, which 4.2 did not have. Names are
+//! Embree's own, so that its manual can be read beside them. The numbers in the `layout!` lines come from gcc's
+//! `sizeof` and `offsetof`.
 
 // Names: see above. Dead code: a table of an interface is worth having whole; what is unused costs nothing.
 #![allow(non_camel_case_types, non_snake_case, dead_code)]
@@ -295,7 +296,6 @@ pub(crate) type RTCIntersectFunctionN = Option<unsafe extern "C" fn(args: *const
 pub(crate) type RTCOccludedFunctionN = Option<unsafe extern "C" fn(args: *const RTCOccludedFunctionNArguments)>;
 
 // `rtcGetDeviceLastErrorMessage` and `rtcGetErrorString` are left out: Debian's 4.3 lacks them and would not link.
-#[rustfmt::skip]
 unsafe extern "C" {
     pub(crate) fn rtcNewDevice(config: *const c_char) -> RTCDevice;
     pub(crate) fn rtcRetainDevice(device: RTCDevice);
@@ -317,8 +317,24 @@ unsafe extern "C" {
     pub(crate) fn rtcCommitGeometry(geometry: RTCGeometry);
     pub(crate) fn rtcSetGeometryBuildQuality(geometry: RTCGeometry, quality: RTCBuildQuality);
     pub(crate) fn rtcSetGeometryMask(geometry: RTCGeometry, mask: u32);
-    pub(crate) fn rtcSetNewGeometryBuffer(geometry: RTCGeometry, kind: RTCBufferType, slot: u32, format: RTCFormat, byteStride: usize, itemCount: usize) -> *mut c_void;
-    pub(crate) fn rtcSetSharedGeometryBuffer(geometry: RTCGeometry, kind: RTCBufferType, slot: u32, format: RTCFormat, ptr: *const c_void, byteOffset: usize, byteStride: usize, itemCount: usize);
+    pub(crate) fn rtcSetNewGeometryBuffer(
+        geometry: RTCGeometry,
+        kind: RTCBufferType,
+        slot: u32,
+        format: RTCFormat,
+        byteStride: usize,
+        itemCount: usize,
+    ) -> *mut c_void;
+    pub(crate) fn rtcSetSharedGeometryBuffer(
+        geometry: RTCGeometry,
+        kind: RTCBufferType,
+        slot: u32,
+        format: RTCFormat,
+        ptr: *const c_void,
+        byteOffset: usize,
+        byteStride: usize,
+        itemCount: usize,
+    );
     pub(crate) fn rtcSetGeometryUserPrimitiveCount(geometry: RTCGeometry, count: u32);
     pub(crate) fn rtcSetGeometryUserData(geometry: RTCGeometry, ptr: *mut c_void);
     pub(crate) fn rtcSetGeometryBoundsFunction(geometry: RTCGeometry, bounds: RTCBoundsFunction, userPtr: *mut c_void);
@@ -327,11 +343,41 @@ unsafe extern "C" {
 
     // `valid` and packets are aligned to 4 bytes a lane: an unaligned mask crashed with Debian's library.
     pub(crate) fn rtcIntersect1(scene: RTCScene, rayhit: *mut RTCRayHit, args: *mut RTCIntersectArguments);
-    pub(crate) fn rtcIntersect4(valid: *const c_int, scene: RTCScene, rayhit: *mut RTCRayHit4, args: *mut RTCIntersectArguments);
-    pub(crate) fn rtcIntersect8(valid: *const c_int, scene: RTCScene, rayhit: *mut RTCRayHit8, args: *mut RTCIntersectArguments);
-    pub(crate) fn rtcIntersect16(valid: *const c_int, scene: RTCScene, rayhit: *mut RTCRayHit16, args: *mut RTCIntersectArguments);
+    pub(crate) fn rtcIntersect4(
+        valid: *const c_int,
+        scene: RTCScene,
+        rayhit: *mut RTCRayHit4,
+        args: *mut RTCIntersectArguments,
+    );
+    pub(crate) fn rtcIntersect8(
+        valid: *const c_int,
+        scene: RTCScene,
+        rayhit: *mut RTCRayHit8,
+        args: *mut RTCIntersectArguments,
+    );
+    pub(crate) fn rtcIntersect16(
+        valid: *const c_int,
+        scene: RTCScene,
+        rayhit: *mut RTCRayHit16,
+        args: *mut RTCIntersectArguments,
+    );
     pub(crate) fn rtcOccluded1(scene: RTCScene, ray: *mut RTCRay, args: *mut RTCOccludedArguments);
-    pub(crate) fn rtcOccluded4(valid: *const c_int, scene: RTCScene, ray: *mut RTCRay4, args: *mut RTCOccludedArguments);
-    pub(crate) fn rtcOccluded8(valid: *const c_int, scene: RTCScene, ray: *mut RTCRay8, args: *mut RTCOccludedArguments);
-    pub(crate) fn rtcOccluded16(valid: *const c_int, scene: RTCScene, ray: *mut RTCRay16, args: *mut RTCOccludedArguments);
+    pub(crate) fn rtcOccluded4(
+        valid: *const c_int,
+        scene: RTCScene,
+        ray: *mut RTCRay4,
+        args: *mut RTCOccludedArguments,
+    );
+    pub(crate) fn rtcOccluded8(
+        valid: *const c_int,
+        scene: RTCScene,
+        ray: *mut RTCRay8,
+        args: *mut RTCOccludedArguments,
+    );
+    pub(crate) fn rtcOccluded16(
+        valid: *const c_int,
+        scene: RTCScene,
+        ray: *mut RTCRay16,
+        args: *mut RTCOccludedArguments,
+    );
 }

@@ -95,6 +95,16 @@ fn folder(path: &Path) -> &Path {
 /// A temporary file that [`abandon_all`] knows of. Dropping it removes it.
 struct Temporary {
     file: NamedTempFile,
+    pending: Pending,
+}
+
+/// An entry in the list of temporary files, for as long as it lives.
+struct Pending(PathBuf);
+
+impl Drop for Pending {
+    fn drop(&mut self) {
+        pending().retain(|path| *path != self.0);
+    }
 }
 
 impl Temporary {
@@ -104,17 +114,20 @@ impl Temporary {
         // tempfile asks for 0600; a picture is as readable as any new file (the system takes the umask off).
         #[cfg(unix)]
         builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666));
-        let mut pending = pending();
+        // Locked until the file is in the list, so that none is missed.
+        let mut list = pending();
         let file = builder.tempfile_in(folder(path))?;
-        pending.push(file.path().to_owned());
-        Ok(Self { file })
+        list.push(file.path().to_owned());
+        drop(list);
+        let pending = Pending(file.path().to_owned());
+        Ok(Self { file, pending })
     }
 
     fn become_file(self, path: &Path) -> io::Result<()> {
-        let temporary = self.file.path().to_owned();
-        let persisted = self.file.persist(path);
-        pending().retain(|other| *other != temporary);
-        // On failure the error still owns the file and removes it.
-        persisted.map(drop).map_err(|failure| failure.error)
+        let Self { file, pending } = self;
+        // On failure the error owns the file and removes it.
+        let persisted = file.persist(path).map(drop).map_err(|failure| failure.error);
+        drop(pending);
+        persisted
     }
 }

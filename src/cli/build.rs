@@ -18,8 +18,12 @@ pub fn embree_version() -> String {
 }
 
 /// What `--version` prints after the name.
-pub static VERSION_LINE: LazyLock<String> =
-    LazyLock::new(|| format!("{VERSION} (commit {COMMIT}, Embree {}, {TARGET_FEATURES})", embree_version()));
+pub static VERSION_LINE: LazyLock<String> = LazyLock::new(|| {
+    format!(
+        "{VERSION} (commit {COMMIT}, Embree {}, {TARGET_FEATURES})",
+        embree_version()
+    )
+});
 
 const fn or_unknown(value: Option<&'static str>) -> &'static str {
     match value {

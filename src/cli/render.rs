@@ -10,7 +10,7 @@ use super::progress::Bar;
 use super::schedule::Goal;
 use super::stats::{Stats, Times};
 use super::{CliError, Exit, report};
-use crate::film::{Attributes, write_picture};
+use crate::film::write_picture;
 use crate::pipeline::{Renderer, Settings};
 
 const EXAMPLES: &str = "\
@@ -88,6 +88,7 @@ pub fn run(args: Args) -> Result<Exit, CliError> {
 }
 
 /// One scene of the batch.
+#[derive(Clone, Copy)]
 struct Job<'a> {
     path: &'a Path,
     targets: &'a Targets,
@@ -95,149 +96,162 @@ struct Job<'a> {
     interrupt: &'a Interrupt,
 }
 
-impl Job<'_> {
-    /// Renders and writes; returns everything that went wrong, as a picture that cannot be written is no reason to
-    /// keep back the others.
-    fn run(&self) -> Vec<CliError> {
-        let mut errors = Vec::new();
-        if let Err(error) = self.render(&mut errors) {
-            errors.push(error);
+impl<'a> Job<'a> {
+    /// Renders and writes; returns everything that went wrong.
+    fn run(self) -> Vec<CliError> {
+        let mut render = match self.set_up() {
+            Ok(render) => render,
+            Err(error) => return vec![error],
+        };
+        render.passes();
+        if let Err(error) = render.finish() {
+            render.errors.push(error);
         }
-        errors
+        render.errors
     }
 
-    fn render(&self, errors: &mut Vec<CliError>) -> Result<(), CliError> {
+    /// Loads the scene and builds what its render needs.
+    fn set_up(self) -> Result<Render<'a>, CliError> {
         let started = Instant::now();
         let scene = super::temporary::load(self.path).map_err(CliError::scene)?;
-        let mut times = Times {
+        let times = Times {
             load_s: started.elapsed().as_secs_f64(),
             ..Times::default()
         };
         let settings = self.args.options.settings(&scene)?;
-        let mut renderer = Renderer::new(&scene, settings).map_err(|error| CliError::setup(self.path, &error))?;
+        let renderer = Renderer::new(&scene, settings).map_err(|error| CliError::setup(self.path, &error))?;
         self.interrupt.watch(renderer.progress());
-        // MERGE: `for note in &scene.notes { self.say(|| report::note(note)) }`
+        // MERGE: `if !self.args.quiet { scene.notes.iter().for_each(|note| report::note(note)) }`
         let spp = self.args.spp.or(scene.render.spp).unwrap_or(options::DEFAULT_SPP);
         let goal = self.args.time.map_or(Goal::Passes(spp), Goal::Seconds);
-
-        self.passes(&scene.name, goal, settings, &mut renderer, &mut times, errors);
-
-        let interrupted = self.interrupt.asked();
-        if renderer.passes() == 0 {
-            report::print(&format!(
-                "{}: stopped before its first pass, nothing to write\n",
-                self.path.display()
-            ));
-            return Ok(());
-        }
-        let about = Stats::new(self.path, settings, &renderer, times, interrupted);
-        let attributes = about.attributes(self.args.exposure);
-        let written = self.write(&renderer, &self.targets.pictures, &attributes, &mut times, errors);
-        let stats = Stats {
-            write_s: times.write_s,
-            ..about
-        };
-        self.tell(&stats, &written)
+        Ok(Render {
+            job: self,
+            name: scene.name,
+            goal,
+            settings,
+            renderer,
+            times,
+            errors: Vec::new(),
+        })
     }
+}
 
+/// A render under way.
+struct Render<'a> {
+    job: Job<'a>,
+    name: String,
+    goal: Goal,
+    settings: Settings,
+    renderer: Renderer,
+    times: Times,
+    /// Pictures that could not be written: no reason to keep back the others.
+    errors: Vec<CliError>,
+}
+
+impl Render<'_> {
     /// Renders block after block until the goal or a stop.
-    fn passes(
-        &self,
-        name: &str,
-        goal: Goal,
-        settings: Settings,
-        renderer: &mut Renderer,
-        times: &mut Times,
-        errors: &mut Vec<CliError>,
-    ) {
-        let pixels = u64::from(settings.film.width) * u64::from(settings.film.height);
-        let progress = renderer.progress();
-        let _bar = Bar::start(name, goal, pixels, progress.clone(), self.args.quiet);
+    fn passes(&mut self) {
+        let progress = self.renderer.progress();
+        let pixels = u64::from(self.settings.film.width) * u64::from(self.settings.film.height);
+        let _bar = Bar::start(&self.name, self.goal, pixels, progress.clone(), self.job.args.quiet);
         let mut pass_s = 0.0;
         while !progress.stop_requested() {
-            let (before, stop) = (renderer.passes(), renderer.next_stop());
-            let Some(limit) = goal.limit(before, times.render_s, pass_s) else {
+            let (before, stop) = (self.renderer.passes(), self.renderer.next_stop());
+            let Some(limit) = self.goal.limit(before, self.times.render_s, pass_s) else {
                 break;
             };
             let started = Instant::now();
-            let after = renderer.next_block(limit);
+            let after = self.renderer.next_block(limit);
             let seconds = started.elapsed().as_secs_f64();
-            times.render_s += seconds;
+            self.times.render_s += seconds;
             if before == 0 {
-                times.first_pass_s = seconds;
+                self.times.first_pass_s = seconds;
             }
-            pass_s = seconds / f64::from((after - before).max(1));
-            if self.args.snapshots && after > before && after.is_power_of_two() {
-                let paths: Vec<PathBuf> = self
-                    .targets
-                    .pictures
-                    .iter()
-                    .map(|path| outputs::snapshot(path, after))
-                    .collect();
-                let interrupted = self.interrupt.asked();
-                let about = Stats::new(self.path, settings, renderer, *times, interrupted);
-                self.write(renderer, &paths, &about.attributes(self.args.exposure), times, errors);
+            if after > before {
+                pass_s = seconds / f64::from(after - before);
+                self.snapshot(after);
             }
-            // A block that was cut short is the last: sums are only the same for all if blocks end where all do.
+            // A block that was cut short is the last: sums are the same for all only if blocks end where all do.
             if after < stop {
                 break;
             }
         }
     }
 
-    /// Writes the picture as it stands to each path; returns those that stand.
-    fn write(
-        &self,
-        renderer: &Renderer,
-        paths: &[PathBuf],
-        attributes: &Attributes,
-        times: &mut Times,
-        errors: &mut Vec<CliError>,
-    ) -> Vec<PathBuf> {
-        let started = Instant::now();
-        let picture = renderer.picture();
-        let mut written = Vec::new();
-        for path in paths {
-            match write_picture(path, &picture, attributes) {
-                Ok(()) => written.push(path.clone()),
-                Err(error) => errors.push(error.into()),
-            }
+    /// Writes what `--snapshots` asks for after so many passes.
+    fn snapshot(&mut self, passes: u32) {
+        if self.job.args.snapshots && passes.is_power_of_two() {
+            let paths = self
+                .job
+                .targets
+                .pictures
+                .iter()
+                .map(|path| outputs::snapshot(path, passes));
+            self.write(paths.collect());
         }
-        times.write_s += started.elapsed().as_secs_f64();
-        written
     }
 
-    /// Says what was done: figures for programs, a summary and warnings for people.
-    fn tell(&self, stats: &Stats, written: &[PathBuf]) -> Result<(), CliError> {
-        if let Some(path) = &self.targets.stats {
-            stats.write(path)?;
-        }
-        if self.args.json {
-            report::data(&stats.json()?)?;
-        }
-        if self.args.quiet {
+    /// Writes the pictures and tells how it went.
+    fn finish(&mut self) -> Result<(), CliError> {
+        let args = self.job.args;
+        if self.renderer.passes() == 0 {
+            if !args.quiet {
+                report::print(&format!(
+                    "{}: stopped before its first pass, nothing to write\n",
+                    self.job.path.display()
+                ));
+            }
             return Ok(());
         }
-        let invalid = stats.invalid_samples;
-        if invalid.total() > 0 {
-            report::warning(&format!(
-                "{}: {} contributions were thrown away ({} NaN, {} infinite, {} negative): the picture may be too dark",
-                stats.scene,
-                invalid.total(),
-                invalid.nan,
-                invalid.inf,
-                invalid.negative
-            ));
+        let written = self.write(self.job.targets.pictures.clone());
+        let stats = self.stats();
+        if let Some(path) = &self.job.targets.stats {
+            stats.write(path)?;
         }
-        if !self.args.json {
-            let files: Vec<String> = written.iter().map(|path| path.display().to_string()).collect();
-            let files = if files.is_empty() {
+        if args.json {
+            report::data(&stats.json()?)?;
+        }
+        if !args.quiet {
+            stats
+                .invalid_samples
+                .warning(&stats.scene)
+                .iter()
+                .for_each(|warning| report::warning(warning));
+        }
+        if !args.quiet && !args.json {
+            let files = if written.is_empty() {
                 "nothing".to_owned()
             } else {
-                files.join(", ")
+                written.join(", ")
             };
             report::print(&format!("{}\nwrote {files}\n", stats.summary()));
         }
         Ok(())
+    }
+
+    /// Writes the picture as it stands to each path; returns the names of those that stand.
+    fn write(&mut self, paths: Vec<PathBuf>) -> Vec<String> {
+        let started = Instant::now();
+        let picture = self.renderer.picture();
+        let attributes = self.stats().attributes(self.job.args.exposure);
+        let mut written = Vec::new();
+        for path in paths {
+            match write_picture(&path, &picture, &attributes) {
+                Ok(()) => written.push(path.display().to_string()),
+                Err(error) => self.errors.push(error.into()),
+            }
+        }
+        self.times.write_s += started.elapsed().as_secs_f64();
+        written
+    }
+
+    fn stats(&self) -> Stats {
+        Stats::new(
+            self.job.path,
+            self.settings,
+            &self.renderer,
+            self.times,
+            self.job.interrupt.asked(),
+        )
     }
 }

@@ -66,8 +66,16 @@ pub struct Invalid {
 }
 
 impl Invalid {
-    pub const fn total(self) -> u64 {
-        self.nan + self.inf + self.negative
+    /// What the user has to hear, if anything.
+    pub fn warning(self, scene: &str) -> Option<String> {
+        let Self { nan, inf, negative } = self;
+        let total = nan + inf + negative;
+        (total > 0).then(|| {
+            format!(
+                "{scene}: {total} contributions were thrown away ({nan} NaN, {inf} infinite, {negative} negative): the \
+                 picture may be too dark"
+            )
+        })
     }
 }
 

@@ -16,7 +16,8 @@ pub(super) fn write(file: impl Write, picture: &Picture, exposure: f64) -> io::R
         .iter()
         .map(|&radiance| encode(radiance * gain))
         .collect();
-    PngEncoder::new_with_quality(file, CompressionType::Default, FilterType::Adaptive)
+    // A grainy 768 x 512 takes 20 ms at level 3 and 80 ms at the default, for 6 % less: a first picture should not wait.
+    PngEncoder::new_with_quality(file, CompressionType::Level(3), FilterType::Adaptive)
         .write_image(&bytes, picture.width, picture.height, ExtendedColorType::Rgb8)
         .map_err(|error| match error {
             ImageError::IoError(error) => error,

@@ -388,3 +388,60 @@ fn standard_output_that_is_full_is_a_failure() {
         stderr(&output)
     );
 }
+
+/// Ctrl-c in the middle of a render that would take days: the picture so far is written.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_render_writes_what_there_is() {
+    use std::time::{Duration, Instant};
+    let place = Place::new();
+    place.scene("other");
+    let child = Command::new(env!("CARGO_BIN_EXE_octolux"))
+        .args([
+            "render",
+            "in/small.toml",
+            "in/other.toml",
+            "--spp",
+            "1000000000",
+            "--snapshots",
+            "--json",
+        ])
+        .args(["-o", "{name}.npy"])
+        .current_dir(place.path())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let started = Instant::now();
+    while !place.path().join("small_0001spp.npy").exists() {
+        assert!(started.elapsed() < Duration::from_secs(60), "no first pass");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let killed = Command::new("sh")
+        .args(["-c", &format!("kill -INT {}", child.id())])
+        .status()
+        .unwrap();
+    assert!(killed.success());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130), "{}", stderr(&output));
+    assert!(
+        stderr(&output).contains("stopping: what is rendered will be written"),
+        "{}",
+        stderr(&output)
+    );
+    assert_eq!(
+        stdout(&output).lines().count(),
+        1,
+        "the scenes that were not begun are left"
+    );
+    let stats: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(stats["interrupted"], true);
+    let files = place.files();
+    assert!(files.contains(&"small.npy".to_owned()), "{files:?}");
+    assert!(
+        files
+            .iter()
+            .all(|name| name.ends_with(".npy") && name.starts_with("small")),
+        "{files:?}"
+    );
+}

@@ -25,11 +25,15 @@ pub use error::{CliError, Exit};
 
 const EXAMPLES: &str = "\
 Examples:
-  octolux render scenes/veach-mis.toml                    veach-mis.exr and veach-mis.png, 64 samples a pixel
-  octolux render scenes/veach-mis.toml --time 10 -o a.exr as many samples as 10 seconds allow
-  octolux explain scenes/veach-mis.toml                   what the scene calls for, without rendering it
+  octolux render scenes/veach-mis.toml
+      writes veach-mis.exr and veach-mis.png, 64 samples a pixel
+  octolux render scenes/veach-mis.toml --time 10 -o a.exr
+      takes as many samples as 10 seconds allow
+  octolux explain scenes/veach-mis.toml
+      says what the scene calls for, without rendering it
 
-Exit codes: 0 well, 2 bad usage or a bad scene, 1 anything else, 130 interrupted.";
+Exit codes: 0 well, 2 bad usage or a bad scene, 1 anything else,
+130 interrupted.";
 
 /// Direct illumination in packets of rays, eight at a time.
 #[derive(Parser)]

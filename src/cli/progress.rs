@@ -26,13 +26,13 @@ impl Bar {
         if quiet || !io::stderr().is_terminal() {
             return Self(None);
         }
-        let bar = ProgressBar::with_draw_target(Some(STEPS as u64), ProgressDrawTarget::stderr_with_hz(10));
+        let bar = ProgressBar::with_draw_target(Some(STEPS as u64), ProgressDrawTarget::stderr_with_hz(20));
         let blocks = if report::unicode() {
             "█▉▊▋▌▍▎▏ "
         } else {
             "##-"
         };
-        if let Ok(style) = ProgressStyle::with_template("{prefix} [{wide_bar}] {percent:>3} % {msg}") {
+        if let Ok(style) = ProgressStyle::with_template("{prefix} [{wide_bar}] {msg}") {
             bar.set_style(style.progress_chars(blocks));
         }
         bar.set_prefix(name.to_owned());
@@ -96,7 +96,7 @@ impl Reading {
         let left = left
             .map(|left| format!(", {} left", clock(left.max(0.0))))
             .unwrap_or_default();
-        format!("{spp}, {rate:.1} Mrays/s{left}")
+        format!("{:.0} %, {spp}, {rate:.1} Mrays/s{left}", share * 100.0)
     }
 }
 
@@ -124,10 +124,10 @@ mod tests {
         };
         let goal = Goal::Passes(100);
         let share = now.share(goal, 100);
-        assert_eq!(now.message(goal, 100, share), "25/100 spp, 4.0 Mrays/s, 6 s left");
+        assert_eq!(now.message(goal, 100, share), "25 %, 25/100 spp, 4.0 Mrays/s, 6 s left");
         assert_eq!(
             now.message(Goal::Seconds(100.0), 100, 0.02),
-            "25 spp, 4.0 Mrays/s, 1:38 left"
+            "2 %, 25 spp, 4.0 Mrays/s, 1:38 left"
         );
         assert_eq!(clock(7384.2), "2:03:05");
     }

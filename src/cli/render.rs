@@ -15,13 +15,17 @@ use crate::pipeline::{Renderer, Settings};
 
 const EXAMPLES: &str = "\
 Examples:
-  octolux render scene.toml                       scene.exr and scene.png in the working directory
-  octolux render scene.toml -o a.exr -o a.npy     both of these, no PNG
-  octolux render scene.toml --time 5 --quiet      5 seconds of rendering, nothing said but errors
-  octolux render a.toml b.toml -o out/{name}.png  a batch; one bad scene does not stop the others
-  octolux render scene.toml --json | jq .rays_per_s
+  octolux render scene.toml
+      writes scene.exr and scene.png into the working directory
+  octolux render scene.toml -o a.exr -o a.npy --time 5
+      writes these two instead, after 5 seconds of rendering
+  octolux render a.toml b.toml -o 'out/{name}.png'
+      writes out/a.png and out/b.png; one bad scene does not stop the others
+  octolux render scene.toml --json --quiet | jq .rays_per_s
+      prints one figure of the render
 
-Ctrl-c stops early and writes what is rendered (exit code 130); a second one exits at once and writes nothing.";
+Ctrl-c stops early and writes what is rendered (exit code 130); a second one
+exits at once, writes nothing and leaves older pictures as they were.";
 
 /// Render scenes to pictures
 #[derive(clap::Args)]

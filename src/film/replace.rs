@@ -25,8 +25,7 @@ fn pending() -> MutexGuard<'static, Vec<PathBuf>> {
 /// # Errors
 /// A sentence with what the system or `fill` answered; `path` is then as it was, and no temporary file is left.
 pub fn replace(path: &Path, fill: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>) -> Result<(), PictureError> {
-    // Through a symbolic link the file that it points to is replaced, not the link.
-    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let target = behind_links(path);
     let failed = |error: io::Error| PictureError::io(path, "cannot be written", &error);
     let temporary = Temporary::beside(&target).map_err(failed)?;
     let mut buffer = BufWriter::new(temporary.file.as_file());
@@ -71,7 +70,7 @@ pub fn check(path: &Path) -> Result<(), PictureError> {
         _ => {}
     }
     // Permission bits do not tell (root, ACLs, read-only mounts): try.
-    let probe = Temporary::beside(path).map(drop);
+    let probe = Temporary::beside(&behind_links(path)).map(drop);
     probe.map_err(|error| PictureError::io(path, "its folder cannot be written to", &error))
 }
 
@@ -83,6 +82,11 @@ pub fn abandon_all() {
     }
     // Kept for good: a writer that wants to start now waits for the exit.
     std::mem::forget(pending);
+}
+
+/// Through a symbolic link the file that it points to is replaced, not the link.
+fn behind_links(path: &Path) -> PathBuf {
+    fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())
 }
 
 fn folder(path: &Path) -> &Path {

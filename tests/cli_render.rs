@@ -445,3 +445,32 @@ fn an_interrupted_render_writes_what_there_is() {
         "{files:?}"
     );
 }
+
+/// A disk without room for the picture, played by a limit on the size of files.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_picture_that_does_not_fit_is_a_failure_and_leaves_the_old_one() {
+    let place = Place::new();
+    fs::write(place.path().join("b.npy"), "old").unwrap();
+    let command = format!(
+        "trap '' XFSZ; ulimit -f 8; exec '{}' render in/small.toml --size 200x200 --spp 1 -o b.npy -o a.png",
+        env!("CARGO_BIN_EXE_octolux")
+    );
+    let output = Command::new("sh")
+        .args(["-c", &command])
+        .current_dir(place.path())
+        .output()
+        .unwrap();
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(
+        said.contains("error: b.npy: cannot be written: File too large"),
+        "{said}"
+    );
+    assert!(
+        place.files().iter().all(|name| name == "a.png" || name == "b.npy"),
+        "{:?}",
+        place.files()
+    );
+    assert_eq!(fs::read(place.path().join("b.npy")).unwrap(), b"old");
+}

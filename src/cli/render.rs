@@ -200,8 +200,8 @@ impl Render<'_> {
         let args = self.job.args;
         if self.renderer.passes() == 0 {
             if !args.quiet {
-                report::print(&format!(
-                    "{}: stopped before its first pass, nothing to write\n",
+                report::note(&format!(
+                    "{}: stopped before its first pass, nothing to write",
                     self.job.path.display()
                 ));
             }

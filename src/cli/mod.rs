@@ -49,7 +49,8 @@ enum Command {
     Render(render::Args),
     /// Say what a scene holds and calls for, and how it would be rendered
     Explain(explain::Args),
-    // MERGE: wire these two to src/cli/reference.rs and src/cli/compare.rs.
+    // MERGE: `mod compare; mod reference;`, these two, and in `main`
+    // `Command::Reference(args) => reference::run(&args), Command::Compare(args) => compare::run(&args),`.
     // /// Render with the independent f64 oracle: slow, one ray at a time
     // Reference(reference::Args),
     // /// Measure the error of one picture against another

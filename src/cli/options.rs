@@ -100,7 +100,8 @@ fn lanes(text: &str) -> Result<usize, String> {
     }
 }
 
-fn size(text: &str) -> Result<FilmSize, String> {
+/// A size of picture, `WIDTHxHEIGHT`.
+pub fn size(text: &str) -> Result<FilmSize, String> {
     let side = |text: &str| {
         text.parse::<u32>()
             .ok()

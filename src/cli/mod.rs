@@ -1,8 +1,74 @@
 //! The command line: one subcommand a file.
+//!
+//! Standard output carries data, standard error the rest. Exit codes: 0 well, 2 bad usage or a bad scene, 1 anything
+//! else, 130 interrupted.
+
+mod build;
+mod error;
+mod explain;
+mod interrupt;
+mod machine;
+mod options;
+mod outputs;
+mod progress;
+mod render;
+mod report;
+mod schedule;
+mod stats;
+mod temporary;
 
 use std::process::ExitCode;
 
+use clap::{Parser, Subcommand};
+
+pub use error::{CliError, Exit};
+
+const EXAMPLES: &str = "\
+Examples:
+  octolux render scenes/veach-mis.toml
+      writes veach-mis.exr and veach-mis.png, 64 samples a pixel
+  octolux render scenes/veach-mis.toml --time 10 -o a.exr
+      takes as many samples as 10 seconds allow
+  octolux explain scenes/veach-mis.toml
+      says what the scene calls for, without rendering it
+
+Exit codes: 0 well, 2 bad usage or a bad scene, 1 anything else,
+130 interrupted.";
+
+/// Direct illumination in packets of rays, eight at a time.
+#[derive(Parser)]
+#[command(name = "octolux", version = build::VERSION_LINE.as_str(), after_help = EXAMPLES, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Render scenes to pictures
+    Render(render::Args),
+    /// Say what a scene holds and calls for, and how it would be rendered
+    Explain(explain::Args),
+    // MERGE: `mod compare; mod reference;`, these two, and in `main`
+    // `Command::Reference(args) => reference::run(&args), Command::Compare(args) => compare::run(&args),`.
+    // /// Render with the independent f64 oracle: slow, one ray at a time
+    // Reference(reference::Args),
+    // /// Measure the error of one picture against another
+    // Compare(compare::Args),
+}
+
 /// Runs the command and says how it went.
 pub fn main() -> ExitCode {
-    ExitCode::SUCCESS
+    // clap prints its own errors, to standard error with exit code 2 (help and version: standard output, 0).
+    let outcome = match Cli::parse().command {
+        Command::Render(args) => render::run(args),
+        Command::Explain(args) => explain::run(&args),
+    };
+    match outcome {
+        Ok(exit) => exit.into(),
+        Err(error) => {
+            report::error(&error);
+            error.exit().into()
+        }
+    }
 }

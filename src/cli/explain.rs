@@ -1,0 +1,130 @@
+//! `octolux explain`: what a scene holds and calls for, and how it would be rendered.
+
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use super::options::{self, Options};
+use super::{CliError, Exit, report};
+use crate::pipeline::{Renderer, Settings};
+use crate::scene::{Bsdf, EstimatorKind, SamplerKind, Scene, Surface};
+
+/// Say what a scene holds and calls for, and how it would be rendered
+#[derive(clap::Args)]
+pub struct Args {
+    /// The scene file
+    #[arg(value_name = "SCENE")]
+    scene: PathBuf,
+    #[command(flatten)]
+    options: Options,
+    /// Print one JSON object instead
+    #[arg(long)]
+    json: bool,
+}
+
+/// Prints the explanation on standard output.
+///
+/// # Errors
+/// A scene that cannot be loaded, or not be rendered so.
+pub fn run(args: &Args) -> Result<Exit, CliError> {
+    let scene = super::temporary::load(&args.scene).map_err(CliError::scene)?;
+    let settings = args.options.settings(&scene)?;
+    let renderer = Renderer::new(&scene, settings).map_err(|error| CliError::setup(&args.scene, &error))?;
+    let explanation = Explanation::new(&scene, settings, &renderer);
+    if args.json {
+        let json = serde_json::to_string(&explanation).map_err(|error| CliError::failed(error.to_string()))?;
+        report::data(&json)?;
+    } else {
+        report::data(&explanation.text())?;
+    }
+    Ok(Exit::Well)
+}
+
+/// Counts, needs and the plan.
+#[derive(Serialize)]
+struct Explanation {
+    scene: String,
+    width: u32,
+    height: u32,
+    spheres: usize,
+    sphere_lights: usize,
+    meshes: usize,
+    mesh_lights: usize,
+    triangles: usize,
+    materials: usize,
+    diffuse: usize,
+    phong: usize,
+    needs: Vec<&'static str>,
+    kernel: String,
+    lanes: usize,
+    threads: usize,
+    spp: u32,
+    estimator: EstimatorKind,
+    sampler: SamplerKind,
+    seed: u32,
+}
+
+impl Explanation {
+    fn new(scene: &Scene, settings: Settings, renderer: &Renderer) -> Self {
+        let emits = |surface: &Surface| matches!(surface, Surface::Emission(_));
+        let of_kind = |kind: fn(&Bsdf) -> bool| scene.materials.iter().filter(|material| kind(&material.bsdf)).count();
+        Self {
+            scene: scene.path.to_string_lossy().into_owned(),
+            width: settings.film.width,
+            height: settings.film.height,
+            spheres: scene.spheres.len(),
+            sphere_lights: scene.spheres.iter().filter(|sphere| emits(&sphere.surface)).count(),
+            meshes: scene.meshes.len(),
+            mesh_lights: scene.meshes.iter().filter(|mesh| emits(&mesh.surface)).count(),
+            triangles: scene.meshes.iter().map(|mesh| mesh.triangles.len()).sum(),
+            materials: scene.materials.len(),
+            diffuse: of_kind(|bsdf| matches!(bsdf, Bsdf::Diffuse { .. })),
+            phong: of_kind(|bsdf| matches!(bsdf, Bsdf::Phong { .. })),
+            needs: renderer.needs(),
+            kernel: renderer.kernel().to_owned(),
+            lanes: settings.lanes,
+            threads: settings.threads,
+            spp: scene.render.spp.unwrap_or(options::DEFAULT_SPP),
+            estimator: settings.estimator,
+            sampler: settings.sampler,
+            seed: settings.seed,
+        }
+    }
+
+    fn text(&self) -> String {
+        let needs = if self.needs.is_empty() {
+            "nothing".to_owned()
+        } else {
+            self.needs.join(", ")
+        };
+        let rays = if self.lanes == 1 {
+            "one ray at a time".to_owned()
+        } else {
+            format!("{} rays a packet", self.lanes)
+        };
+        let lights = self.sphere_lights + self.mesh_lights;
+        [
+            format!("{}: {} x {} pixels", self.scene, self.width, self.height),
+            format!("  spheres    {}, {} of them lights", self.spheres, self.sphere_lights),
+            format!(
+                "  meshes     {} with {} triangles, {} of them lights",
+                self.meshes, self.triangles, self.mesh_lights
+            ),
+            format!("  lights     {lights}"),
+            format!(
+                "  materials  {}: {} diffuse, {} phong",
+                self.materials, self.diffuse, self.phong
+            ),
+            format!("  needs      {needs}"),
+            format!("  kernel     {}, {rays}, {} threads", self.kernel, self.threads),
+            format!(
+                "  render     {} spp, {}, {}, seed {}",
+                self.spp,
+                self.estimator.name(),
+                self.sampler.name(),
+                self.seed
+            ),
+        ]
+        .join("\n")
+    }
+}

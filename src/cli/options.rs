@@ -1,0 +1,116 @@
+//! The options that choose how a scene is rendered, shared by `render` and `explain`.
+
+use clap::builder::RangedU64ValueParser;
+
+use super::{CliError, machine};
+use crate::pipeline::Settings;
+use crate::scene::{EstimatorKind, FilmSize, SamplerKind, Scene};
+
+/// Passes where neither the command line nor the scene says.
+pub const DEFAULT_SPP: u32 = 64;
+
+/// The most passes: far beyond what any picture needs, and far below where counting in `u32` ends.
+pub const MOST_SPP: u64 = 1 << 30;
+
+/// The longest side of a picture in pixels, as in scene files.
+const LONGEST_SIDE: u32 = 65_536;
+
+/// What a pixel takes while it is rendered, as scene files are judged: sums in `f64` and the picture itself.
+const BYTES_PER_PIXEL: u64 = 64;
+
+/// Each overrides the scene's own `[render]` and `[film]`.
+#[derive(clap::Args, Clone, Debug)]
+pub struct Options {
+    /// How directions of light are drawn [default: the scene's, else mis]
+    #[arg(long, value_enum, value_name = "NAME")]
+    pub estimator: Option<EstimatorKind>,
+    /// Where random numbers come from [default: the scene's, else sobol]
+    #[arg(long, value_enum, value_name = "NAME")]
+    pub sampler: Option<SamplerKind>,
+    /// Seed of every random number, 0 to 4294967295 [default: the scene's, else 0]
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u32>,
+    /// Size of the picture in pixels, such as 768x512 [default: the scene's]
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub size: Option<FilmSize>,
+    /// Rays a packet: 8, or 1 for the scalar kernel
+    #[arg(long, value_name = "1|8", default_value = "8", value_parser = lanes)]
+    pub lanes: usize,
+    /// Threads, 1 to 1024 [default: as many as the machine offers]
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
+    pub threads: Option<usize>,
+}
+
+impl Options {
+    /// Every choice resolved: the command line before the scene before the defaults.
+    ///
+    /// # Errors
+    /// A `--size` that does not fit into memory.
+    pub fn settings(&self, scene: &Scene) -> Result<Settings, CliError> {
+        if let Some(FilmSize { width, height }) = self.size {
+            let bytes = u64::from(width) * u64::from(height) * BYTES_PER_PIXEL;
+            if machine::available_bytes().is_some_and(|free| bytes > free) {
+                let gib = bytes as f64 / f64::from(1 << 30);
+                let what = format!("--size {width}x{height} needs {gib:.1} GiB of memory, more than is free");
+                return Err(CliError::usage(what).with_help("make the picture smaller, or close other programs"));
+            }
+        }
+        Ok(Settings {
+            film: self.size.unwrap_or(scene.film),
+            estimator: self.estimator.or(scene.render.estimator).unwrap_or(EstimatorKind::Mis),
+            sampler: self.sampler.or(scene.render.sampler).unwrap_or(SamplerKind::Sobol),
+            seed: self.seed.or(scene.render.seed).unwrap_or(0),
+            lanes: self.lanes,
+            threads: self
+                .threads
+                .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)),
+        })
+    }
+}
+
+/// A number of passes.
+pub fn spp(text: &str) -> Result<u32, String> {
+    match text.parse::<u64>() {
+        Ok(number @ 1..=MOST_SPP) => Ok(number as u32),
+        _ => Err(format!("samples a pixel are a whole number from 1 to {MOST_SPP}")),
+    }
+}
+
+/// A time in seconds.
+pub fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(number) if number > 0.0 && number.is_finite() => Ok(number),
+        _ => Err("a time is a positive number of seconds, such as 10 or 0.5".to_owned()),
+    }
+}
+
+/// An exposure in stops.
+pub fn stops(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(number) if number.abs() <= 64.0 => Ok(number),
+        _ => Err("an exposure is a number of stops from -64 to 64, such as 1 or -0.5".to_owned()),
+    }
+}
+
+fn lanes(text: &str) -> Result<usize, String> {
+    match text {
+        "1" => Ok(1),
+        "8" => Ok(8),
+        _ => Err("a packet has 1 or 8 rays".to_owned()),
+    }
+}
+
+/// A size of picture, `WIDTHxHEIGHT`.
+pub fn size(text: &str) -> Result<FilmSize, String> {
+    let side = |text: &str| {
+        text.parse::<u32>()
+            .ok()
+            .filter(|side| (1..=LONGEST_SIDE).contains(side))
+    };
+    let sides = text
+        .split_once(['x', 'X'])
+        .and_then(|(width, height)| Some((side(width)?, side(height)?)));
+    sides
+        .map(|(width, height)| FilmSize { width, height })
+        .ok_or_else(|| format!("a size is WIDTHxHEIGHT, such as 768x512, each from 1 to {LONGEST_SIDE}"))
+}

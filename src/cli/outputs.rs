@@ -1,0 +1,127 @@
+//! Which files a render writes, known and checked before it starts.
+
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+
+use super::CliError;
+use crate::film::{check_output, replace};
+
+/// Stands for the scene's name in `--output` and `--stats`.
+const NAME: &str = "{name}";
+
+/// The files of one scene.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Targets {
+    /// Pictures, each in the format of its ending.
+    pub pictures: Vec<PathBuf>,
+    /// The figures of the render.
+    pub stats: Option<PathBuf>,
+}
+
+/// The files of every scene, in the order of the scenes.
+///
+/// # Errors
+/// Two pictures of one name, a name that several scenes would share, or a file that could not be written.
+pub fn plan(scenes: &[PathBuf], outputs: &[PathBuf], stats: Option<&Path>) -> Result<Vec<Targets>, CliError> {
+    if let Some(path) = stats
+        && path.extension().is_none_or(|ending| ending != "json")
+    {
+        let what = format!("{}: the file for --stats ends in .json", path.display());
+        return Err(CliError::usage(what));
+    }
+    if scenes.len() > 1
+        && let Some(path) = outputs
+            .iter()
+            .map(PathBuf::as_path)
+            .chain(stats)
+            .find(|path| !has_name(path))
+    {
+        let what = format!("{}: one file for {} scenes", path.display(), scenes.len());
+        return Err(CliError::usage(what).with_help("write {name} where the scene's name goes, as in out/{name}.exr"));
+    }
+    let targets: Vec<Targets> = scenes.iter().map(|scene| of_scene(scene, outputs, stats)).collect();
+    let mut seen = HashSet::new();
+    for path in targets
+        .iter()
+        .flat_map(|target| target.pictures.iter().chain(&target.stats))
+    {
+        if !seen.insert(path) {
+            let what = format!("{}: would be written twice", path.display());
+            return Err(CliError::usage(what).with_help("give each scene and each picture its own name"));
+        }
+    }
+    for target in &targets {
+        for path in &target.pictures {
+            check_output(path).map_err(|error| CliError::bad_path(&error))?;
+        }
+        if let Some(path) = &target.stats {
+            replace::check(path).map_err(|error| CliError::bad_path(&error))?;
+        }
+    }
+    Ok(targets)
+}
+
+/// Where the picture after so many passes goes: `a.png` becomes `a_0016spp.png`.
+pub fn snapshot(path: &Path, passes: u32) -> PathBuf {
+    let mut name = path.file_stem().unwrap_or_default().to_owned();
+    name.push(format!("_{passes:04}spp."));
+    name.push(path.extension().unwrap_or_default());
+    path.with_file_name(name)
+}
+
+fn of_scene(scene: &Path, outputs: &[PathBuf], stats: Option<&Path>) -> Targets {
+    // A path without a name (`..`) is no scene, which the scene's own error will say.
+    let name = scene.file_stem().map_or("scene".into(), |name| name.to_string_lossy());
+    let pictures = if outputs.is_empty() {
+        vec![format!("{name}.exr").into(), format!("{name}.png").into()]
+    } else {
+        outputs.iter().map(|path| fill(path, &name)).collect()
+    };
+    Targets {
+        pictures,
+        stats: stats.map(|path| fill(path, &name)),
+    }
+}
+
+fn has_name(path: &Path) -> bool {
+    path.to_str().is_some_and(|path| path.contains(NAME))
+}
+
+fn fill(path: &Path, name: &str) -> PathBuf {
+    match path.to_str() {
+        Some(text) => text.replace(NAME, name).into(),
+        None => path.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_filled_in_for_every_scene() {
+        let scenes = ["a/veach.toml".into(), "b.v2.toml".into()];
+        let targets = plan(&scenes, &[], None).unwrap();
+        assert_eq!(targets[0].pictures, [PathBuf::from("veach.exr"), "veach.png".into()]);
+        assert_eq!(targets[1].pictures, [PathBuf::from("b.v2.exr"), "b.v2.png".into()]);
+        let targets = plan(&scenes, &["{name}-x.npy".into()], Some(Path::new("{name}.json"))).unwrap();
+        assert_eq!(targets[1].pictures, [PathBuf::from("b.v2-x.npy")]);
+        assert_eq!(targets[1].stats, Some("b.v2.json".into()));
+    }
+
+    #[test]
+    fn names_that_clash_are_refused() {
+        let says = |scenes: &[&str], outputs: &[&str]| {
+            let paths = |list: &[&str]| list.iter().map(PathBuf::from).collect::<Vec<_>>();
+            plan(&paths(scenes), &paths(outputs), None).unwrap_err().to_string()
+        };
+        assert_eq!(says(&["a.toml", "b.toml"], &["x.exr"]), "x.exr: one file for 2 scenes");
+        assert_eq!(says(&["p/a.toml", "q/a.toml"], &[]), "a.exr: would be written twice");
+        assert_eq!(says(&["a.toml"], &["x.exr", "x.exr"]), "x.exr: would be written twice");
+    }
+
+    #[test]
+    fn snapshots_sort_by_their_passes() {
+        assert_eq!(snapshot(Path::new("out/a.b.png"), 16), Path::new("out/a.b_0016spp.png"));
+    }
+}

@@ -1,0 +1,134 @@
+//! The progress bar: passes, rays per second and the time left, on a terminal.
+
+use std::io::{self, IsTerminal};
+use std::sync::Arc;
+use std::sync::mpsc::{self, RecvTimeoutError, Sender};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use super::report;
+use super::schedule::Goal;
+use crate::pipeline::Progress;
+
+const TICK: Duration = Duration::from_millis(100);
+
+/// The bar as fine steps: indicatif counts in whole numbers, a time limit does not.
+const STEPS: f64 = 10_000.0;
+
+/// A bar that moves by itself until it is dropped; nothing at all where standard error is no terminal.
+pub struct Bar(Option<(Sender<()>, JoinHandle<()>)>);
+
+impl Bar {
+    /// Starts to watch a render of `pixels` pixels.
+    pub fn start(name: &str, goal: Goal, pixels: u64, progress: Arc<Progress>, quiet: bool) -> Self {
+        if quiet || !io::stderr().is_terminal() {
+            return Self(None);
+        }
+        let bar = ProgressBar::with_draw_target(Some(STEPS as u64), ProgressDrawTarget::stderr_with_hz(20));
+        let blocks = if report::unicode() {
+            "█▉▊▋▌▍▎▏ "
+        } else {
+            "##-"
+        };
+        if let Ok(style) = ProgressStyle::with_template("{prefix} [{wide_bar}] {msg}") {
+            bar.set_style(style.progress_chars(blocks));
+        }
+        bar.set_prefix(name.to_owned());
+        // A thread of its own, as a block of passes can take minutes.
+        let (stop, stopped) = mpsc::channel();
+        let started = Instant::now();
+        let ticker = thread::spawn(move || {
+            while stopped.recv_timeout(TICK) == Err(RecvTimeoutError::Timeout) {
+                let now = Reading {
+                    samples: progress.samples(),
+                    rays: progress.rays(),
+                    seconds: started.elapsed().as_secs_f64(),
+                };
+                let share = now.share(goal, pixels);
+                bar.set_position((share * STEPS) as u64);
+                bar.set_message(now.message(goal, pixels, share));
+            }
+            bar.finish_and_clear();
+        });
+        Self(Some((stop, ticker)))
+    }
+}
+
+impl Drop for Bar {
+    fn drop(&mut self) {
+        if let Some((stop, ticker)) = self.0.take() {
+            drop(stop);
+            let _ = ticker.join();
+        }
+    }
+}
+
+/// The counts at one moment.
+struct Reading {
+    samples: u64,
+    rays: u64,
+    seconds: f64,
+}
+
+impl Reading {
+    fn share(&self, goal: Goal, pixels: u64) -> f64 {
+        let share = match goal {
+            Goal::Passes(passes) => self.samples as f64 / (pixels as f64 * f64::from(passes)),
+            Goal::Seconds(seconds) => self.seconds / seconds,
+        };
+        share.min(1.0)
+    }
+
+    fn message(&self, goal: Goal, pixels: u64, share: f64) -> String {
+        let passes = self.samples as f64 / pixels as f64;
+        let spp = match goal {
+            Goal::Passes(goal) => format!("{}/{goal} spp", passes as u64),
+            Goal::Seconds(_) => format!("{} spp", passes as u64),
+        };
+        let rate = self.rays as f64 / self.seconds.max(1e-9) * 1e-6;
+        let left = match goal {
+            Goal::Seconds(goal) => Some(goal - self.seconds),
+            // Too little to foretell from in the first moment.
+            Goal::Passes(_) => (share > 0.0).then(|| self.seconds * (1.0 - share) / share),
+        };
+        let left = left
+            .map(|left| format!(", {} left", clock(left.max(0.0))))
+            .unwrap_or_default();
+        format!("{:.0} %, {spp}, {rate:.1} Mrays/s{left}", share * 100.0)
+    }
+}
+
+/// `7 s`, `3:05` or `2:03:05`.
+fn clock(seconds: f64) -> String {
+    let whole = seconds.ceil() as u64;
+    let (hours, minutes, rest) = (whole / 3600, whole / 60 % 60, whole % 60);
+    match (hours, minutes) {
+        (0, 0) => format!("{rest} s"),
+        (0, _) => format!("{minutes}:{rest:02}"),
+        _ => format!("{hours}:{minutes:02}:{rest:02}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_message_tells_passes_speed_and_time() {
+        let now = Reading {
+            samples: 2_500,
+            rays: 8_000_000,
+            seconds: 2.0,
+        };
+        let goal = Goal::Passes(100);
+        let share = now.share(goal, 100);
+        assert_eq!(now.message(goal, 100, share), "25 %, 25/100 spp, 4.0 Mrays/s, 6 s left");
+        assert_eq!(
+            now.message(Goal::Seconds(100.0), 100, 0.02),
+            "2 %, 25 spp, 4.0 Mrays/s, 1:38 left"
+        );
+        assert_eq!(clock(7384.2), "2:03:05");
+    }
+}

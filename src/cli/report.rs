@@ -1,0 +1,136 @@
+//! What standard error shows: errors with the lines of the scene that they are about, warnings and notes.
+//!
+//! Colours only on a terminal and without `NO_COLOR`; lines of the box-drawing kind only on a terminal that says
+//! UTF-8, so that a log file stays plain ASCII around the scene's own text.
+
+use std::fmt;
+use std::io::{self, IsTerminal, Write};
+
+use miette::{
+    Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, SourceCode, ThemeCharacters, ThemeStyles,
+};
+
+use super::CliError;
+
+/// `error: ...`, the lines in question, `help: ...`.
+pub fn error(error: &CliError) {
+    let mut text = format!("{} {error}\n", styled("error:", "1;31"));
+    if let CliError::Scene(diagnostic) = error {
+        text.push_str(&snippet(diagnostic.as_ref()));
+    }
+    if let Some(help) = error.help() {
+        text.push_str(&format!("{} {help}\n", styled("help:", "1;36")));
+    }
+    print(&text);
+}
+
+/// `warning: ...`
+pub fn warning(what: &str) {
+    print(&format!("{} {what}\n", styled("warning:", "1;33")));
+}
+
+/// `note: ...`
+pub fn note(what: &str) {
+    print(&format!("{} {what}\n", styled("note:", "1")));
+}
+
+/// Text for people. A standard error that is closed is no reason to stop a render.
+pub fn print(text: &str) {
+    let _ = io::stderr().write_all(text.as_bytes());
+}
+
+/// One line of data on standard output. A reader that has gone (`octolux ... | head`) wants no more of it.
+///
+/// # Errors
+/// Everything else that standard output answers, such as a full disk.
+pub fn data(line: &str) -> Result<(), CliError> {
+    let mut out = io::stdout().lock();
+    match out
+        .write_all(line.as_bytes())
+        .and_then(|()| out.write_all(b"\n"))
+        .and_then(|()| out.flush())
+    {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(CliError::failed(format!("standard output: {error}")))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn colours() -> bool {
+    // https://no-color.org: any value but the empty one.
+    io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
+}
+
+fn styled(words: &str, code: &str) -> String {
+    if colours() {
+        format!("\x1b[{code}m{words}\x1b[0m")
+    } else {
+        words.to_owned()
+    }
+}
+
+/// Whether lines and blocks beyond ASCII can be drawn on standard error. The first of the three variables that is set
+/// decides, as in setlocale(3).
+pub fn unicode() -> bool {
+    let locale = ["LC_ALL", "LC_CTYPE", "LANG"]
+        .iter()
+        .find_map(|name| std::env::var(name).ok().filter(|value| !value.is_empty()))
+        .unwrap_or_default()
+        .to_ascii_uppercase();
+    io::stderr().is_terminal() && (locale.contains("UTF-8") || locale.contains("UTF8"))
+}
+
+/// The lines of source with the label under them; empty where the error has no place.
+fn snippet(diagnostic: &(dyn Diagnostic + Send + Sync)) -> String {
+    if diagnostic.source_code().is_none() {
+        return String::new();
+    }
+    let theme = GraphicalTheme {
+        characters: if unicode() {
+            ThemeCharacters::unicode()
+        } else {
+            ThemeCharacters::ascii()
+        },
+        styles: if colours() {
+            ThemeStyles::ansi()
+        } else {
+            ThemeStyles::none()
+        },
+    };
+    let handler = GraphicalReportHandler::new_themed(theme)
+        .with_links(false)
+        .with_context_lines(1)
+        .with_width(120)
+        .without_cause_chain();
+    let mut text = String::new();
+    if handler.render_report(&mut text, &Place(diagnostic)).is_err() {
+        return String::new();
+    }
+    // The handler's first line is the message (here empty, as it stands above already).
+    text.split_once('\n')
+        .map(|(_, lines)| format!("{}\n", lines.trim_end()))
+        .unwrap_or_default()
+}
+
+/// A diagnostic without its words: only where it is.
+#[derive(Debug)]
+struct Place<'a>(&'a (dyn Diagnostic + Send + Sync));
+
+impl fmt::Display for Place<'_> {
+    fn fmt(&self, _: &mut fmt::Formatter<'_>) -> fmt::Result {
+        Ok(())
+    }
+}
+
+impl std::error::Error for Place<'_> {}
+
+impl Diagnostic for Place<'_> {
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        self.0.source_code()
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        self.0.labels()
+    }
+}

@@ -1,0 +1,200 @@
+//! The figures of a render: one JSON object, and the part of it that a picture keeps.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::{CliError, build, machine};
+use crate::film::{Attributes, Value, replace};
+use crate::pipeline::{Counters, Renderer, Settings};
+use crate::scene::{EstimatorKind, SamplerKind};
+
+/// What `--stats` writes. Names that end in `_s` are seconds of wall-clock time; `_per_s` are taken over `render_s`.
+#[derive(Clone, Debug, Serialize)]
+pub struct Stats {
+    /// The scene file as it was named.
+    pub scene: String,
+    pub width: u32,
+    pub height: u32,
+    /// Passes that the picture holds, be it by `--spp`, `--time` or ctrl-c.
+    pub spp: u32,
+    pub estimator: EstimatorKind,
+    pub sampler: SamplerKind,
+    pub seed: u32,
+    pub lanes: usize,
+    pub threads: usize,
+    /// The kernel that the plan chose.
+    pub kernel: String,
+    /// What the scene calls for.
+    pub needs: Vec<&'static str>,
+    pub octolux_version: &'static str,
+    pub commit: &'static str,
+    pub target_features: &'static str,
+    pub embree_version: String,
+    pub cpu: String,
+    /// Ctrl-c came before the goal.
+    pub interrupted: bool,
+    /// Reading the scene and its meshes.
+    pub load_s: f64,
+    /// Building the accelerator.
+    pub build_s: f64,
+    /// The first of the passes, a part of `render_s`.
+    pub first_pass_s: f64,
+    /// Rendering alone.
+    pub render_s: f64,
+    /// Writing pictures, snapshots among them.
+    pub write_s: f64,
+    /// Pixels x passes.
+    pub samples: u64,
+    pub eye_rays: u64,
+    pub shadow_rays: u64,
+    pub samples_per_s: f64,
+    /// Rays that went through the accelerator.
+    pub rays_per_s: f64,
+    /// Contributions that were thrown away, by cause. All zero, or there is a fault to report.
+    pub invalid_samples: Invalid,
+    /// The most memory that the process has held so far; `null` where the system does not say.
+    pub peak_rss_bytes: Option<u64>,
+}
+
+/// Contributions that no picture may hold.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Invalid {
+    pub nan: u64,
+    pub inf: u64,
+    pub negative: u64,
+}
+
+impl Invalid {
+    /// What the user has to hear, if anything.
+    pub fn warning(self, scene: &str) -> Option<String> {
+        let Self { nan, inf, negative } = self;
+        let total = nan + inf + negative;
+        (total > 0).then(|| {
+            format!(
+                "{scene}: {total} contributions were thrown away ({nan} NaN, {inf} infinite, {negative} negative): the \
+                 picture may be too dark"
+            )
+        })
+    }
+}
+
+/// What the command measures itself.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Times {
+    pub load_s: f64,
+    pub first_pass_s: f64,
+    pub render_s: f64,
+    pub write_s: f64,
+}
+
+impl Stats {
+    /// The figures of a render as it stands.
+    pub fn new(scene: &Path, settings: Settings, renderer: &Renderer, times: Times, interrupted: bool) -> Self {
+        let Counters {
+            samples,
+            eye_rays,
+            shadow_rays,
+            invalid_nan,
+            invalid_inf,
+            invalid_negative,
+        } = renderer.counters();
+        // JSON has no infinity: nothing was rendered in no time.
+        let per_s = |count: u64| {
+            if times.render_s > 0.0 {
+                count as f64 / times.render_s
+            } else {
+                0.0
+            }
+        };
+        Self {
+            scene: scene.to_string_lossy().into_owned(),
+            width: settings.film.width,
+            height: settings.film.height,
+            spp: renderer.passes(),
+            estimator: settings.estimator,
+            sampler: settings.sampler,
+            seed: settings.seed,
+            lanes: settings.lanes,
+            threads: settings.threads,
+            kernel: renderer.kernel().to_owned(),
+            needs: renderer.needs(),
+            octolux_version: build::VERSION,
+            commit: build::COMMIT,
+            target_features: build::TARGET_FEATURES,
+            embree_version: build::embree_version(),
+            cpu: machine::cpu(),
+            interrupted,
+            load_s: times.load_s,
+            build_s: renderer.build_seconds(),
+            first_pass_s: times.first_pass_s,
+            render_s: times.render_s,
+            write_s: times.write_s,
+            samples,
+            eye_rays,
+            shadow_rays,
+            samples_per_s: per_s(samples),
+            rays_per_s: per_s(eye_rays + shadow_rays),
+            invalid_samples: Invalid {
+                nan: invalid_nan,
+                inf: invalid_inf,
+                negative: invalid_negative,
+            },
+            peak_rss_bytes: machine::peak_rss_bytes(),
+        }
+    }
+
+    /// What a picture keeps: everything that decides its pixels, and nothing that changes from run to run.
+    pub fn attributes(&self, exposure: f64) -> Attributes {
+        let text = |words: &str| Value::Text(words.to_owned());
+        let settings = vec![
+            ("scene", text(&self.scene)),
+            ("spp", Value::Number(self.spp.into())),
+            ("estimator", text(self.estimator.name())),
+            ("sampler", text(self.sampler.name())),
+            ("seed", Value::Number(self.seed.into())),
+            ("lanes", Value::Number(self.lanes as f64)),
+            ("kernel", text(&self.kernel)),
+            ("version", text(self.octolux_version)),
+            ("commit", text(self.commit)),
+            ("target_features", text(self.target_features)),
+            ("embree_version", text(&self.embree_version)),
+        ];
+        Attributes { settings, exposure }
+    }
+
+    /// The object on one line.
+    ///
+    /// # Errors
+    /// None that is known: every value here has a form in JSON.
+    pub fn json(&self) -> Result<String, CliError> {
+        serde_json::to_string(self).map_err(|error| CliError::failed(format!("the figures: {error}")))
+    }
+
+    /// The object in a file, one value a line.
+    ///
+    /// # Errors
+    /// What the system answers.
+    pub fn write(&self, path: &Path) -> Result<(), CliError> {
+        Ok(replace::replace(path, |file| {
+            serde_json::to_writer_pretty(&mut *file, self)?;
+            std::io::Write::write_all(file, b"\n")
+        })?)
+    }
+
+    /// One or two lines for people.
+    pub fn summary(&self) -> String {
+        format!(
+            "{}: {} x {}, {} spp, {}, {} in {:.2} s ({:.2} Msamples/s, {:.2} Mrays/s)",
+            self.scene,
+            self.width,
+            self.height,
+            self.spp,
+            self.estimator.name(),
+            self.sampler.name(),
+            self.render_s,
+            self.samples_per_s * 1e-6,
+            self.rays_per_s * 1e-6,
+        )
+    }
+}

@@ -1,0 +1,43 @@
+//! The one error of picture files.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Why a picture cannot be read or written: the file and a sentence without a full stop.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: {what}", path.display())]
+pub struct PictureError {
+    path: PathBuf,
+    what: String,
+    help: Option<&'static str>,
+}
+
+impl PictureError {
+    pub(super) fn new(path: &Path, what: impl Into<String>) -> Self {
+        Self {
+            path: path.to_owned(),
+            what: what.into(),
+            help: None,
+        }
+    }
+
+    /// What was tried, and what the system answered.
+    pub(super) fn io(path: &Path, tried: &str, error: &io::Error) -> Self {
+        Self::new(path, format!("{tried}: {error}"))
+    }
+
+    pub(super) fn help(mut self, help: &'static str) -> Self {
+        self.help = Some(help);
+        self
+    }
+
+    /// The file, as it was named.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What would do, where there is something to say.
+    pub fn remedy(&self) -> Option<&'static str> {
+        self.help
+    }
+}

@@ -1,0 +1,137 @@
+//! The command line through the real binary: what is written, what is said, and where.
+
+mod cli_place;
+
+use std::fs;
+
+use cli_place::{Place, stderr, stdout};
+use octolux::film::read_picture;
+
+#[test]
+fn a_render_leaves_an_exr_and_a_png_named_after_the_scene() {
+    let place = Place::new();
+    let output = place.succeeds("render in/small.toml");
+    assert_eq!(place.files(), ["small.exr", "small.png"]);
+    let picture = read_picture(&place.path().join("small.exr")).unwrap();
+    assert!(picture.width > 0 && picture.pixels.len() == picture.width as usize * picture.height as usize);
+    assert!(output.stdout.is_empty(), "standard output carries data only");
+    let said = stderr(&output);
+    assert!(said.contains("wrote small.exr, small.png"), "{said}");
+    assert!(!said.contains('\x1b'), "no colours and no bar into a pipe: {said:?}");
+}
+
+#[test]
+fn outputs_have_the_size_and_the_formats_that_were_asked_for() {
+    let place = Place::new();
+    place.succeeds("render in/small.toml --spp 2 --size 20x10 -o a.exr -o b.npy --output c.PNG");
+    assert_eq!(place.files(), ["a.exr", "b.npy", "c.PNG"]);
+    let (a, b) = (
+        read_picture(&place.path().join("a.exr")).unwrap(),
+        read_picture(&place.path().join("b.npy")).unwrap(),
+    );
+    assert_eq!((a.width, a.height), (20, 10));
+    assert_eq!(a, b);
+}
+
+#[test]
+fn snapshots_are_written_after_powers_of_two() {
+    let place = Place::new();
+    place.succeeds("render in/small.toml --spp 5 --snapshots -o a.png -o a.npy");
+    let expected = [
+        "a.npy",
+        "a.png",
+        "a_0001spp.npy",
+        "a_0001spp.png",
+        "a_0002spp.npy",
+        "a_0002spp.png",
+    ];
+    let files = place.files();
+    assert_eq!(files[..6], expected);
+    assert_eq!(files[6..], ["a_0004spp.npy", "a_0004spp.png"]);
+}
+
+#[test]
+fn the_statistics_have_every_key() {
+    let place = Place::new();
+    let output = place.succeeds("render in/small.toml --spp 4 --seed 7 --threads 2 --lanes 8 --stats s.json --json");
+    let line = stdout(&output);
+    assert_eq!(line.lines().count(), 1, "one line a scene");
+    let printed: serde_json::Value = serde_json::from_str(&line).unwrap();
+    let written: serde_json::Value = serde_json::from_slice(&fs::read(place.path().join("s.json")).unwrap()).unwrap();
+    assert_eq!(printed, written);
+    let keys = "scene width height spp estimator sampler seed lanes threads target_features embree_version commit load_s \
+                build_s render_s write_s samples eye_rays shadow_rays samples_per_s rays_per_s invalid_samples kernel \
+                needs cpu first_pass_s peak_rss_bytes octolux_version interrupted";
+    for key in keys.split_whitespace() {
+        assert!(printed.get(key).is_some(), "{key}");
+    }
+    assert_eq!((&printed["spp"], &printed["seed"]), (&4.into(), &7.into()));
+    assert_eq!(printed["scene"], "in/small.toml");
+    assert_eq!(printed["estimator"], "mis");
+    for cause in ["nan", "inf", "negative"] {
+        assert_eq!(printed["invalid_samples"][cause], 0);
+    }
+}
+
+#[test]
+fn an_exr_says_how_it_was_made() {
+    use exr::prelude::*;
+    let place = Place::new();
+    place.succeeds("render in/small.toml --spp 4 --seed 9 --estimator brdf --sampler independent -o a.exr");
+    let meta = MetaData::read_from_file(place.path().join("a.exr"), true).unwrap();
+    let get = |name: &str| meta.headers[0].own_attributes.other.get(&Text::from(name)).cloned();
+    assert_eq!(get("octolux.spp"), Some(AttributeValue::I32(4)));
+    assert_eq!(get("octolux.seed"), Some(AttributeValue::I32(9)));
+    assert_eq!(get("octolux.estimator"), Some(AttributeValue::Text("brdf".into())));
+    assert_eq!(get("octolux.sampler"), Some(AttributeValue::Text("independent".into())));
+    assert_eq!(get("octolux.scene"), Some(AttributeValue::Text("in/small.toml".into())));
+    for name in [
+        "lanes",
+        "kernel",
+        "version",
+        "commit",
+        "embree_version",
+        "target_features",
+    ] {
+        assert!(get(&format!("octolux.{name}")).is_some(), "{name}");
+    }
+}
+
+#[test]
+fn quiet_says_nothing() {
+    let place = Place::new();
+    let output = place.succeeds("render in/small.toml --quiet");
+    assert_eq!((stdout(&output), stderr(&output)), (String::new(), String::new()));
+}
+
+#[test]
+fn a_time_limit_renders_at_least_one_pass() {
+    let place = Place::new();
+    let output = place.succeeds("render in/small.toml --time 0.000001 --json");
+    let stats: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(stats["spp"].as_u64() >= Some(1), "{stats}");
+}
+
+#[test]
+fn explain_tells_the_counts_and_the_plan() {
+    let place = Place::new();
+    let text = stdout(&place.succeeds("explain in/small.toml"));
+    for word in ["spheres", "materials", "needs", "kernel", "8 rays a packet"] {
+        assert!(text.contains(word), "{text}");
+    }
+    let json = place.succeeds("explain in/small.toml --json --lanes 1 --size 5x4");
+    let object: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
+    assert_eq!((&object["lanes"], &object["width"]), (&1.into(), &5.into()));
+    assert!(place.files().is_empty(), "explain writes no file");
+}
+
+#[test]
+fn help_and_version_go_to_standard_output() {
+    let place = Place::new();
+    assert!(stdout(&place.succeeds("--version")).starts_with("octolux 0."));
+    assert!(stdout(&place.succeeds("--help")).contains("Examples:"));
+    let help = stdout(&place.succeeds("render --help"));
+    for word in ["Examples:", "--snapshots", "[default: 8]", "0001spp", "{name}"] {
+        assert!(help.contains(word), "{word}: {help}");
+    }
+}

@@ -104,5 +104,9 @@ fn syntax(text: &str, error: &toml::de::Error) -> Fault {
         "in TOML a table begins with [camera], a key with `radius = `, names stand in quotes, lists in [brackets]"
     };
     let span = error.span().unwrap_or(text.len()..text.len());
-    Fault::new(format!("not valid TOML: {said}"), help).at(span, "here")
+    let got = match text.get(span.clone()).map(str::trim) {
+        Some(got) if !got.is_empty() && got.len() <= 60 => format!(", got `{got}`"),
+        _ => String::new(),
+    };
+    Fault::new(format!("not valid TOML: {said}{got}"), help).at(span, "here")
 }

@@ -97,7 +97,7 @@ impl<'t> Table<'t> {
     ) -> Result<Self, Fault> {
         let DeValue::Table(entries) = node.get_ref() else {
             let what = format!("{title} must be a table, got {}", shown(text, node.span()));
-            return Err(Fault::new(what, format!("a table has the keys {}", keys.join(", "))).at(node.span(), "this"));
+            return Err(Fault::new(what, format!("write a table with the keys {}", keys.join(", "))).at(node.span(), "this"));
         };
         let table = Self { title, span: node.span(), thing, entries, text };
         table.only(keys)?;
@@ -118,7 +118,9 @@ impl<'t> Table<'t> {
         let Some((key, _)) = self.in_order().into_iter().find(|(key, _)| !keys.contains(&key.get_ref().as_ref())) else {
             return Ok(());
         };
-        let list = format!("the keys of {} are {}", self.title, keys.join(", "));
+        // Not "[[spheres]] 3": they all have the same keys.
+        let kind = self.title.trim_end_matches(|c: char| c.is_ascii_digit()).trim_end();
+        let list = format!("the keys of {kind} are {}", keys.join(", "));
         let help = match nearest(key.get_ref(), keys.iter().copied()) {
             Some(near) => format!("did you mean `{near}`? {list}"),
             None => list,
@@ -136,7 +138,7 @@ impl<'t> Table<'t> {
 
     /// The value of `key`, if the table has it.
     pub fn get(&self, key: &'static str) -> Option<Value<'_>> {
-        self.entries.get(key).map(|node| Value { table: self, key, index: None, node })
+        self.entries.get(key).map(|node| Value { table: self, key, index: [None; 2], node })
     }
 
     /// The value of `key`.
@@ -174,7 +176,8 @@ pub(super) struct Value<'t> {
     table: &'t Table<'t>,
     /// Its key.
     pub key: &'static str,
-    index: Option<usize>,
+    /// Its place in a list, and in a list inside of that.
+    index: [Option<usize>; 2],
     node: &'t Node<'t>,
 }
 
@@ -186,7 +189,15 @@ impl<'t> Value<'t> {
 
     /// The fault of a value that breaks `rule`.
     pub fn broken(&self, rule: &Rule) -> Fault {
-        self.fault(rule.words, rule.help)
+        self.broken_at(self.node, rule)
+    }
+
+    fn broken_at(&self, node: &Node<'_>, rule: &Rule) -> Fault {
+        match number(node) {
+            // To call 1e39 not finite would be wrong.
+            Some(x) if x.is_finite() && !in_range(x) => self.fault_of(node, "is beyond single precision", rule.help),
+            _ => self.fault_of(node, rule.words, rule.help),
+        }
     }
 
     fn fault_of(&self, node: &Node<'_>, what: &str, help: impl Into<String>) -> Fault {
@@ -194,12 +205,10 @@ impl<'t> Value<'t> {
         Fault::new(format!("{} {what}, got {got}", self.name()), help).at(node.span(), format!("in {}", self.table.title))
     }
 
-    /// What a message calls it: `sphere radius`, `mesh vertices[3]`.
-    pub fn name(&self) -> String {
-        match self.index {
-            Some(index) => format!("{} {}[{index}]", self.table.thing, self.key),
-            None => format!("{} {}", self.table.thing, self.key),
-        }
+    /// What a message calls it: `sphere radius`, `mesh vertices[3]`, `mesh faces[3][0]`.
+    fn name(&self) -> String {
+        let indices: String = self.index.iter().flatten().map(|index| format!("[{index}]")).collect();
+        format!("{} {}{indices}", self.table.thing, self.key)
     }
 
     /// Its place, and the words that belong under it.
@@ -217,7 +226,7 @@ impl<'t> Value<'t> {
     /// `N` numbers in brackets, the same rule for each.
     pub fn numbers<const N: usize>(&self, rule: &Rule) -> Result<[f64; N], Fault> {
         let (words, help) = match N {
-            3 => ("must be three numbers", "write three numbers in brackets, such as [0.4, 0.4, 0.4]"),
+            3 => ("must be three numbers", "write three numbers in brackets, such as [1, 0.5, 2]"),
             _ => ("must be four numbers", "write four numbers in brackets, such as [0.4, 0.4, 0.4, 1000]"),
         };
         let wrong = || self.fault(words, help);
@@ -229,7 +238,7 @@ impl<'t> Value<'t> {
         for (value, item) in values.iter_mut().zip(items.iter()) {
             *value = number(item).ok_or_else(wrong)?;
             if !rule.holds(*value) {
-                return Err(self.fault_of(item, rule.words, rule.help));
+                return Err(self.broken_at(item, rule));
             }
         }
         Ok(values)
@@ -281,8 +290,12 @@ impl<'t> Value<'t> {
     /// The elements of a list.
     pub fn list(&self, help: &str) -> Result<impl ExactSizeIterator<Item = Value<'t>> + use<'t>, Fault> {
         let DeValue::Array(items) = self.node.get_ref() else { return Err(self.fault("must be a list", help)) };
-        let Self { table, key, .. } = *self;
-        Ok(items.iter().enumerate().map(move |(index, node)| Value { table, key, index: Some(index), node }))
+        let Self { table, key, index: outer, .. } = *self;
+        let element = move |(index, node)| {
+            let index = if outer[0].is_none() { [Some(index), None] } else { [outer[0], Some(index)] };
+            Value { table, key, index, node }
+        };
+        Ok(items.iter().enumerate().map(element))
     }
 
     /// The elements of a list of tables, `[[spheres]]`: called `[[spheres]] 1`, and `thing` before the name of a key.

@@ -28,7 +28,7 @@ fn corners(face: &Value<'_>, count: usize) -> Result<Vec<u32>, Fault> {
         index.index().filter(|&i| i <= last && count > 0).ok_or_else(|| {
             let help = format!("there are {count} vertices: indices go from 0 to {last}");
             let help = if count == 0 { "this mesh has no vertices: list them first".to_owned() } else { help };
-            index.fault("must name vertices by their index", help)
+            index.fault("must be the index of a vertex", help)
         })
     };
     indices.map(one).collect()

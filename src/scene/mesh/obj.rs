@@ -22,7 +22,8 @@ fn parse(bytes: &[u8]) -> Result<RawMesh, Problem> {
     let loaded = tobj::load_obj_buf(&mut lines, &options, |_| Err(LoadError::GenericFailure));
     let (models, _) = loaded.map_err(|error| problem(error, lines.number))?;
     // Without objects and groups there is at most one model.
-    let Some(mesh) = models.into_iter().next().map(|model| model.mesh) else {
+    let mesh = models.into_iter().next().map(|model| model.mesh).filter(|mesh| !mesh.indices.is_empty());
+    let Some(mesh) = mesh else {
         return Err(Problem::new("has no faces", "save the mesh with its faces: lines such as `f 1 2 3`"));
     };
 

@@ -1,15 +1,29 @@
 //! What a scene is: from the text of a file to data that cannot be wrong.
 //!
-//! [`file`] says what the text says, [`load`](Scene::load) turns it into a [`Scene`] or into an error that names the
-//! file, the line, the key and the value. Everything behind a `Scene` may rely on the invariants stated here.
+//! [`Scene::load`] turns the text into a [`Scene`] or into a [`SceneError`] that names the file, the line, the key and
+//! the value. Everything behind a `Scene` may rely on the invariants stated here.
+//!
+//! The text is walked, not deserialised: `node` knows the TOML tree with its places and names, `view`, `materials` and
+//! `shapes` know the keys of the format. An error can then say "sphere radius must be positive", with the number as it
+//! was written, where a deserialiser only knows that some `f64` was not to its taste.
 
+mod error;
 mod features;
+mod load;
+mod materials;
+mod memory;
+mod mesh;
+mod nearest;
+mod node;
+mod shapes;
+mod view;
 
 use std::path::PathBuf;
 
 use glam::DVec3;
 
 pub use crate::settings::{EstimatorKind, SamplerKind};
+pub use error::SceneError;
 pub use features::Features;
 
 /// A scene whose every value has been checked. Lengths are in the units of the file, in `f64`, not yet made relative
@@ -32,6 +46,8 @@ pub struct Scene {
     pub spheres: Vec<Sphere>,
     /// Triangle meshes, in the order of the file.
     pub meshes: Vec<Mesh>,
+    /// What the user should be told about the scene: one sentence each, nothing that stops a render.
+    pub notes: Vec<String>,
 }
 
 /// A pinhole camera: `origin != target`, `up` not parallel to the view, the angle in (0, 180) degrees.

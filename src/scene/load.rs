@@ -1,0 +1,112 @@
+//! From a file to a [`Scene`].
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use toml::de::DeTable;
+
+use super::error::Fault;
+use super::node::Table;
+use super::{Scene, SceneError, materials, shapes, view};
+
+/// The longest scene file, in bytes. What needs more belongs into a mesh file, which takes a tenth of the room.
+const LONGEST_FILE: u64 = 64 << 20;
+
+const KEYS: &[&str] = &["camera", "film", "render", "materials", "spheres", "meshes"];
+
+impl Scene {
+    /// Reads a scene file and the mesh files that it names.
+    ///
+    /// # Errors
+    /// If a file cannot be read, or says something that a scene cannot be; the error names the file, the line, the
+    /// key, the value and what would do.
+    pub fn load(path: &Path) -> Result<Self, SceneError> {
+        let text = read(path).map_err(|fault| SceneError::of_file(path, fault))?;
+        let text = String::from_utf8(text).map_err(|error| {
+            let good = error.utf8_error().valid_up_to();
+            let text = String::from_utf8_lossy(&error.as_bytes()[..good]).into_owned();
+            let fault = Fault::new("the text is not UTF-8", "save the scene as plain text in UTF-8; meshes go into .ply files");
+            SceneError::of_text(path, &text, fault.at(good..good, "the last place that can be read"))
+        })?;
+        Self::parse(&text, path)
+    }
+
+    /// Makes a scene of `text`. Mesh files are looked for beside `path`, which also gives the scene its name.
+    ///
+    /// # Errors
+    /// As for [`Scene::load`].
+    pub fn parse(text: &str, path: &Path) -> Result<Self, SceneError> {
+        scene(text, path).map_err(|fault| SceneError::of_text(path, text, fault))
+    }
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, Fault> {
+    let unreadable = |error: std::io::Error| {
+        Fault::new(format!("cannot read the scene file: {error}"), "check the name, and that the file may be read")
+    };
+    let mut bytes = Vec::new();
+    File::open(path).map_err(unreadable)?.take(LONGEST_FILE + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+    if bytes.len() as u64 > LONGEST_FILE {
+        let what = format!("the scene file is larger than {} MiB", LONGEST_FILE >> 20);
+        return Err(Fault::new(what, "put the meshes into .ply files and name them with file = \"...\""));
+    }
+    Ok(bytes)
+}
+
+fn scene(text: &str, path: &Path) -> Result<Scene, Fault> {
+    let tree = DeTable::parse(text).map_err(|error| syntax(text, &error))?;
+    let root = Table::root(text, tree.get_ref(), KEYS)?;
+
+    let missing = |what: &str, help: &str| Fault::new(what, help).at(0..0, "in this file");
+    let no_camera = || missing("the scene has no [camera]", "add [camera] with origin, target, up and fov_x");
+    let camera = root.get("camera").ok_or_else(no_camera)?;
+    let camera = view::camera(&camera.table("[camera]".to_owned(), "camera", view::CAMERA_KEYS)?)?;
+    let no_film = || missing("the scene has no [film]", "add [film] with width and height in pixels");
+    let film = root.get("film").ok_or_else(no_film)?;
+    let film = view::film(&film.table("[film]".to_owned(), "film", view::FILM_KEYS)?)?;
+    let render = match root.get("render") {
+        Some(value) => view::render(&value.table("[render]".to_owned(), "render", view::RENDER_KEYS)?)?,
+        None => Default::default(),
+    };
+
+    let mut materials = Vec::new();
+    if let Some(value) = root.get("materials") {
+        for (name, table) in value.named_tables("material", materials::KEYS)? {
+            materials.push(materials::material(name, &table)?);
+        }
+    }
+    let mut spheres = Vec::new();
+    if let Some(value) = root.get("spheres") {
+        for table in value.tables("sphere", shapes::SPHERE_KEYS)? {
+            spheres.push(shapes::sphere(&table, &materials)?);
+        }
+    }
+    let (mut meshes, mut notes) = (Vec::new(), Vec::new());
+    if let Some(value) = root.get("meshes") {
+        for table in value.tables("mesh", shapes::MESH_KEYS)? {
+            let (mesh, note) = shapes::mesh(&table, &materials, path.parent().unwrap_or(Path::new("")))?;
+            meshes.push(mesh);
+            notes.extend(note);
+        }
+    }
+
+    let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    Ok(Scene { name, path: path.to_owned(), camera, film, render, materials, spheres, meshes, notes })
+}
+
+/// What the TOML reader says, in our form.
+fn syntax(text: &str, error: &toml::de::Error) -> Fault {
+    let said = error.message().lines().next().unwrap_or("unreadable");
+    let help = if said.contains("duplicate") {
+        "each key and each [table] may stand once; spheres and meshes are lists: [[spheres]], [[meshes]]"
+    } else {
+        "in TOML a table begins with [camera], a key with `radius = `, names stand in quotes, lists in [brackets]"
+    };
+    let span = error.span().unwrap_or(text.len()..text.len());
+    let got = match text.get(span.clone()).map(str::trim) {
+        Some(got) if !got.is_empty() && got.len() <= 60 => format!(", got `{got}`"),
+        _ => String::new(),
+    };
+    Fault::new(format!("not valid TOML: {said}{got}"), help).at(span, "here")
+}

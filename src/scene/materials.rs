@@ -1,0 +1,47 @@
+//! `[materials.NAME]`.
+
+use glam::DVec3;
+
+use super::error::Fault;
+use super::node::{ALPHA, EXPONENT, FINITE, NOT_NEGATIVE, Table};
+use super::{Bsdf, Material};
+
+pub(super) const KEYS: &[&str] = &["diffuse", "phong", "exponent", "brdf_params"];
+
+const MODELS: &str =
+    "write one of: diffuse = [r, g, b]; phong = [r, g, b] with exponent = alpha; brdf_params = [r, g, b, alpha]";
+
+pub(super) fn material(name: &str, table: &Table<'_>) -> Result<Material, Fault> {
+    let mut models = ["diffuse", "phong", "brdf_params"].into_iter().filter_map(|key| table.get(key));
+    let model = models.next().ok_or_else(|| table.fault(format!("{} says nothing of reflection", table.title), MODELS))?;
+    if let Some(second) = models.next() {
+        return Err(second.fault(&format!("must not stand beside {}", model.key), MODELS));
+    }
+    if model.key != "phong"
+        && let Some(exponent) = table.get("exponent")
+    {
+        let help = format!("leave the exponent out, or write `phong` instead of `{}`", model.key);
+        return Err(exponent.fault("belongs to phong alone", help));
+    }
+    let bsdf = match model.key {
+        "diffuse" => Bsdf::Diffuse { rho: model.triple(&NOT_NEGATIVE)? },
+        "phong" => {
+            let rho = model.triple(&NOT_NEGATIVE)?;
+            let alpha = table.need("exponent", "exponent = 100.0")?.number(&EXPONENT)?;
+            Bsdf::Phong { rho, alpha }
+        }
+        _ => {
+            let [r, g, b, alpha] = model.numbers::<4>(&FINITE)?;
+            let rho = DVec3::new(r, g, b);
+            if rho.min_element() < 0.0 {
+                return Err(model.broken(&NOT_NEGATIVE));
+            }
+            match alpha {
+                1.0 => Bsdf::Diffuse { rho },
+                alpha if ALPHA.holds(alpha) => Bsdf::Phong { rho, alpha },
+                _ => return Err(model.broken(&ALPHA)),
+            }
+        }
+    };
+    Ok(Material { name: name.to_owned(), bsdf })
+}

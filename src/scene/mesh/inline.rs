@@ -1,0 +1,35 @@
+//! Meshes that are written into the scene file.
+
+use super::super::error::Fault;
+use super::super::node::{FINITE, Value};
+use super::{RawMesh, fan};
+
+/// The mesh that the lists `vertices` and `faces` describe.
+pub fn inline(vertices: &Value<'_>, faces: &Value<'_>) -> Result<RawMesh, Fault> {
+    let points = vertices.list("write a list of points, such as [[0, 0, 0], [1, 0, 0], [0, 1, 0]]")?;
+    let points = points.map(|point| point.triple(&FINITE)).collect::<Result<Vec<_>, _>>()?;
+
+    let mut triangles = Vec::new();
+    for face in faces.list("write a list of faces, such as [[0, 1, 2]]")? {
+        let corners = corners(&face, points.len())?;
+        triangles.extend(fan(&corners));
+    }
+    Ok(RawMesh { vertices: points, triangles, normals: None })
+}
+
+fn corners(face: &Value<'_>, count: usize) -> Result<Vec<u32>, Fault> {
+    let help = "write 3 or 4 indices of vertices, counted from 0, such as [0, 1, 2]";
+    let indices = face.list(help)?;
+    if !(3..=4).contains(&indices.len()) {
+        return Err(face.fault("must have 3 or 4 indices", help));
+    }
+    let last = u32::try_from(count).unwrap_or(u32::MAX).saturating_sub(1);
+    let one = |index: Value<'_>| {
+        index.index().filter(|&i| i <= last && count > 0).ok_or_else(|| {
+            let help = format!("there are {count} vertices: indices go from 0 to {last}");
+            let help = if count == 0 { "this mesh has no vertices: list them first".to_owned() } else { help };
+            index.fault("must be the index of a vertex", help)
+        })
+    };
+    indices.map(one).collect()
+}

@@ -1,0 +1,86 @@
+//! Normals at the vertices.
+
+use glam::DVec3;
+
+use super::RawMesh;
+
+/// A unit normal for each vertex: the file's own, else the mean of the triangles around it, weighted by their areas.
+///
+/// The winding of a triangle that disagrees with the normals of its corners is turned round: surfaces are two-sided, so
+/// its only meaning is to say which way the shading normals point. Files whose faces are wound the wrong way, and
+/// mirrored meshes, come out right.
+pub fn smooth(raw: &mut RawMesh) -> Vec<DVec3> {
+    let RawMesh { vertices, triangles, normals } = raw;
+    let twice_area = |corners: &[u32; 3]| {
+        let [a, b, c] = corners.map(|corner| vertices[corner as usize]);
+        (b - a).cross(c - a)
+    };
+
+    let given = normals.take().unwrap_or_else(|| vec![DVec3::ZERO; vertices.len()]);
+    let mut sums = vec![DVec3::ZERO; vertices.len()];
+    let mut last = vec![DVec3::Z; vertices.len()];
+    for corners in triangles.iter() {
+        let area = twice_area(corners);
+        for &corner in corners {
+            sums[corner as usize] += area;
+            last[corner as usize] = area;
+        }
+    }
+    // A vertex between two faces that look in opposite directions has no mean: any of its faces will do.
+    let normals: Vec<_> = given
+        .iter()
+        .zip(sums.iter().zip(&last))
+        .map(|(&given, (&sum, &last))| unit(given).or_else(|| unit(sum)).or_else(|| unit(last)).unwrap_or(DVec3::Z))
+        .collect();
+
+    for corners in triangles.iter_mut() {
+        let around: DVec3 = corners.iter().map(|&corner| normals[corner as usize]).sum();
+        if twice_area(corners).dot(around) < 0.0 {
+            corners.swap(1, 2);
+        }
+    }
+    normals
+}
+
+/// `v` at length 1, unless it is zero. Brought to about 1 first: squares of small areas would underflow.
+fn unit(v: DVec3) -> Option<DVec3> {
+    let largest = v.abs().max_element();
+    (largest > 0.0 && largest.is_finite()).then(|| (v / largest).normalize())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two triangles on the ground and a wall of twice the area, all at vertex 0.
+    fn corner() -> RawMesh {
+        let vertices = [[0, 0, 0], [1, 0, 0], [0, 0, -1], [0, 4, -1]].map(|v| DVec3::from_array(v.map(f64::from)));
+        RawMesh { vertices: vertices.to_vec(), triangles: vec![[0, 1, 2], [0, 2, 3]], normals: None }
+    }
+
+    #[test]
+    fn the_mean_is_weighted_by_area() {
+        let normals = smooth(&mut corner());
+        // Areas 1/2 and 2, looking up and along x.
+        assert!((normals[0] - DVec3::new(4.0, 1.0, 0.0).normalize()).length() < 1e-15, "{}", normals[0]);
+        assert_eq!(normals[1], DVec3::Y);
+        assert_eq!(normals[3], DVec3::X);
+    }
+
+    #[test]
+    fn given_normals_win_and_turn_the_winding() {
+        let mut raw = corner();
+        raw.normals = Some(vec![DVec3::NEG_Y * 3.0, DVec3::NEG_Y, DVec3::NEG_Y, DVec3::ZERO]);
+        let normals = smooth(&mut raw);
+        assert_eq!(normals[0], DVec3::NEG_Y);
+        assert_eq!(normals[3], DVec3::X, "a zero normal is made good");
+        assert_eq!(raw.triangles, [[0, 2, 1], [0, 2, 3]]);
+    }
+
+    #[test]
+    fn a_vertex_without_triangles_has_some_unit_normal() {
+        let mut raw = corner();
+        raw.vertices.push(DVec3::ONE);
+        assert_eq!(smooth(&mut raw)[4].length(), 1.0);
+    }
+}

@@ -1,0 +1,145 @@
+//! Wavefront OBJ, read by `tobj`.
+
+use std::collections::HashMap;
+use std::fs::File;
+use std::io::{BufRead, Read};
+
+use glam::DVec3;
+use tobj::{LoadError, LoadOptions};
+
+use super::{Problem, RawMesh};
+
+/// Reads all faces of an OBJ file; objects, groups and materials make no difference.
+pub fn read(mut file: File) -> Result<RawMesh, Problem> {
+    let mut bytes = Vec::new();
+    file.read_to_end(&mut bytes).map_err(|error| Problem::new(format!("cannot be read: {error}"), "try again"))?;
+    parse(&bytes)
+}
+
+fn parse(bytes: &[u8]) -> Result<RawMesh, Problem> {
+    let mut lines = Geometry { rest: bytes, line: &[], taken: 0, number: 0 };
+    let options = LoadOptions { triangulate: true, ignore_points: true, ignore_lines: true, ..Default::default() };
+    let loaded = tobj::load_obj_buf(&mut lines, &options, |_| Err(LoadError::GenericFailure));
+    let (models, _) = loaded.map_err(|error| problem(error, lines.number))?;
+    // Without objects and groups there is at most one model.
+    let mesh = models.into_iter().next().map(|model| model.mesh).filter(|mesh| !mesh.indices.is_empty());
+    let Some(mesh) = mesh else {
+        return Err(Problem::new("has no faces", "save the mesh with its faces: lines such as `f 1 2 3`"));
+    };
+
+    let vectors = |numbers: &[f64]| numbers.chunks_exact(3).map(DVec3::from_slice).collect::<Vec<_>>();
+    let (positions, normals) = (vectors(&mesh.positions), vectors(&mesh.normals));
+    if mesh.normal_indices.len() != mesh.indices.len() {
+        // Normals are optional for each corner: without all of them they are of no use.
+        let triangles = mesh.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
+        return Ok(RawMesh { vertices: positions, triangles, normals: None });
+    }
+
+    // A corner has a position and a normal of its own: each pair becomes a vertex.
+    let mut raw = RawMesh::default();
+    let mut pairs = HashMap::new();
+    let mut corners = Vec::with_capacity(mesh.indices.len());
+    let raw_normals = raw.normals.insert(Vec::new());
+    for (&position, &normal) in mesh.indices.iter().zip(&mesh.normal_indices) {
+        corners.push(*pairs.entry((position, normal)).or_insert_with(|| {
+            raw.vertices.push(positions[position as usize]);
+            raw_normals.push(normals[normal as usize]);
+            raw.vertices.len() as u32 - 1
+        }));
+    }
+    raw.triangles = corners.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
+    Ok(raw)
+}
+
+fn problem(error: LoadError, line: usize) -> Problem {
+    let cut = "the file is damaged or cut short: save the mesh again";
+    let broken = |what: &str| Problem::new(format!("has {what} in line {line}"), cut);
+    match error {
+        LoadError::PositionParseError | LoadError::ColorParseError | LoadError::ScalingByZeroError => {
+            broken("a vertex that cannot be read")
+        }
+        LoadError::NormalParseError => broken("a normal that cannot be read"),
+        LoadError::TexcoordParseError => broken("a texture coordinate that cannot be read"),
+        LoadError::FaceParseError | LoadError::InvalidPolygon => broken("a face that cannot be read"),
+        LoadError::ReadError => broken("something that is not text"),
+        LoadError::FaceVertexOutOfBounds | LoadError::FaceNormalOutOfBounds => {
+            Problem::new("has a face that names a vertex or a normal that does not exist", cut)
+        }
+        other => Problem::new(format!("cannot be read: {other}"), cut),
+    }
+}
+
+/// The lines of a file that speak of geometry, counted; all others are empty.
+///
+/// `tobj` makes a mesh of its own for each object, group and material, and the vertices that they share fall apart: the
+/// seams would show under smooth shading. It also gives its errors without a line: this knows which one was last read.
+struct Geometry<'b> {
+    rest: &'b [u8],
+    line: &'b [u8],
+    taken: usize,
+    number: usize,
+}
+
+impl BufRead for Geometry<'_> {
+    fn fill_buf(&mut self) -> std::io::Result<&[u8]> {
+        while self.taken == self.line.len() && !self.rest.is_empty() {
+            let end = self.rest.iter().position(|&byte| byte == b'\n').map_or(self.rest.len(), |at| at + 1);
+            let (line, rest) = self.rest.split_at(end);
+            self.rest = rest;
+            self.number += 1;
+            let word = line.trim_ascii_start().split(u8::is_ascii_whitespace).next();
+            let wanted = matches!(word, Some(b"v" | b"vt" | b"vn" | b"f"));
+            (self.line, self.taken) = (if wanted { line } else { &[] }, 0);
+        }
+        Ok(&self.line[self.taken..])
+    }
+
+    fn consume(&mut self, amount: usize) {
+        self.taken += amount;
+    }
+}
+
+impl Read for Geometry<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let count = self.fill_buf()?.read(buffer)?;
+        self.consume(count);
+        Ok(count)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CUBE: &str = "# a cube\no cube\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
+        g ends\nf 4 3 2 1\nf -4 -3 -2 -1\ng sides\nusemtl any\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+
+    #[test]
+    fn quads_negative_indices_and_groups() {
+        let raw = parse(CUBE.as_bytes()).unwrap();
+        assert_eq!(raw.vertices.len(), 8, "groups share their vertices");
+        assert_eq!(raw.triangles.len(), 12);
+        assert!(raw.normals.is_none());
+        // The second quad is split along its first and third corner.
+        let points = |i: usize| raw.triangles[i].map(|corner| raw.vertices[corner as usize].to_array());
+        assert_eq!(points(2), [[0., 0., 1.], [1., 0., 1.], [1., 1., 1.]]);
+        assert_eq!(points(3), [[0., 0., 1.], [1., 1., 1.], [0., 1., 1.]]);
+    }
+
+    #[test]
+    fn a_pair_of_position_and_normal_is_a_vertex() {
+        let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvn 0 0 1\nvn 1 0 0\nf 1//1 2//1 3//1\nf 1//2 3//2 4//2\n";
+        let raw = parse(text.as_bytes()).unwrap();
+        assert_eq!(raw.vertices.len(), 6);
+        assert_eq!(raw.normals.unwrap()[3], DVec3::X);
+    }
+
+    #[test]
+    fn errors_name_the_line() {
+        let error = |text: &str| parse(text.as_bytes()).unwrap_err().what;
+        assert_eq!(error("v 0 0 0\nv 1 zero 0\n"), "has a vertex that cannot be read in line 2");
+        assert_eq!(error("v 0 0 0\n\n# f\nf 1 2 x\n"), "has a face that cannot be read in line 4");
+        assert_eq!(error("nothing here\n"), "has no faces");
+        assert!(error("v 0 0 0\nv 1 0 0\nf 1 2 9\n").contains("does not exist"));
+    }
+}

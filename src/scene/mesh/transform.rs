@@ -1,0 +1,106 @@
+//! `transform = { scale, rotate_x, rotate_y, rotate_z, translate }`: applied in this order, whatever the order of the
+//! keys.
+
+use glam::{DMat3, DMat4, DVec3};
+
+use super::super::error::Fault;
+use super::super::node::{FINITE, NOT_ZERO, Value};
+use super::RawMesh;
+
+const KEYS: &[&str] = &["scale", "rotate_x", "rotate_y", "rotate_z", "translate"];
+
+/// The matrix that takes the points of a mesh to their places in the scene; the identity without a table.
+pub fn transform(value: Option<Value<'_>>) -> Result<DMat4, Fault> {
+    let Some(value) = value else { return Ok(DMat4::IDENTITY) };
+    let table = value.table("transform".to_owned(), "transform", KEYS)?;
+    let scale = match table.get("scale") {
+        None => DVec3::ONE,
+        Some(scale) if scale.is_list() => scale.triple(&NOT_ZERO)?,
+        Some(scale) => DVec3::splat(scale.number(&NOT_ZERO)?),
+    };
+    let turn = |key, axis| match table.get(key) {
+        None => Ok(DMat3::IDENTITY),
+        Some(degrees) => degrees.number(&FINITE).map(|degrees| rotation(axis, degrees)),
+    };
+    let (x, y, z) = (turn("rotate_x", 0)?, turn("rotate_y", 1)?, turn("rotate_z", 2)?);
+    let translate = table.get("translate").map_or(Ok(DVec3::ZERO), |value| value.triple(&FINITE))?;
+    Ok(DMat4::from_mat3_translation(z * y * x * DMat3::from_diagonal(scale), translate))
+}
+
+/// A turn about a coordinate axis, counter-clockwise when the axis points at the eye. Quarter turns are exact.
+fn rotation(axis: usize, degrees: f64) -> DMat3 {
+    let degrees = degrees % 360.0;
+    let quarters = degrees / 90.0;
+    let (sin, cos) = match quarters.rem_euclid(4.0) {
+        0.0 => (0.0, 1.0),
+        1.0 => (1.0, 0.0),
+        2.0 => (0.0, -1.0),
+        3.0 => (-1.0, 0.0),
+        _ => degrees.to_radians().sin_cos(),
+    };
+    let mut columns = [DVec3::X, DVec3::Y, DVec3::Z];
+    let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+    columns[u][u] = cos;
+    columns[u][v] = sin;
+    columns[v][u] = -sin;
+    columns[v][v] = cos;
+    DMat3::from_cols(columns[0], columns[1], columns[2])
+}
+
+/// Moves points by `matrix` and normals by its inverse transpose (their lengths do not matter here).
+pub fn apply(raw: &mut RawMesh, matrix: DMat4) {
+    if matrix == DMat4::IDENTITY {
+        return;
+    }
+    for vertex in &mut raw.vertices {
+        *vertex = matrix.transform_point3(*vertex);
+    }
+    // The cofactors are the inverse transpose times the determinant: they exist for every matrix. A mirror has a
+    // negative determinant, which would turn the normals inside out.
+    let linear = DMat3::from_mat4(matrix);
+    let (x, y, z) = (linear.x_axis, linear.y_axis, linear.z_axis);
+    let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
+    let side = if x.dot(y.cross(z)) < 0.0 { -1.0 } else { 1.0 };
+    for normal in raw.normals.iter_mut().flatten() {
+        *normal = (cofactors * *normal * side).normalize_or_zero();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn moved(matrix: DMat4, point: [f64; 3]) -> [f64; 3] {
+        matrix.transform_point3(DVec3::from_array(point)).to_array()
+    }
+
+    #[test]
+    fn quarter_turns_are_exact_and_counter_clockwise() {
+        assert_eq!(rotation(0, 90.0) * DVec3::Y, DVec3::Z);
+        assert_eq!(rotation(1, 90.0) * DVec3::Z, DVec3::X);
+        assert_eq!(rotation(2, 90.0) * DVec3::X, DVec3::Y);
+        assert_eq!(rotation(2, -270.0) * DVec3::X, DVec3::Y);
+        assert_eq!(rotation(2, 540.0) * DVec3::X, -DVec3::X);
+        let third = rotation(1, 30.0) * DVec3::X;
+        assert!((third - DVec3::new(0.75_f64.sqrt(), 0.0, -0.5)).length() < 1e-15);
+    }
+
+    #[test]
+    fn a_mirror_keeps_normals_outside() {
+        let mut raw = RawMesh { vertices: vec![DVec3::X], triangles: vec![], normals: Some(vec![DVec3::X]) };
+        apply(&mut raw, DMat4::from_scale(DVec3::new(-2.0, 1.0, 1.0)));
+        assert_eq!(raw.vertices, [DVec3::new(-2.0, 0.0, 0.0)]);
+        assert_eq!(raw.normals.unwrap(), [DVec3::NEG_X]);
+    }
+
+    #[test]
+    fn normals_stay_perpendicular_under_uneven_scale() {
+        let slope = DVec3::new(1.0, -1.0, 0.0);
+        let normal = DVec3::new(1.0, 1.0, 0.0);
+        let matrix = DMat4::from_scale(DVec3::new(5.0, 1.0, 1.0));
+        let mut raw = RawMesh { vertices: vec![slope], triangles: vec![], normals: Some(vec![normal]) };
+        apply(&mut raw, matrix);
+        assert!(raw.vertices[0].dot(raw.normals.unwrap()[0]).abs() < 1e-15);
+        assert_eq!(moved(matrix, [1.0, 2.0, 3.0]), [5.0, 2.0, 3.0]);
+    }
+}

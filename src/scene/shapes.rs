@@ -1,0 +1,75 @@
+//! `[[spheres]]` and `[[meshes]]`, and what their surfaces do.
+
+use std::path::Path;
+
+use super::error::Fault;
+use super::mesh::{self, Normals};
+use super::nearest::nearest;
+use super::node::{FINITE, NOT_NEGATIVE, POSITIVE, Table, Value};
+use super::{Material, Mesh, Sphere, Surface};
+
+pub(super) const SPHERE_KEYS: &[&str] = &["center", "radius", "emission", "material"];
+pub(super) const MESH_KEYS: &[&str] =
+    &["file", "vertices", "faces", "normals", "transform", "emission", "material"];
+
+pub(super) fn sphere(table: &Table<'_>, materials: &[Material]) -> Result<Sphere, Fault> {
+    Ok(Sphere {
+        center: table.need("center", "center = [0.0, 0.0, 0.0]")?.triple(&FINITE)?,
+        radius: table.need("radius", "radius = 1.0")?.number(&POSITIVE)?,
+        surface: surface(table, materials)?,
+    })
+}
+
+/// A mesh, and a sentence if part of it was left out. Files are looked for in `folder`.
+pub(super) fn mesh(table: &Table<'_>, materials: &[Material], folder: &Path) -> Result<(Mesh, Option<String>), Fault> {
+    // What is cheap is checked first: a wrong name should not wait for a big file.
+    let surface = surface(table, materials)?;
+    let transform = mesh::transform(table.get("transform"))?;
+    let normals = match table.get("normals") {
+        None => Normals::Flat,
+        Some(value) => value.choice(&Normals::ALL, Normals::name)?,
+    };
+
+    let source = table.one_of("file", "vertices", "write file = \"bunny.ply\", or vertices and faces")?;
+    let (raw, place, title) = match source.key {
+        "file" => {
+            if let Some(faces) = table.get("faces") {
+                return Err(faces.fault("must not stand beside file", "the file has its own faces: leave these out"));
+            }
+            let name = source.string()?;
+            let (span, label) = source.place();
+            let raw = mesh::read(folder, name).map_err(|fault| fault.at(span, label))?;
+            (raw, source, format!("{} ({name})", table.title))
+        }
+        _ => {
+            let faces = table.need("faces", "faces = [[0, 1, 2]]")?;
+            (mesh::inline(&source, &faces)?, faces, table.title.clone())
+        }
+    };
+    let (span, label) = place.place();
+    mesh::finish(raw, transform, normals, surface, &title).map_err(|fault| fault.at(span, label))
+}
+
+/// What the surface of a shape does: exactly one of `material` and `emission`.
+fn surface(table: &Table<'_>, materials: &[Material]) -> Result<Surface, Fault> {
+    let help = "write material = \"name\" for what reflects, or emission = [r, g, b] for what gives light";
+    let value = table.one_of("material", "emission", help)?;
+    if value.key == "emission" {
+        return value.triple(&NOT_NEGATIVE).map(Surface::Emission);
+    }
+    let name = value.string()?;
+    let index = materials.iter().position(|material| material.name == name);
+    index.map(Surface::Material).ok_or_else(|| no_material(&value, name, materials))
+}
+
+fn no_material(value: &Value<'_>, name: &str, materials: &[Material]) -> Fault {
+    let names: Vec<_> = materials.iter().map(|material| material.name.as_str()).collect();
+    let listed = names.iter().take(12).copied().collect::<Vec<_>>().join(", ");
+    let more = if names.len() > 12 { ", ..." } else { "" };
+    let help = match (nearest(name, names.iter().copied()), names.is_empty()) {
+        (Some(near), _) => format!("did you mean \"{near}\"? the materials of this scene are {listed}{more}"),
+        (None, false) => format!("the materials of this scene are {listed}{more}"),
+        (None, true) => format!("this scene has no materials: add [materials.{name}] with diffuse = [0.4, 0.4, 0.4]"),
+    };
+    value.fault("must name a material of this scene", help)
+}

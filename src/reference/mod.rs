@@ -98,6 +98,26 @@ impl Reference {
         self.rounded(&self.stderr)
     }
 
+    /// Mean of all pixels and channels.
+    pub fn mean(&self) -> f64 {
+        self.picture.iter().flatten().sum::<f64>() / (3 * self.picture.len()) as f64
+    }
+
+    /// Median of standard error over mean, of all values whose mean is above 0; 0 in a black picture.
+    pub fn median_relative_error(&self) -> f64 {
+        let values = self.stderr.iter().flatten().zip(self.picture.iter().flatten());
+        let mut relative: Vec<f64> = values
+            .filter(|&(_, &mean)| mean > 0.0)
+            .map(|(error, mean)| error / mean)
+            .collect();
+        let middle = relative.len() / 2;
+        if relative.is_empty() {
+            0.0
+        } else {
+            *relative.select_nth_unstable_by(middle, f64::total_cmp).1
+        }
+    }
+
     fn rounded(&self, pixels: &[[f64; 3]]) -> Picture {
         let pixels = pixels.iter().map(|pixel| pixel.map(|value| value as f32)).collect();
         Picture {

@@ -36,14 +36,16 @@ pub struct Significance {
     /// For each channel: `sum(x - r) / sqrt(sum(s^2))` over the picture. Channels are kept apart because they share
     /// their samples.
     pub z_mean: [f64; 3],
-    /// Over values: the z-scores `(x - r) / s`.
+    /// Over values: the z-scores `(x - r) / s`. Expect a few beyond 10 where `x` has some hundred samples: a pixel of
+    /// an emitter's edge whose samples all fell inside reports no noise of its own.
     pub pixels: ZScores,
     /// Over blocks of 8 x 8 pixels and channels (smaller ones at the right and lower edge):
     /// `sum(x - r) / sqrt(sum(s^2))` of each block.
     pub blocks: ZScores,
     /// Values left out because their standard error is 0.
     pub left_out: u64,
-    /// Those among them that differ all the same, by more than 1e-5 of the larger one.
+    /// Those among them that differ all the same, by more than 1e-5 of the larger one and 1.2e-38 (below which an
+    /// `f32` loses digits).
     pub left_out_different: u64,
 }
 
@@ -99,7 +101,7 @@ impl Significance {
                 }
                 if noise == 0.0 {
                     left_out += 1;
-                    left_out_different += u64::from(difference.abs() > 1e-5 * size);
+                    left_out_different += u64::from(difference.abs() > 1e-5 * size + f64::from(f32::MIN_POSITIVE));
                     continue;
                 }
                 let variance = noise + (ROUNDING.0 * size).powi(2) + ROUNDING.1.powi(2);

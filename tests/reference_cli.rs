@@ -60,5 +60,5 @@ fn two_pictures_and_one_line() {
     assert_ne!(read_picture(&folder.path().join("s.npy")).unwrap().pixels, mean.pixels);
 
     assert_eq!(reference(&["-o", "x.npy", "--spp", "1"]).status.code(), Some(2));
-    assert_ne!(reference(&["-o", "missing/x.npy"]).status.code(), Some(0));
+    assert_eq!(reference(&["-o", "missing/x.npy"]).status.code(), Some(2));
 }

@@ -1,19 +1,17 @@
 //! `octolux compare`: how far one picture is from another, and whether noise explains it.
 
-use std::io::{self, Write};
-use std::path::PathBuf;
-use std::process::ExitCode;
+use std::path::{Path, PathBuf};
 
-use clap::Args;
 use serde::Serialize;
 
-use crate::film::{Picture, PictureError, read_picture};
+use super::{CliError, Exit, report};
+use crate::film::{Picture, read_picture};
 use crate::study::error::{Errors, Invalid, relmse_of_reference};
 use crate::study::significance::{Measured, Significance, ZScores};
 
 /// Error of picture A against picture B, the reference
-#[derive(Args, Clone, Debug)]
-pub struct CompareArgs {
+#[derive(clap::Args)]
+pub struct Args {
     /// The picture to judge: .npy (f32 or f64, height x width x 3) or .exr
     pub a: PathBuf,
     /// The reference
@@ -51,15 +49,15 @@ struct Comparison {
     noise_of_both: bool,
 }
 
-/// Reads the pictures and prints the comparison on standard output. A reader that closes the pipe early is no error.
-///
-/// The exit code is 0; 1 beyond `--max-relmse`; 2 if the sizes differ, with a sentence on standard error.
+/// Reads the pictures and prints the comparison on standard output.
 ///
 /// # Errors
-/// [`PictureError`] for a picture that cannot be read.
-pub fn run(args: &CompareArgs) -> Result<ExitCode, PictureError> {
-    let optional = |path: &Option<PathBuf>| path.as_deref().map(read_picture).transpose();
-    let (a, b) = (read_picture(&args.a)?, read_picture(&args.b)?);
+/// Wrong usage: a picture that cannot be read, sizes that differ. Failure, after the comparison is printed: beyond
+/// `--max-relmse`.
+pub fn run(args: &Args) -> Result<Exit, CliError> {
+    let read = |path: &Path| read_picture(path).map_err(|error| CliError::bad_path(&error));
+    let optional = |path: &Option<PathBuf>| path.as_deref().map(read).transpose();
+    let (a, b) = (read(&args.a)?, read(&args.b)?);
     let (stderr, stderr_a) = (optional(&args.stderr)?, optional(&args.stderr_a)?);
     let others = [
         (Some(&args.b), Some(&b)),
@@ -68,27 +66,22 @@ pub fn run(args: &CompareArgs) -> Result<ExitCode, PictureError> {
     ];
     for (path, other) in others.into_iter().filter_map(|(path, other)| path.zip(other)) {
         if (other.width, other.height) != (a.width, a.height) {
-            let (path_a, path) = (args.a.display(), path.display());
-            eprintln!(
-                "error: the sizes differ: {path_a} is {}x{}, {path} is {}x{}",
-                a.width, a.height, other.width, other.height
-            );
-            return Ok(ExitCode::from(2));
+            let size = |path: &Path, of: &Picture| format!("{} is {}x{}", path.display(), of.width, of.height);
+            let what = format!("the sizes differ: {}, {}", size(&args.a, &a), size(path, other));
+            return Err(CliError::usage(what));
         }
     }
     let comparison = compare(args, &a, &b, stderr_a.as_ref(), stderr.as_ref());
-    let text = if args.json {
-        json(&comparison)
+    report::data(&if args.json {
+        json(&comparison)?
     } else {
         table(&comparison)
-    };
-    // Nothing sensible is left to do if standard output is gone; the exit code still tells.
-    let _ = writeln!(io::stdout().lock(), "{text}");
-    Ok(verdict(args, &comparison))
+    })?;
+    within_limit(args, &comparison)
 }
 
 fn compare(
-    args: &CompareArgs,
+    args: &Args,
     a: &Picture,
     b: &Picture,
     stderr_a: Option<&Picture>,
@@ -118,24 +111,28 @@ fn compare(
     }
 }
 
-fn verdict(args: &CompareArgs, comparison: &Comparison) -> ExitCode {
+fn within_limit(args: &Args, comparison: &Comparison) -> Result<Exit, CliError> {
     let Some(limit) = args.max_relmse else {
-        return ExitCode::SUCCESS;
+        return Ok(Exit::Well);
     };
-    let invalid = comparison.errors.invalid.total() + comparison.errors.reference_invalid.total();
+    let errors = &comparison.errors;
+    let invalid = errors.invalid.total() + errors.reference_invalid.total();
     if invalid > 0 {
-        eprintln!("error: {invalid} values are NaN, infinite or negative");
-        return ExitCode::FAILURE;
+        return Err(CliError::failed(format!(
+            "{invalid} values are NaN, infinite or negative"
+        )));
     }
-    if comparison.errors.relmse > limit {
-        eprintln!("error: relmse {:.4e} is above {limit:e}", comparison.errors.relmse);
-        return ExitCode::FAILURE;
+    if errors.relmse > limit {
+        return Err(CliError::failed(format!(
+            "relmse {:.4e} is above {limit:e}",
+            errors.relmse
+        )));
     }
-    ExitCode::SUCCESS
+    Ok(Exit::Well)
 }
 
-fn json(comparison: &Comparison) -> String {
-    serde_json::to_string_pretty(comparison).unwrap_or_else(|error| format!("{{\"error\": \"{error}\"}}"))
+fn json(comparison: &Comparison) -> Result<String, CliError> {
+    serde_json::to_string_pretty(comparison).map_err(|error| CliError::failed(error.to_string()))
 }
 
 fn table(comparison: &Comparison) -> String {

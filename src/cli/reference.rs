@@ -3,17 +3,20 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use clap::Args;
+use clap::builder::RangedU64ValueParser;
 use indicatif::{ProgressBar, ProgressStyle};
+use rayon::ThreadPoolBuilder;
 
-use crate::film::{Attributes, PictureError, Value, check_output, write_picture};
+use super::{CliError, Exit, options, report};
+use crate::film::{Attributes, Value, check_output, write_picture};
 use crate::reference::{Reference, render};
 use crate::scene::{FilmSize, Scene};
 
 /// Render a scene with the independent f64 oracle: a picture and the standard error of every pixel
-#[derive(Args, Clone, Debug)]
-pub struct ReferenceArgs {
+#[derive(clap::Args)]
+pub struct Args {
     /// The scene file
+    #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
     /// Where the picture goes: .exr or .npy
     #[arg(short, long, value_name = "FILE")]
@@ -28,62 +31,53 @@ pub struct ReferenceArgs {
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u64,
     /// The size of the picture in pixels [default: the scene's]
-    #[arg(long, value_name = "WxH", value_parser = film_size)]
+    #[arg(long, value_name = "WxH", value_parser = options::size)]
     pub size: Option<FilmSize>,
-    /// Threads; the picture is the same with any number [default: one for each core]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    pub threads: Option<u16>,
+    /// Threads, 1 to 1024; the picture is the same with any number [default: as many as the machine offers]
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
+    pub threads: Option<usize>,
     /// No progress and no summary
     #[arg(short, long)]
     pub quiet: bool,
 }
 
-/// Why there is no reference picture.
-#[derive(Debug, thiserror::Error)]
-pub enum ReferenceError {
-    /// A picture cannot be written.
-    #[error(transparent)]
-    Picture(#[from] PictureError),
-    /// The system refuses the threads.
-    #[error("cannot start the threads: {0}")]
-    Threads(#[from] rayon::ThreadPoolBuildError),
-}
-
-/// Renders `scene`, which was loaded from `args.scene`, and writes both pictures. Progress (on a terminal) and a
-/// summary in one line go to standard error.
+/// Renders the scene and writes both pictures. Progress (on a terminal) and a summary in one line go to standard
+/// error.
 ///
 /// # Errors
-/// [`ReferenceError`]; whether the pictures can be written is looked at before the render.
-pub fn run(args: &ReferenceArgs, scene: &Scene) -> Result<(), ReferenceError> {
+/// A scene that cannot be loaded; pictures that cannot be written, which is looked at before the render.
+pub fn run(args: &Args) -> Result<Exit, CliError> {
     let stderr_path = args.stderr.clone().unwrap_or_else(|| stderr_beside(&args.output));
-    check_output(&args.output)?;
-    check_output(&stderr_path)?;
+    for path in [&args.output, &stderr_path] {
+        check_output(path).map_err(|error| CliError::bad_path(&error))?;
+    }
+    let scene = Scene::load(&args.scene).map_err(CliError::scene)?;
     let film = args.size.unwrap_or(scene.film);
-    let threads = rayon::ThreadPoolBuilder::new()
-        .num_threads(args.threads.map_or(0, usize::from))
-        .build()?;
+    // 0 stands for as many as the machine offers.
+    let threads = ThreadPoolBuilder::new().num_threads(args.threads.unwrap_or(0)).build();
+    let threads = threads.map_err(|error| CliError::failed(format!("cannot start the threads: {error}")))?;
     let bar = progress_bar(
         args.quiet,
         u64::from(film.width) * u64::from(film.height) * u64::from(args.spp),
     );
     let start = Instant::now();
-    let result = threads.install(|| render(scene, film, args.spp, args.seed, &|done| bar.set_position(done)));
+    let result = threads.install(|| render(&scene, film, args.spp, args.seed, &|done| bar.set_position(done)));
     let seconds = start.elapsed().as_secs_f64();
     bar.finish_and_clear();
     write_picture(
         &args.output,
         &result.to_picture(),
-        &attributes(args, scene, "mean radiance"),
+        &attributes(args, &scene, "mean radiance"),
     )?;
     write_picture(
         &stderr_path,
         &result.to_stderr_picture(),
-        &attributes(args, scene, "standard error of the mean"),
+        &attributes(args, &scene, "standard error of the mean"),
     )?;
     if !args.quiet {
-        eprintln!("{}", summary(&result, seconds));
+        report::print(&summary(&result, seconds));
     }
-    Ok(())
+    Ok(Exit::Well)
 }
 
 /// `out/x.npy` becomes `out/x_stderr.npy`.
@@ -97,28 +91,19 @@ fn stderr_beside(picture: &Path) -> PathBuf {
     picture.with_file_name(name)
 }
 
-/// `384x256`, both at least 1.
-fn film_size(text: &str) -> Result<FilmSize, String> {
-    let sides = text
-        .split_once(['x', 'X'])
-        .and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
-    match sides {
-        Some((width, height)) if width > 0 && height > 0 => Ok(FilmSize { width, height }),
-        _ => Err("a size is two whole numbers above 0, such as 384x256".into()),
-    }
-}
-
 /// Hidden where nobody watches: `indicatif` draws on terminals only.
 fn progress_bar(quiet: bool, samples: u64) -> ProgressBar {
     if quiet {
         return ProgressBar::hidden();
     }
-    let style = ProgressStyle::with_template("reference {wide_bar} {percent} % {elapsed} (left {eta})")
-        .unwrap_or_else(|_| ProgressStyle::default_bar());
-    ProgressBar::new(samples).with_style(style)
+    let bar = ProgressBar::new(samples);
+    if let Ok(style) = ProgressStyle::with_template("reference [{wide_bar}] {percent} %, {eta} left") {
+        bar.set_style(style.progress_chars("##-"));
+    }
+    bar
 }
 
-fn attributes(args: &ReferenceArgs, scene: &Scene, content: &str) -> Attributes {
+fn attributes(args: &Args, scene: &Scene, content: &str) -> Attributes {
     let settings = vec![
         ("scene", Value::Text(scene.name.clone())),
         (
@@ -137,7 +122,7 @@ fn attributes(args: &ReferenceArgs, scene: &Scene, content: &str) -> Attributes 
 
 fn summary(result: &Reference, seconds: f64) -> String {
     format!(
-        "{}x{}, {} spp: mean {:.6}, median relative standard error {:.2} %, {seconds:.1} s",
+        "{}x{}, {} spp: mean {:.6}, median relative standard error {:.2} %, {seconds:.1} s\n",
         result.width,
         result.height,
         result.spp,
@@ -158,20 +143,6 @@ mod tests {
             ("x", "x_stderr"),
         ] {
             assert_eq!(stderr_beside(Path::new(picture)), Path::new(stderr));
-        }
-    }
-
-    #[test]
-    fn sizes_are_two_numbers_above_zero() {
-        assert_eq!(
-            film_size("384x256"),
-            Ok(FilmSize {
-                width: 384,
-                height: 256
-            })
-        );
-        for wrong in ["", "384", "384x", "0x5", "-3x5", "3.5x2", "3x4x5", "99999999999x1"] {
-            assert!(film_size(wrong).is_err(), "{wrong}");
         }
     }
 }

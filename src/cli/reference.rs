@@ -48,6 +48,9 @@ pub struct Args {
 /// A scene that cannot be loaded; pictures that cannot be written, which is looked at before the render.
 pub fn run(args: &Args) -> Result<Exit, CliError> {
     let stderr_path = args.stderr.clone().unwrap_or_else(|| stderr_beside(&args.output));
+    if stderr_path == args.output {
+        return Err(CliError::usage("--stderr and --output name the same file"));
+    }
     for path in [&args.output, &stderr_path] {
         check_output(path).map_err(|error| CliError::bad_path(&error))?;
     }

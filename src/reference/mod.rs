@@ -1,1 +1,158 @@
-//! (under construction)
+//! The oracle: an independent program that says what a picture should be.
+//!
+//! It follows one ray at a time in `f64`, with its own intersections, formulas and random numbers, and shares nothing
+//! with the renderer but the scene's data and the type of a picture. Where the two agree, they agree for no common
+//! reason; a test reads these sources to keep it so. It is slow, and it tells how exact it is: every pixel comes with
+//! the standard error of its mean.
+//!
+//! Faces of emitters that lie exactly on other faces are a matter of chance, here as in any ray tracer.
+
+mod brdf;
+mod bvh;
+mod camera;
+mod emitter;
+mod estimate;
+mod geometry;
+mod statistics;
+mod world;
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+use rayon::prelude::*;
+
+use crate::film::Picture;
+use crate::scene::{FilmSize, Scene};
+use camera::Pinhole;
+use statistics::Moments;
+use world::World;
+
+/// A converging picture with its own statement of how far it has come.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reference {
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Samples of every pixel.
+    pub spp: u32,
+    /// Mean radiance of each pixel, linear RGB, row by row from the top.
+    pub picture: Vec<[f64; 3]>,
+    /// Standard error of each value of `picture`: the deviation of its samples over the root of their number. Zero
+    /// where all samples agree; infinite after a single one.
+    pub stderr: Vec<[f64; 3]>,
+}
+
+/// Renders `spp` independent samples of every pixel, uniform over the pixel's square, on the threads of the current
+/// rayon pool. The result depends on `scene`, `film`, `spp` and `seed` alone, never on the threads.
+///
+/// `progress` hears, from any thread, how many samples (pixels x passes) are done.
+///
+/// # Panics
+/// If `spp` is 0.
+pub fn render(scene: &Scene, film: FilmSize, spp: u32, seed: u64, progress: &(dyn Fn(u64) + Sync)) -> Reference {
+    assert!(spp > 0, "a mean of no samples");
+    let (world, camera) = (World::new(scene), Pinhole::new(&scene.camera, film));
+    let (width, height) = (film.width as usize, film.height as usize);
+    let done = AtomicU64::new(0);
+    let pixel = |index: usize| {
+        let mut rng = stream(seed, index as u64);
+        let (x, y) = ((index % width) as f64, (index / width) as f64);
+        let mut moments = Moments::default();
+        for _ in 0..spp {
+            let eye = camera.ray(x + rng.random::<f64>(), y + rng.random::<f64>());
+            moments.add(estimate::radiance(&world, &eye, &mut rng));
+        }
+        let before = done.fetch_add(u64::from(spp), Ordering::Relaxed);
+        progress(before + u64::from(spp));
+        (moments.mean().to_array(), moments.standard_error().to_array())
+    };
+    let (picture, stderr) = (0..width * height).into_par_iter().map(pixel).unzip();
+    Reference {
+        width: film.width,
+        height: film.height,
+        spp,
+        picture,
+        stderr,
+    }
+}
+
+/// The random numbers of one pixel. The seed goes through a mixing function (SplitMix64: Steele, Lea, Flood,
+/// OOPSLA 2014), so that pixel 1 of seed 0 and pixel 0 of seed 1 have nothing in common.
+fn stream(seed: u64, pixel: u64) -> Pcg64 {
+    let z = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    Pcg64::seed_from_u64((z ^ (z >> 31)) ^ pixel)
+}
+
+impl Reference {
+    /// The means, rounded to the `f32` of a picture.
+    pub fn to_picture(&self) -> Picture {
+        self.rounded(&self.picture)
+    }
+
+    /// The standard errors as a picture.
+    pub fn to_stderr_picture(&self) -> Picture {
+        self.rounded(&self.stderr)
+    }
+
+    /// Mean of all pixels and channels.
+    pub fn mean(&self) -> f64 {
+        self.picture.iter().flatten().sum::<f64>() / (3 * self.picture.len()) as f64
+    }
+
+    /// Median of standard error over mean, of all values whose mean is above 0; 0 in a black picture.
+    pub fn median_relative_error(&self) -> f64 {
+        let values = self.stderr.iter().flatten().zip(self.picture.iter().flatten());
+        let mut relative: Vec<f64> = values
+            .filter(|&(_, &mean)| mean > 0.0)
+            .map(|(error, mean)| error / mean)
+            .collect();
+        let middle = relative.len() / 2;
+        if relative.is_empty() {
+            0.0
+        } else {
+            *relative.select_nth_unstable_by(middle, f64::total_cmp).1
+        }
+    }
+
+    fn rounded(&self, pixels: &[[f64; 3]]) -> Picture {
+        let pixels = pixels.iter().map(|pixel| pixel.map(|value| value as f32)).collect();
+        Picture {
+            width: self.width,
+            height: self.height,
+            pixels,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    /// The worth of an oracle is that it repeats no mistake of the program it judges.
+    #[test]
+    fn the_oracle_shares_only_the_scene_and_the_picture() {
+        let sources = concat!(env!("CARGO_MANIFEST_DIR"), "/src/reference");
+        let mut files = 0;
+        for entry in std::fs::read_dir(sources).unwrap() {
+            let path = entry.unwrap().path();
+            let text = std::fs::read_to_string(&path).unwrap();
+            for (number, line) in text.lines().enumerate() {
+                // Spelled in two parts, so that this line does not find itself.
+                for used in line.split(concat!("crate", "::")).skip(1) {
+                    let allowed = used.starts_with("scene::") || used.starts_with("film::Picture");
+                    assert!(allowed, "{}:{}: {line}", path.display(), number + 1);
+                }
+                assert!(
+                    !line.contains(concat!("use ", "wide")),
+                    "{}:{}: lanes",
+                    path.display(),
+                    number + 1
+                );
+            }
+            files += 1;
+        }
+        assert!(files >= 8);
+    }
+}

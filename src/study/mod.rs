@@ -1,1 +1,4 @@
-//! (under construction)
+//! Studies: how far a picture is from another, and what accuracy costs.
+
+pub mod error;
+pub mod significance;

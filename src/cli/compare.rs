@@ -1,0 +1,208 @@
+//! `octolux compare`: how far one picture is from another, and whether noise explains it.
+
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use super::{CliError, Exit, report};
+use crate::film::{Picture, read_picture};
+use crate::study::error::{Errors, Invalid, relmse_of_reference};
+use crate::study::significance::{Measured, Significance, ZScores};
+
+/// Error of picture A against picture B, the reference
+#[derive(clap::Args)]
+pub struct Args {
+    /// The picture to judge: .npy (f32 or f64, height x width x 3) or .exr
+    pub a: PathBuf,
+    /// The reference
+    pub b: PathBuf,
+    /// Standard errors of B: adds z-scores and the reference's share of relmse
+    #[arg(long, value_name = "FILE")]
+    pub stderr: Option<PathBuf>,
+    /// Standard errors of A; without them, z-scores take the noise of A for a difference
+    #[arg(long, value_name = "FILE")]
+    pub stderr_a: Option<PathBuf>,
+    /// One JSON object instead of the table
+    #[arg(long)]
+    pub json: bool,
+    /// Exit with 1 if relmse is above X, or if a value is NaN, infinite or negative
+    #[arg(long, value_name = "X", value_parser = limit)]
+    pub max_relmse: Option<f64>,
+}
+
+/// All that is said about two pictures; numbers that are not finite become `null` in JSON.
+#[derive(Debug, Serialize)]
+struct Comparison {
+    a: PathBuf,
+    b: PathBuf,
+    width: u32,
+    height: u32,
+    #[serde(flatten)]
+    errors: Errors,
+    /// `mean(stderr^2 / (r^2 + 1e-4))`, if the reference's standard errors are known.
+    relmse_of_reference: Option<f64>,
+    /// `relmse - relmse_of_reference`
+    relmse_net: Option<f64>,
+    /// If any standard errors are known.
+    significance: Option<Significance>,
+    /// Whether the z-scores hold the noise of both pictures.
+    noise_of_both: bool,
+}
+
+/// Reads the pictures and prints the comparison on standard output.
+///
+/// # Errors
+/// Wrong usage: a picture that cannot be read, sizes that differ. Failure, after the comparison is printed: beyond
+/// `--max-relmse`.
+pub fn run(args: &Args) -> Result<Exit, CliError> {
+    let read = |path: &Path| read_picture(path).map_err(|error| CliError::bad_path(&error));
+    let optional = |path: &Option<PathBuf>| path.as_deref().map(read).transpose();
+    let (a, b) = (read(&args.a)?, read(&args.b)?);
+    let (stderr, stderr_a) = (optional(&args.stderr)?, optional(&args.stderr_a)?);
+    let others = [
+        (Some(&args.b), Some(&b)),
+        (args.stderr.as_ref(), stderr.as_ref()),
+        (args.stderr_a.as_ref(), stderr_a.as_ref()),
+    ];
+    for (path, other) in others.into_iter().filter_map(|(path, other)| path.zip(other)) {
+        if (other.width, other.height) != (a.width, a.height) {
+            let size = |path: &Path, of: &Picture| format!("{} is {}x{}", path.display(), of.width, of.height);
+            let what = format!("the sizes differ: {}, {}", size(&args.a, &a), size(path, other));
+            return Err(CliError::usage(what));
+        }
+    }
+    let comparison = compare(args, &a, &b, stderr_a.as_ref(), stderr.as_ref());
+    report::data(&if args.json {
+        json(&comparison)?
+    } else {
+        table(&comparison)
+    })?;
+    within_limit(args, &comparison)
+}
+
+fn compare(
+    args: &Args,
+    a: &Picture,
+    b: &Picture,
+    stderr_a: Option<&Picture>,
+    stderr_b: Option<&Picture>,
+) -> Comparison {
+    let errors = Errors::between(&a.pixels, &b.pixels);
+    let share = stderr_b.map(|stderr| relmse_of_reference(&b.pixels, &stderr.pixels));
+    let measured_a = Measured {
+        pixels: &a.pixels,
+        stderr: stderr_a.map(|picture| picture.pixels.as_slice()),
+    };
+    let measured_b = Measured {
+        pixels: &b.pixels,
+        stderr: stderr_b.map(|picture| picture.pixels.as_slice()),
+    };
+    let any_noise = stderr_a.is_some() || stderr_b.is_some();
+    Comparison {
+        a: args.a.clone(),
+        b: args.b.clone(),
+        width: a.width,
+        height: a.height,
+        errors,
+        relmse_of_reference: share,
+        relmse_net: share.map(|share| errors.relmse - share),
+        significance: any_noise.then(|| Significance::between(measured_a, measured_b, a.width as usize)),
+        noise_of_both: stderr_a.is_some() && stderr_b.is_some(),
+    }
+}
+
+fn within_limit(args: &Args, comparison: &Comparison) -> Result<Exit, CliError> {
+    let Some(limit) = args.max_relmse else {
+        return Ok(Exit::Well);
+    };
+    let errors = &comparison.errors;
+    let invalid = errors.invalid.total() + errors.reference_invalid.total();
+    if invalid > 0 {
+        return Err(CliError::failed(format!(
+            "{invalid} values are NaN, infinite or negative"
+        )));
+    }
+    if errors.relmse > limit {
+        return Err(CliError::failed(format!(
+            "relmse {:.4e} is above {limit:e}",
+            errors.relmse
+        )));
+    }
+    Ok(Exit::Well)
+}
+
+fn json(comparison: &Comparison) -> Result<String, CliError> {
+    serde_json::to_string_pretty(comparison).map_err(|error| CliError::failed(error.to_string()))
+}
+
+fn table(comparison: &Comparison) -> String {
+    let Comparison {
+        errors, significance, ..
+    } = comparison;
+    let mut rows = vec![
+        (
+            "picture",
+            format!("{}, {}x{}", comparison.a.display(), comparison.width, comparison.height),
+        ),
+        ("reference", comparison.b.display().to_string()),
+        ("mean", format!("{:.6}", errors.mean)),
+        (
+            "reference mean",
+            format!("{:.6}  ({:+.4} %)", errors.reference_mean, 100.0 * errors.relative),
+        ),
+        ("rmse", format!("{:.4e}", errors.rmse)),
+        ("relmse", format!("{:.4e}", errors.relmse)),
+    ];
+    if let (Some(share), Some(net)) = (comparison.relmse_of_reference, comparison.relmse_net) {
+        rows.push(("", format!("{net:.4e} without the reference's own {share:.4e}")));
+    }
+    rows.push(("smape", format!("{:.4e}", errors.smape)));
+    rows.push(("largest error", format!("{:.4e}", errors.max_abs)));
+    rows.push((
+        "invalid values",
+        format!("{} and {}", invalid(errors.invalid), invalid(errors.reference_invalid)),
+    ));
+    if let Some(z) = significance {
+        let [red, green, blue] = z.z_mean;
+        let scores = |s: ZScores| format!("rms {:.3}, max {:.2} of {}", s.rms, s.max, s.count);
+        rows.push((
+            "z of the mean",
+            format!("{red:+.2} {green:+.2} {blue:+.2}  (red green blue)"),
+        ));
+        rows.push(("z of pixels", scores(z.pixels)));
+        rows.push(("z of 8x8 blocks", scores(z.blocks)));
+        rows.push((
+            "without noise",
+            format!(
+                "{} values left out, {} of them differ",
+                z.left_out, z.left_out_different
+            ),
+        ));
+        if !comparison.noise_of_both {
+            rows.push((
+                "",
+                "one picture's standard errors are not known: its noise is in the z-scores".into(),
+            ));
+        }
+    }
+    let lines: Vec<String> = rows.iter().map(|(name, value)| format!("{name:<16} {value}")).collect();
+    lines.join("\n")
+}
+
+fn invalid(counts: Invalid) -> String {
+    match counts.total() {
+        0 => "0".into(),
+        total => format!(
+            "{total} ({} NaN, {} infinite, {} negative)",
+            counts.nan, counts.infinite, counts.negative
+        ),
+    }
+}
+
+/// A finite number of 0 or above.
+fn limit(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|limit: &f64| limit.is_finite() && *limit >= 0.0)
+        .ok_or("a limit is 0 or above".into())
+}

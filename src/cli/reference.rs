@@ -1,0 +1,151 @@
+//! `octolux reference`: the picture that the independent oracle sees, with its standard errors.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::builder::RangedU64ValueParser;
+use indicatif::{ProgressBar, ProgressStyle};
+use rayon::ThreadPoolBuilder;
+
+use super::{CliError, Exit, options, report};
+use crate::film::{Attributes, Value, check_output, write_picture};
+use crate::reference::{Reference, render};
+use crate::scene::{FilmSize, Scene};
+
+/// Render a scene with the independent f64 oracle: a picture and the standard error of every pixel
+#[derive(clap::Args)]
+pub struct Args {
+    /// The scene file
+    #[arg(value_name = "SCENE")]
+    pub scene: PathBuf,
+    /// Where the picture goes: .exr or .npy
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+    /// Where the picture of standard errors goes [default: NAME_stderr beside the picture]
+    #[arg(long, value_name = "FILE")]
+    pub stderr: Option<PathBuf>,
+    /// Samples of every pixel
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(2..))]
+    pub spp: u32,
+    /// The seed of every random number
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// The size of the picture in pixels [default: the scene's]
+    #[arg(long, value_name = "WxH", value_parser = options::size)]
+    pub size: Option<FilmSize>,
+    /// Threads, 1 to 1024; the picture is the same with any number [default: as many as the machine offers]
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
+    pub threads: Option<usize>,
+    /// No progress and no summary
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// Renders the scene and writes both pictures. Progress (on a terminal) and a summary in one line go to standard
+/// error.
+///
+/// # Errors
+/// A scene that cannot be loaded; pictures that cannot be written, which is looked at before the render.
+pub fn run(args: &Args) -> Result<Exit, CliError> {
+    let stderr_path = args.stderr.clone().unwrap_or_else(|| stderr_beside(&args.output));
+    if stderr_path == args.output {
+        return Err(CliError::usage("--stderr and --output name the same file"));
+    }
+    for path in [&args.output, &stderr_path] {
+        check_output(path).map_err(|error| CliError::bad_path(&error))?;
+    }
+    let scene = Scene::load(&args.scene).map_err(CliError::scene)?;
+    let film = args.size.unwrap_or(scene.film);
+    // 0 stands for as many as the machine offers.
+    let threads = ThreadPoolBuilder::new().num_threads(args.threads.unwrap_or(0)).build();
+    let threads = threads.map_err(|error| CliError::failed(format!("cannot start the threads: {error}")))?;
+    let bar = progress_bar(
+        args.quiet,
+        u64::from(film.width) * u64::from(film.height) * u64::from(args.spp),
+    );
+    let start = Instant::now();
+    let result = threads.install(|| render(&scene, film, args.spp, args.seed, &|done| bar.set_position(done)));
+    let seconds = start.elapsed().as_secs_f64();
+    bar.finish_and_clear();
+    write_picture(
+        &args.output,
+        &result.to_picture(),
+        &attributes(args, &scene, "mean radiance"),
+    )?;
+    write_picture(
+        &stderr_path,
+        &result.to_stderr_picture(),
+        &attributes(args, &scene, "standard error of the mean"),
+    )?;
+    if !args.quiet {
+        report::print(&summary(&result, seconds));
+    }
+    Ok(Exit::Well)
+}
+
+/// `out/x.npy` becomes `out/x_stderr.npy`.
+fn stderr_beside(picture: &Path) -> PathBuf {
+    let mut name = picture.file_stem().unwrap_or_default().to_owned();
+    name.push("_stderr");
+    if let Some(ending) = picture.extension() {
+        name.push(".");
+        name.push(ending);
+    }
+    picture.with_file_name(name)
+}
+
+/// Hidden where nobody watches: `indicatif` draws on terminals only.
+fn progress_bar(quiet: bool, samples: u64) -> ProgressBar {
+    if quiet {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new(samples);
+    if let Ok(style) = ProgressStyle::with_template("reference [{wide_bar}] {percent} %, {eta} left") {
+        bar.set_style(style.progress_chars("##-"));
+    }
+    bar
+}
+
+fn attributes(args: &Args, scene: &Scene, content: &str) -> Attributes {
+    let settings = vec![
+        ("scene", Value::Text(scene.name.clone())),
+        (
+            "program",
+            Value::Text(format!("octolux {} reference", env!("CARGO_PKG_VERSION"))),
+        ),
+        ("content", Value::Text(content.into())),
+        ("spp", Value::Number(f64::from(args.spp))),
+        ("seed", Value::Text(args.seed.to_string())),
+    ];
+    Attributes {
+        settings,
+        ..Attributes::default()
+    }
+}
+
+fn summary(result: &Reference, seconds: f64) -> String {
+    format!(
+        "{}x{}, {} spp: mean {:.6}, median relative standard error {:.2} %, {seconds:.1} s\n",
+        result.width,
+        result.height,
+        result.spp,
+        result.mean(),
+        100.0 * result.median_relative_error()
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_standard_errors_stand_beside_the_picture() {
+        for (picture, stderr) in [
+            ("out/x.npy", "out/x_stderr.npy"),
+            ("a.b.exr", "a.b_stderr.exr"),
+            ("x", "x_stderr"),
+        ] {
+            assert_eq!(stderr_beside(Path::new(picture)), Path::new(stderr));
+        }
+    }
+}

@@ -1,0 +1,187 @@
+//! A tree of boxes: what makes a mesh of a million triangles possible, and no more than that.
+
+use super::geometry::{Bounds, Meeting, Ray, Shape};
+
+/// A leaf holds at most this many shapes.
+const LEAF: usize = 4;
+
+/// Shapes sorted into a binary tree by their centres, halved along the longest side at every level: the depth is
+/// log2(n / LEAF), whatever the scene.
+#[derive(Debug)]
+pub struct Bvh {
+    nodes: Vec<Node>,
+    /// Indices of shapes, so ordered that a leaf's are neighbours.
+    order: Vec<u32>,
+}
+
+#[derive(Debug)]
+struct Node {
+    bounds: Bounds,
+    content: Content,
+}
+
+/// The left child of a branch is the node after it.
+#[derive(Clone, Copy, Debug)]
+enum Content {
+    Branch { right: u32 },
+    Leaf { first: u32, count: u32 },
+}
+
+impl Bvh {
+    /// Sorts the shapes.
+    pub fn new(shapes: &[Shape]) -> Self {
+        let bounds: Vec<Bounds> = shapes.iter().map(Shape::bounds).collect();
+        let mut order: Vec<u32> = (0..shapes.len() as u32).collect();
+        let mut nodes = Vec::with_capacity(shapes.len());
+        build(&bounds, &mut order, 0, &mut nodes);
+        Self { nodes, order }
+    }
+
+    /// The index and meeting of the shape that the ray meets first, nearer than `far`, leaving `except` out.
+    pub fn nearest(&self, shapes: &[Shape], ray: &Ray, far: f64, except: Option<u32>) -> Option<(u32, Meeting)> {
+        let inverse = ray.direction.recip();
+        let enter = |node: u32, far| self.nodes[node as usize].bounds.enter(ray.origin, inverse, far);
+        let mut best: Option<(u32, Meeting)> = None;
+        let mut far = far;
+        let mut todo = Vec::with_capacity(64);
+        todo.extend(enter(0, far).map(|distance| (0, distance)));
+        while let Some((node, distance)) = todo.pop() {
+            if distance > far {
+                continue;
+            }
+            match self.nodes[node as usize].content {
+                Content::Leaf { first, count } => {
+                    for &index in &self.order[first as usize..(first + count) as usize] {
+                        if Some(index) != except
+                            && let Some(meeting) = shapes[index as usize].meet(ray, far)
+                        {
+                            far = meeting.distance;
+                            best = Some((index, meeting));
+                        }
+                    }
+                }
+                Content::Branch { right } => {
+                    let mut children = [node + 1, right].map(|child| enter(child, far).map(|at| (child, at)));
+                    // The nearer child goes on top of the stack.
+                    children.sort_by(|a, b| {
+                        b.map_or(f64::INFINITY, |(_, at)| at)
+                            .total_cmp(&a.map_or(f64::INFINITY, |(_, at)| at))
+                    });
+                    todo.extend(children.into_iter().flatten());
+                }
+            }
+        }
+        best
+    }
+}
+
+/// Appends the subtree of `order`, whose first element is number `first` of the whole.
+fn build(bounds: &[Bounds], order: &mut [u32], first: u32, nodes: &mut Vec<Node>) {
+    let of = |index: &u32| &bounds[*index as usize];
+    let around = order.iter().fold(Bounds::EMPTY, |sum, index| sum.union(*of(index)));
+    let here = nodes.len();
+    nodes.push(Node {
+        bounds: around,
+        content: Content::Leaf {
+            first,
+            count: order.len() as u32,
+        },
+    });
+    if order.len() <= LEAF {
+        return;
+    }
+    let centers = order.iter().map(|index| of(index).center());
+    let (low, high) = centers.fold((around.max, around.min), |(low, high), c| (low.min(c), high.max(c)));
+    let axis = (high - low).max_position();
+    let middle = order.len() / 2;
+    order.select_nth_unstable_by(middle, |a, b| of(a).center()[axis].total_cmp(&of(b).center()[axis]));
+    let (left, right) = order.split_at_mut(middle);
+    build(bounds, left, first, nodes);
+    nodes[here].content = Content::Branch {
+        right: nodes.len() as u32,
+    };
+    build(bounds, right, first + middle as u32, nodes);
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64;
+
+    use super::*;
+
+    fn point(rng: &mut Pcg64, scale: f64) -> DVec3 {
+        scale * (2.0 * DVec3::new(rng.random(), rng.random(), rng.random()) - 1.0)
+    }
+
+    /// Triangles and spheres of very different sizes; every fourth triangle lies in a plane of the axes, so that
+    /// boxes without thickness occur.
+    fn shapes(rng: &mut Pcg64, count: usize) -> Vec<Shape> {
+        (0..count)
+            .map(|i| {
+                let (at, size) = (point(rng, 3.0), 10.0_f64.powf(rng.random_range(-3.0..0.3)));
+                if i % 3 == 0 {
+                    return Shape::Sphere {
+                        center: at,
+                        radius: 0.5 * size,
+                    };
+                }
+                let flat = if i % 4 == 0 {
+                    DVec3::new(1.0, 0.0, 1.0)
+                } else {
+                    DVec3::ONE
+                };
+                Shape::Triangle([0, 1, 2].map(|_| at + flat * point(rng, size)))
+            })
+            .collect()
+    }
+
+    #[test]
+    fn the_tree_finds_what_trying_every_shape_finds() {
+        let mut rng = Pcg64::seed_from_u64(3);
+        let mut hits = 0;
+        for count in [1, 4, 5, 7, 40, 1000] {
+            let shapes = shapes(&mut rng, count);
+            let tree = Bvh::new(&shapes);
+            for number in 0..2000 {
+                let origin = point(&mut rng, 4.0);
+                let direction = match number % 5 {
+                    0 => DVec3::AXES[number / 5 % 3], // infinite reciprocals
+                    1 => point(&mut rng, 1.0),
+                    _ => shapes[number % count].bounds().center() - origin,
+                };
+                let ray = Ray {
+                    origin,
+                    direction: direction.normalize(),
+                };
+                let except = (number % 2 == 0).then_some(number as u32 % count as u32);
+                let found = tree.nearest(&shapes, &ray, 5.0, except);
+                let every = (0..count as u32).filter(|&index| Some(index) != except);
+                let expected = every
+                    .filter_map(|index| Some((index, shapes[index as usize].meet(&ray, 5.0)?)))
+                    .min_by(|a, b| a.1.distance.total_cmp(&b.1.distance));
+                assert_eq!(
+                    found.map(|(index, meeting)| (index, meeting.distance)),
+                    expected.map(|(index, meeting)| (index, meeting.distance)),
+                    "{count} shapes, ray {number}"
+                );
+                hits += u32::from(found.is_some());
+            }
+        }
+        assert!(
+            hits > 3000,
+            "only {hits} of 12000 rays hit anything: the test tests too little"
+        );
+    }
+
+    #[test]
+    fn a_scene_of_nothing_is_never_hit() {
+        let tree = Bvh::new(&[]);
+        let ray = Ray {
+            origin: DVec3::ZERO,
+            direction: DVec3::X,
+        };
+        assert!(tree.nearest(&[], &ray, f64::INFINITY, None).is_none());
+    }
+}

@@ -1,0 +1,79 @@
+//! The pinhole camera.
+
+use glam::DVec3;
+
+use super::geometry::Ray;
+use crate::scene::{Camera, FilmSize, Fov};
+
+/// A camera for a film of one size.
+#[derive(Clone, Copy, Debug)]
+pub struct Pinhole {
+    origin: DVec3,
+    forward: DVec3,
+    /// From the middle of the picture to its right and upper edge, on a plane at distance 1.
+    right: DVec3,
+    up: DVec3,
+    width: f64,
+    height: f64,
+}
+
+impl Pinhole {
+    /// Resolves the angle of view for a film: pixels are square, whichever side the angle is given for.
+    pub fn new(camera: &Camera, film: FilmSize) -> Self {
+        let (width, height) = (f64::from(film.width), f64::from(film.height));
+        let forward = (camera.target - camera.origin).normalize();
+        let right = forward.cross(camera.up).normalize();
+        let half = |degrees: f64| (0.5 * degrees.to_radians()).tan();
+        let (across, along) = match camera.fov {
+            Fov::X(degrees) => (half(degrees), half(degrees) * height / width),
+            Fov::Y(degrees) => (half(degrees) * width / height, half(degrees)),
+        };
+        let up = along * right.cross(forward);
+        Self {
+            origin: camera.origin,
+            forward,
+            right: across * right,
+            up,
+            width,
+            height,
+        }
+    }
+
+    /// The ray through a point of the film in pixels: `x` in `[0, width]` to the right, `y` in `[0, height]` down.
+    pub fn ray(&self, x: f64, y: f64) -> Ray {
+        let direction =
+            self.forward + (2.0 * x / self.width - 1.0) * self.right + (1.0 - 2.0 * y / self.height) * self.up;
+        Ray {
+            origin: self.origin,
+            direction: direction.normalize(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn corners_and_middle_of_the_film() {
+        let camera = Camera {
+            origin: DVec3::new(1.0, 2.0, 3.0),
+            target: DVec3::new(1.0, 2.0, 0.0),
+            up: DVec3::Y,
+            fov: Fov::X(90.0),
+        };
+        let film = FilmSize { width: 4, height: 2 };
+        let by_x = Pinhole::new(&camera, film);
+        assert!((by_x.ray(2.0, 1.0).direction + DVec3::Z).length() < 1e-15);
+        let top_left = DVec3::new(-1.0, 0.5, -1.0).normalize();
+        assert!((by_x.ray(0.0, 0.0).direction - top_left).length() < 1e-15);
+        let by_y = Pinhole::new(
+            &Camera {
+                fov: Fov::Y(2.0 * 0.5_f64.atan().to_degrees()),
+                ..camera
+            },
+            film,
+        );
+        assert!((by_y.ray(0.0, 0.0).direction - top_left).length() < 1e-15);
+    }
+}

@@ -1,0 +1,66 @@
+//! The oracle's estimator: two samples with the balance heuristic.
+//!
+//! Every pass draws one direction from the BRDF and, for every emitter, one point of it. Both kinds of sample are
+//! divided by the sum of the two densities, the balance heuristic of Veach and Guibas, "Optimally Combining Sampling
+//! Techniques for Monte Carlo Rendering", 1995: no contribution exceeds what the better of the two would give, so
+//! that standard errors from moderate numbers of samples can be trusted. The renderer's own `mis` draws one sample
+//! from the average of the densities; the two share an expectation and nothing else.
+
+use glam::DVec3;
+use rand::Rng;
+
+use super::brdf::Shading;
+use super::geometry::Ray;
+use super::world::{Sight, World};
+
+/// One estimate of the radiance that arrives along an eye ray.
+pub fn radiance(world: &World, eye: &Ray, rng: &mut impl Rng) -> DVec3 {
+    match world.look(eye) {
+        None => DVec3::ZERO,
+        Some(Sight::Emitter { emitter, .. }) => emitter.le,
+        Some(Sight::Reflector { shading, point }) => {
+            let by_lights: DVec3 = (0..world.emitters().len())
+                .map(|i| by_light(world, i, &shading, point, rng))
+                .sum();
+            by_lights + by_brdf(world, &shading, point, rng)
+        }
+    }
+}
+
+/// The share of emitter number `index` that a point drawn on it brings.
+fn by_light(world: &World, index: usize, shading: &Shading, point: DVec3, rng: &mut impl Rng) -> DVec3 {
+    let emitter = &world.emitters()[index];
+    let Some(sample) = emitter.sample(point, world.shapes(), rng) else {
+        return DVec3::ZERO;
+    };
+    let value = emitter.le * shading.value_cos(sample.wi);
+    let ray = Ray {
+        origin: point,
+        direction: sample.wi,
+    };
+    if value == DVec3::ZERO || world.blocked(&ray, sample.distance, sample.index) {
+        return DVec3::ZERO;
+    }
+    value / (sample.density + shading.density(sample.wi))
+}
+
+/// The share of whichever emitter a direction drawn from the BRDF meets first.
+fn by_brdf(world: &World, shading: &Shading, point: DVec3, rng: &mut impl Rng) -> DVec3 {
+    let wi = shading.sample(rng);
+    let value = shading.value_cos(wi);
+    if value == DVec3::ZERO {
+        return DVec3::ZERO;
+    }
+    let ray = Ray {
+        origin: point,
+        direction: wi,
+    };
+    match world.look(&ray) {
+        Some(Sight::Emitter {
+            emitter,
+            shape,
+            distance,
+        }) => emitter.le * value / (emitter.density(&ray, shape, distance) + shading.density(wi)),
+        _ => DVec3::ZERO,
+    }
+}

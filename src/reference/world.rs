@@ -1,0 +1,161 @@
+//! A scene as the oracle sees it: numbered shapes, what each does, and the tree over them.
+
+use glam::DVec3;
+
+use super::brdf::Shading;
+use super::bvh::Bvh;
+use super::emitter::Emitter;
+use super::geometry::{Meeting, Ray, Shape};
+use crate::scene::{Scene, Surface};
+
+/// Shapes, their finishes, and the emitters among them.
+#[derive(Debug)]
+pub struct World<'s> {
+    scene: &'s Scene,
+    shapes: Vec<Shape>,
+    bodies: Vec<Body>,
+    /// The first shape of each body, ascending.
+    starts: Vec<u32>,
+    emitters: Vec<Emitter>,
+    tree: Bvh,
+}
+
+/// A sphere or a mesh of the scene.
+#[derive(Clone, Copy, Debug)]
+struct Body {
+    finish: Finish,
+    /// Index into [`Scene::meshes`].
+    mesh: Option<usize>,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Finish {
+    Reflects { material: usize },
+    Emits { emitter: usize },
+}
+
+/// What a ray sees.
+#[derive(Debug)]
+pub enum Sight<'w> {
+    /// A surface that reflects.
+    Reflector {
+        /// The surface there.
+        shading: Shading,
+        /// The point, moved off the surface to the side of the eye: rays of light start here.
+        point: DVec3,
+    },
+    /// A surface that emits.
+    Emitter {
+        /// Which.
+        emitter: &'w Emitter,
+        /// The shape of it that was met.
+        shape: &'w Shape,
+        /// How far away.
+        distance: f64,
+    },
+}
+
+impl<'s> World<'s> {
+    /// Numbers the shapes of the scene and sorts them.
+    pub fn new(scene: &'s Scene) -> Self {
+        let spheres = scene.spheres.iter().map(|sphere| {
+            let shape = Shape::Sphere {
+                center: sphere.center,
+                radius: sphere.radius,
+            };
+            (vec![shape], sphere.surface, None)
+        });
+        let meshes = scene.meshes.iter().enumerate().map(|(number, mesh)| {
+            let triangle = |corners: &[u32; 3]| Shape::Triangle(corners.map(|index| mesh.vertices[index as usize]));
+            (
+                mesh.triangles.iter().map(triangle).collect(),
+                mesh.surface,
+                Some(number),
+            )
+        });
+        let (mut shapes, mut bodies, mut starts, mut emitters) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        for (own, surface, mesh) in spheres.chain(meshes) {
+            let first = shapes.len() as u32;
+            let finish = match surface {
+                Surface::Material(material) => Finish::Reflects { material },
+                Surface::Emission(le) => {
+                    emitters.push(Emitter::new(le, first, &own));
+                    Finish::Emits {
+                        emitter: emitters.len() - 1,
+                    }
+                }
+            };
+            starts.push(first);
+            bodies.push(Body { finish, mesh });
+            shapes.extend(own);
+        }
+        let tree = Bvh::new(&shapes);
+        Self {
+            scene,
+            shapes,
+            bodies,
+            starts,
+            emitters,
+            tree,
+        }
+    }
+
+    /// Every emitter.
+    pub fn emitters(&self) -> &[Emitter] {
+        &self.emitters
+    }
+
+    /// All shapes, by number.
+    pub fn shapes(&self) -> &[Shape] {
+        &self.shapes
+    }
+
+    /// The first thing along the ray.
+    pub fn look(&self, ray: &Ray) -> Option<Sight<'_>> {
+        let (index, meeting) = self.tree.nearest(&self.shapes, ray, f64::INFINITY, None)?;
+        let shape = &self.shapes[index as usize];
+        let body = self.body(index);
+        Some(match self.bodies[body].finish {
+            Finish::Emits { emitter } => Sight::Emitter {
+                emitter: &self.emitters[emitter],
+                shape,
+                distance: meeting.distance,
+            },
+            Finish::Reflects { material } => {
+                let wo = -ray.direction;
+                let surface_point = shape.point(ray, &meeting);
+                let ng = facing(shape.normal(surface_point), wo);
+                let n = facing(self.smooth_normal(body, index, &meeting).unwrap_or(ng), ng);
+                let bsdf = self.scene.materials[material].bsdf;
+                Sight::Reflector {
+                    shading: Shading { bsdf, wo, n, ng },
+                    point: surface_point + shape.offset() * ng,
+                }
+            }
+        })
+    }
+
+    /// Whether any shape but number `except` is met nearer than `far`.
+    pub fn blocked(&self, ray: &Ray, far: f64, except: u32) -> bool {
+        self.tree.nearest(&self.shapes, ray, far, Some(except)).is_some()
+    }
+
+    fn body(&self, index: u32) -> usize {
+        self.starts.partition_point(|&start| start <= index) - 1
+    }
+
+    /// The vertex normals of a smooth mesh, interpolated; `None` on everything flat, and where they cancel.
+    fn smooth_normal(&self, body: usize, index: u32, meeting: &Meeting) -> Option<DVec3> {
+        let mesh = &self.scene.meshes[self.bodies[body].mesh?];
+        let corners = mesh.triangles[(index - self.starts[body]) as usize];
+        let normals = mesh.normals.as_ref()?;
+        let [a, b, c] = corners.map(|corner| normals[corner as usize]);
+        let [v, w] = meeting.weights;
+        ((1.0 - v - w) * a + v * b + w * c).try_normalize()
+    }
+}
+
+/// `normal`, turned to the side that `direction` points to.
+fn facing(normal: DVec3, direction: DVec3) -> DVec3 {
+    if normal.dot(direction) < 0.0 { -normal } else { normal }
+}

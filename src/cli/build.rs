@@ -11,19 +11,8 @@ pub const COMMIT: &str = or_unknown(option_env!("OCTOLUX_COMMIT"));
 /// The processor features that the compiler could use, from the build script.
 pub const TARGET_FEATURES: &str = or_unknown(option_env!("OCTOLUX_TARGET_FEATURES"));
 
-/// The Embree that this process runs on.
-pub fn embree_version() -> String {
-    // MERGE: `crate::embree::version_string()`.
-    "unknown".to_owned()
-}
-
 /// What `--version` prints after the name.
-pub static VERSION_LINE: LazyLock<String> = LazyLock::new(|| {
-    format!(
-        "{VERSION} (commit {COMMIT}, Embree {}, {TARGET_FEATURES})",
-        embree_version()
-    )
-});
+pub static VERSION_LINE: LazyLock<String> = LazyLock::new(|| format!("{VERSION} (commit {COMMIT}, {TARGET_FEATURES})"));
 
 const fn or_unknown(value: Option<&'static str>) -> &'static str {
     match value {

@@ -4,6 +4,7 @@
 //! else, 130 interrupted.
 
 mod build;
+mod compare;
 mod error;
 mod explain;
 mod interrupt;
@@ -11,11 +12,11 @@ mod machine;
 mod options;
 mod outputs;
 mod progress;
+mod reference;
 mod render;
 mod report;
 mod schedule;
 mod stats;
-mod temporary;
 
 use std::process::ExitCode;
 
@@ -49,12 +50,10 @@ enum Command {
     Render(render::Args),
     /// Say what a scene holds and calls for, and how it would be rendered
     Explain(explain::Args),
-    // MERGE: `mod compare; mod reference;`, these two, and in `main`
-    // `Command::Reference(args) => reference::run(&args), Command::Compare(args) => compare::run(&args),`.
-    // /// Render with the independent f64 oracle: slow, one ray at a time
-    // Reference(reference::Args),
-    // /// Measure the error of one picture against another
-    // Compare(compare::Args),
+    /// Render with the independent f64 oracle: slow, one ray at a time
+    Reference(reference::Args),
+    /// Measure the error of one picture against another
+    Compare(compare::Args),
 }
 
 /// Runs the command and says how it went.
@@ -63,6 +62,8 @@ pub fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Render(args) => render::run(args),
         Command::Explain(args) => explain::run(&args),
+        Command::Reference(args) => reference::run(&args),
+        Command::Compare(args) => compare::run(&args),
     };
     match outcome {
         Ok(exit) => exit.into(),

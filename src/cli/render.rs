@@ -12,6 +12,7 @@ use super::stats::{Stats, Times};
 use super::{CliError, Exit, report};
 use crate::film::write_picture;
 use crate::pipeline::{Renderer, Settings};
+use crate::scene::Scene;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -117,7 +118,7 @@ impl<'a> Job<'a> {
     /// Loads the scene and builds what its render needs.
     fn set_up(self) -> Result<Render<'a>, CliError> {
         let started = Instant::now();
-        let scene = super::temporary::load(self.path).map_err(CliError::scene)?;
+        let scene = Scene::load(self.path).map_err(CliError::scene)?;
         let times = Times {
             load_s: started.elapsed().as_secs_f64(),
             ..Times::default()
@@ -125,7 +126,9 @@ impl<'a> Job<'a> {
         let settings = self.args.options.settings(&scene)?;
         let renderer = Renderer::new(&scene, settings).map_err(|error| CliError::setup(self.path, &error))?;
         self.interrupt.watch(renderer.progress());
-        // MERGE: `if !self.args.quiet { scene.notes.iter().for_each(|note| report::note(note)) }`
+        if !self.args.quiet {
+            scene.notes.iter().for_each(|note| report::note(note));
+        }
         let spp = self.args.spp.or(scene.render.spp).unwrap_or(options::DEFAULT_SPP);
         let goal = self.args.time.map_or(Goal::Passes(spp), Goal::Seconds);
         Ok(Render {

@@ -122,7 +122,7 @@ impl Stats {
             octolux_version: build::VERSION,
             commit: build::COMMIT,
             target_features: build::TARGET_FEATURES,
-            embree_version: build::embree_version(),
+            embree_version: renderer.embree_version().to_owned(),
             cpu: machine::cpu(),
             interrupted,
             load_s: times.load_s,

@@ -12,8 +12,12 @@ const MODELS: &str =
     "write one of: diffuse = [r, g, b]; phong = [r, g, b] with exponent = alpha; brdf_params = [r, g, b, alpha]";
 
 pub(super) fn material(name: &str, table: &Table<'_>) -> Result<Material, Fault> {
-    let mut models = ["diffuse", "phong", "brdf_params"].into_iter().filter_map(|key| table.get(key));
-    let model = models.next().ok_or_else(|| table.fault(format!("{} says nothing of reflection", table.title), MODELS))?;
+    let mut models = ["diffuse", "phong", "brdf_params"]
+        .into_iter()
+        .filter_map(|key| table.get(key));
+    let model = models
+        .next()
+        .ok_or_else(|| table.fault(format!("{} says nothing of reflection", table.title), MODELS))?;
     if let Some(second) = models.next() {
         return Err(second.fault(&format!("must not stand beside {}", model.key), MODELS));
     }
@@ -24,7 +28,9 @@ pub(super) fn material(name: &str, table: &Table<'_>) -> Result<Material, Fault>
         return Err(exponent.fault("belongs to phong alone", help));
     }
     let bsdf = match model.key {
-        "diffuse" => Bsdf::Diffuse { rho: model.triple(&NOT_NEGATIVE)? },
+        "diffuse" => Bsdf::Diffuse {
+            rho: model.triple(&NOT_NEGATIVE)?,
+        },
         "phong" => {
             let rho = model.triple(&NOT_NEGATIVE)?;
             let alpha = table.need("exponent", "exponent = 100.0")?.number(&EXPONENT)?;
@@ -43,5 +49,8 @@ pub(super) fn material(name: &str, table: &Table<'_>) -> Result<Material, Fault>
             }
         }
     };
-    Ok(Material { name: name.to_owned(), bsdf })
+    Ok(Material {
+        name: name.to_owned(),
+        bsdf,
+    })
 }

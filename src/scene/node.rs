@@ -32,8 +32,11 @@ fn in_range(x: f64) -> bool {
 }
 
 /// Any number that single precision can hold.
-pub(super) const FINITE: Rule =
-    Rule { words: "must be finite", help: "write a number between -3.4e38 and 3.4e38", holds: in_range };
+pub(super) const FINITE: Rule = Rule {
+    words: "must be finite",
+    help: "write a number between -3.4e38 and 3.4e38",
+    holds: in_range,
+};
 /// Above 0.
 pub(super) const POSITIVE: Rule = Rule {
     words: "must be positive and finite",
@@ -97,9 +100,17 @@ impl<'t> Table<'t> {
     ) -> Result<Self, Fault> {
         let DeValue::Table(entries) = node.get_ref() else {
             let what = format!("{title} must be a table, got {}", shown(text, node.span()));
-            return Err(Fault::new(what, format!("write a table with the keys {}", keys.join(", "))).at(node.span(), "this"));
+            return Err(
+                Fault::new(what, format!("write a table with the keys {}", keys.join(", "))).at(node.span(), "this"),
+            );
         };
-        let table = Self { title, span: node.span(), thing, entries, text };
+        let table = Self {
+            title,
+            span: node.span(),
+            thing,
+            entries,
+            text,
+        };
         table.only(keys)?;
         Ok(table)
     }
@@ -109,13 +120,23 @@ impl<'t> Table<'t> {
     /// # Errors
     /// If it holds a key that is not one of `keys`.
     pub fn root(text: &'t str, entries: &'t DeTable<'t>, keys: &[&str]) -> Result<Self, Fault> {
-        let table = Self { title: "the scene".to_owned(), span: 0..0, thing: "scene", entries, text };
+        let table = Self {
+            title: "the scene".to_owned(),
+            span: 0..0,
+            thing: "scene",
+            entries,
+            text,
+        };
         table.only(keys)?;
         Ok(table)
     }
 
     fn only(&self, keys: &[&str]) -> Result<(), Fault> {
-        let Some((key, _)) = self.in_order().into_iter().find(|(key, _)| !keys.contains(&key.get_ref().as_ref())) else {
+        let Some((key, _)) = self
+            .in_order()
+            .into_iter()
+            .find(|(key, _)| !keys.contains(&key.get_ref().as_ref()))
+        else {
             return Ok(());
         };
         // Not "[[spheres]] 3": they all have the same keys.
@@ -138,7 +159,12 @@ impl<'t> Table<'t> {
 
     /// The value of `key`, if the table has it.
     pub fn get(&self, key: &'static str) -> Option<Value<'_>> {
-        self.entries.get(key).map(|node| Value { table: self, key, index: [None; 2], node })
+        self.entries.get(key).map(|node| Value {
+            table: self,
+            key,
+            index: [None; 2],
+            node,
+        })
     }
 
     /// The value of `key`.
@@ -146,7 +172,8 @@ impl<'t> Table<'t> {
     /// # Errors
     /// If it is not there; the help shows `example`, a line that could be added.
     pub fn need(&self, key: &'static str, example: &str) -> Result<Value<'_>, Fault> {
-        self.get(key).ok_or_else(|| self.fault(format!("{} has no {key}", self.title), format!("add `{example}`")))
+        self.get(key)
+            .ok_or_else(|| self.fault(format!("{} has no {key}", self.title), format!("add `{example}`")))
     }
 
     /// Which one of two keys the table has.
@@ -202,7 +229,8 @@ impl<'t> Value<'t> {
 
     fn fault_of(&self, node: &Node<'_>, what: &str, help: impl Into<String>) -> Fault {
         let got = shown(self.table.text, node.span());
-        Fault::new(format!("{} {what}, got {got}", self.name()), help).at(node.span(), format!("in {}", self.table.title))
+        Fault::new(format!("{} {what}, got {got}", self.name()), help)
+            .at(node.span(), format!("in {}", self.table.title))
     }
 
     /// What a message calls it: `sphere radius`, `mesh vertices[3]`, `mesh faces[3][0]`.
@@ -226,11 +254,19 @@ impl<'t> Value<'t> {
     /// `N` numbers in brackets, the same rule for each.
     pub fn numbers<const N: usize>(&self, rule: &Rule) -> Result<[f64; N], Fault> {
         let (words, help) = match N {
-            3 => ("must be three numbers", "write three numbers in brackets, such as [1, 0.5, 2]"),
-            _ => ("must be four numbers", "write four numbers in brackets, such as [0.4, 0.4, 0.4, 1000]"),
+            3 => (
+                "must be three numbers",
+                "write three numbers in brackets, such as [1, 0.5, 2]",
+            ),
+            _ => (
+                "must be four numbers",
+                "write four numbers in brackets, such as [0.4, 0.4, 0.4, 1000]",
+            ),
         };
         let wrong = || self.fault(words, help);
-        let DeValue::Array(items) = self.node.get_ref() else { return Err(wrong()) };
+        let DeValue::Array(items) = self.node.get_ref() else {
+            return Err(wrong());
+        };
         if items.len() != N {
             return Err(wrong());
         }
@@ -277,23 +313,43 @@ impl<'t> Value<'t> {
     /// The one of `choices` that has this name.
     pub fn choice<T: Copy>(&self, choices: &[T], name: fn(T) -> &'static str) -> Result<T, Fault> {
         let string = self.string()?;
-        choices.iter().copied().find(|&choice| name(choice) == string).ok_or_else(|| {
-            let names: Vec<_> = choices.iter().map(|&choice| name(choice)).collect();
-            let help = match nearest(string, names.iter().copied()) {
-                Some(near) => format!("did you mean \"{near}\"?"),
-                None => format!("write one of these names in quotes, such as \"{}\"", names[0]),
-            };
-            self.fault(&format!("must be one of {}", names.join(", ")), help)
-        })
+        choices
+            .iter()
+            .copied()
+            .find(|&choice| name(choice) == string)
+            .ok_or_else(|| {
+                let names: Vec<_> = choices.iter().map(|&choice| name(choice)).collect();
+                let help = match nearest(string, names.iter().copied()) {
+                    Some(near) => format!("did you mean \"{near}\"?"),
+                    None => format!("write one of these names in quotes, such as \"{}\"", names[0]),
+                };
+                self.fault(&format!("must be one of {}", names.join(", ")), help)
+            })
     }
 
     /// The elements of a list.
     pub fn list(&self, help: &str) -> Result<impl ExactSizeIterator<Item = Value<'t>> + use<'t>, Fault> {
-        let DeValue::Array(items) = self.node.get_ref() else { return Err(self.fault("must be a list", help)) };
-        let Self { table, key, index: outer, .. } = *self;
+        let DeValue::Array(items) = self.node.get_ref() else {
+            return Err(self.fault("must be a list", help));
+        };
+        let Self {
+            table,
+            key,
+            index: outer,
+            ..
+        } = *self;
         let element = move |(index, node)| {
-            let index = if outer[0].is_none() { [Some(index), None] } else { [outer[0], Some(index)] };
-            Value { table, key, index, node }
+            let index = if outer[0].is_none() {
+                [Some(index), None]
+            } else {
+                [outer[0], Some(index)]
+            };
+            Value {
+                table,
+                key,
+                index,
+                node,
+            }
         };
         Ok(items.iter().enumerate().map(element))
     }
@@ -303,7 +359,9 @@ impl<'t> Value<'t> {
         let help = format!("begin each {thing} with a line [[{}]]", self.key);
         let title = |index: usize| format!("[[{}]] {}", self.key, index + 1);
         let items = self.list(&help)?.enumerate();
-        items.map(|(index, item)| Table::new(self.table.text, item.node, title(index), thing, keys)).collect()
+        items
+            .map(|(index, item)| Table::new(self.table.text, item.node, title(index), thing, keys))
+            .collect()
     }
 
     /// This value as a table.
@@ -314,7 +372,10 @@ impl<'t> Value<'t> {
     /// The named tables inside this one, `[materials.floor]`, in the order of the text.
     pub fn named_tables(&self, thing: &'static str, keys: &[&str]) -> Result<Vec<(&'t str, Table<'t>)>, Fault> {
         let DeValue::Table(entries) = self.node.get_ref() else {
-            return Err(self.fault("must be tables", format!("write one table each, such as [{}.floor]", self.key)));
+            return Err(self.fault(
+                "must be tables",
+                format!("write one table each, such as [{}.floor]", self.key),
+            ));
         };
         let mut entries: Vec<_> = entries.iter().collect();
         entries.sort_by_key(|(key, _)| key.span().start);
@@ -336,7 +397,9 @@ fn number(node: &Node<'_>) -> Option<f64> {
     match node.get_ref() {
         DeValue::Float(digits) => digits.as_str().parse().ok(),
         DeValue::Integer(digits) if digits.radix() == 10 => digits.as_str().parse().ok(),
-        DeValue::Integer(digits) => i64::from_str_radix(digits.as_str(), digits.radix()).ok().map(|whole| whole as f64),
+        DeValue::Integer(digits) => i64::from_str_radix(digits.as_str(), digits.radix())
+            .ok()
+            .map(|whole| whole as f64),
         _ => None,
     }
 }

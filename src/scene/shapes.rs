@@ -9,8 +9,15 @@ use super::node::{FINITE, NOT_NEGATIVE, POSITIVE, Table, Value};
 use super::{Material, Mesh, Sphere, Surface};
 
 pub(super) const SPHERE_KEYS: &[&str] = &["center", "radius", "emission", "material"];
-pub(super) const MESH_KEYS: &[&str] =
-    &["file", "vertices", "faces", "normals", "transform", "emission", "material"];
+pub(super) const MESH_KEYS: &[&str] = &[
+    "file",
+    "vertices",
+    "faces",
+    "normals",
+    "transform",
+    "emission",
+    "material",
+];
 
 pub(super) fn sphere(table: &Table<'_>, materials: &[Material]) -> Result<Sphere, Fault> {
     Ok(Sphere {
@@ -34,7 +41,10 @@ pub(super) fn mesh(table: &Table<'_>, materials: &[Material], folder: &Path) -> 
     let (raw, place, title) = match source.key {
         "file" => {
             if let Some(faces) = table.get("faces") {
-                return Err(faces.fault("must not stand beside file", "the file has its own faces: leave these out"));
+                return Err(faces.fault(
+                    "must not stand beside file",
+                    "the file has its own faces: leave these out",
+                ));
             }
             let name = source.string()?;
             let (span, label) = source.place();
@@ -59,7 +69,9 @@ fn surface(table: &Table<'_>, materials: &[Material]) -> Result<Surface, Fault> 
     }
     let name = value.string()?;
     let index = materials.iter().position(|material| material.name == name);
-    index.map(Surface::Material).ok_or_else(|| no_material(&value, name, materials))
+    index
+        .map(Surface::Material)
+        .ok_or_else(|| no_material(&value, name, materials))
 }
 
 fn no_material(value: &Value<'_>, name: &str, materials: &[Material]) -> Fault {

@@ -7,7 +7,9 @@ use octolux::scene::{Scene, Surface};
 
 fn scenes(folder: &str) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-    let mut scenes: Vec<_> = entries.filter(|path| path.extension().is_some_and(|ending| ending == "toml")).collect();
+    let mut scenes: Vec<_> = entries
+        .filter(|path| path.extension().is_some_and(|ending| ending == "toml"))
+        .collect();
     scenes.sort();
     scenes
 }
@@ -21,8 +23,14 @@ fn scenes_load() {
             Ok(scene) => assert!(scene.notes.is_empty(), "{}: {:?}", path.display(), scene.notes),
             // Only the dragon does not ship, and the error says how to get it.
             Err(error) => {
-                assert!(path.ends_with("dragon.toml") && !Path::new("scenes/fetched").exists(), "{error:?}");
-                assert_eq!(error.help().unwrap().to_string(), "run scenes/fetch-dragon.sh, which fetches it");
+                assert!(
+                    path.ends_with("dragon.toml") && !Path::new("scenes/fetched").exists(),
+                    "{error:?}"
+                );
+                assert_eq!(
+                    error.help().unwrap().to_string(),
+                    "run scenes/fetch-dragon.sh, which fetches it"
+                );
             }
         }
     }
@@ -66,7 +74,15 @@ fn veachs_scene_has_its_plates_and_lights() {
     let scene = Scene::load(Path::new("scenes/veach-mis.toml")).unwrap();
     assert_eq!(scene.name, "veach-mis");
     assert_eq!((scene.film.width, scene.film.height), (768, 512));
-    assert_eq!((scene.spheres.len(), scene.meshes.len(), scene.materials.len()), (5, 6, 5));
-    assert!(scene.spheres.iter().all(|sphere| matches!(sphere.surface, Surface::Emission(_))));
+    assert_eq!(
+        (scene.spheres.len(), scene.meshes.len(), scene.materials.len()),
+        (5, 6, 5)
+    );
+    assert!(
+        scene
+            .spheres
+            .iter()
+            .all(|sphere| matches!(sphere.surface, Surface::Emission(_)))
+    );
     assert_eq!(scene.meshes[0].surface, Surface::Material(0));
 }

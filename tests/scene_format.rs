@@ -9,7 +9,8 @@ const VIEW: &str = "[camera]\norigin = [0, 2, 15]\ntarget = [0.0, -2, 2.5]\nup =
     [film]\nwidth = 768\nheight = 512\n\n[materials.b]\ndiffuse = [1, 0.5, 0]\n\n[materials.a]\n\
     phong = [2, 0, 0]\nexponent = 1000\n\n";
 
-const TRIANGLE: &str = "[[meshes]]\nmaterial = \"b\"\nvertices = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\nfaces = [[0, 1, 2]]\n";
+const TRIANGLE: &str =
+    "[[meshes]]\nmaterial = \"b\"\nvertices = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\nfaces = [[0, 1, 2]]\n";
 
 fn scene(rest: &str) -> Scene {
     Scene::parse(&format!("{VIEW}{rest}"), Path::new("scenes/any.toml")).unwrap()
@@ -17,7 +18,10 @@ fn scene(rest: &str) -> Scene {
 
 /// The vertices of [`TRIANGLE`] after a transform.
 fn moved(transform: &str) -> Vec<DVec3> {
-    scene(&format!("{TRIANGLE}transform = {{ {transform} }}\n")).meshes.remove(0).vertices
+    scene(&format!("{TRIANGLE}transform = {{ {transform} }}\n"))
+        .meshes
+        .remove(0)
+        .vertices
 }
 
 #[test]
@@ -25,10 +29,27 @@ fn whole_numbers_will_do_and_tables_keep_their_order() {
     let scene = scene("");
     assert_eq!(scene.camera.fov, Fov::Y(28.0));
     assert_eq!(scene.camera.origin, DVec3::new(0.0, 2.0, 15.0));
-    assert_eq!(scene.materials[0].name, "b", "in the order of the file, not of the alphabet");
-    assert_eq!(scene.materials[0].bsdf, Bsdf::Diffuse { rho: DVec3::new(1.0, 0.5, 0.0) });
-    assert_eq!(scene.materials[1].bsdf, Bsdf::Phong { rho: DVec3::new(2.0, 0.0, 0.0), alpha: 1000.0 });
-    assert!(scene.spheres.is_empty() && scene.meshes.is_empty(), "an empty scene is a black picture");
+    assert_eq!(
+        scene.materials[0].name, "b",
+        "in the order of the file, not of the alphabet"
+    );
+    assert_eq!(
+        scene.materials[0].bsdf,
+        Bsdf::Diffuse {
+            rho: DVec3::new(1.0, 0.5, 0.0)
+        }
+    );
+    assert_eq!(
+        scene.materials[1].bsdf,
+        Bsdf::Phong {
+            rho: DVec3::new(2.0, 0.0, 0.0),
+            alpha: 1000.0
+        }
+    );
+    assert!(
+        scene.spheres.is_empty() && scene.meshes.is_empty(),
+        "an empty scene is a black picture"
+    );
     assert_eq!(scene.render, Default::default());
 }
 
@@ -43,7 +64,11 @@ fn the_render_table_is_optional_key_by_key() {
 #[test]
 fn brdf_params_are_diffuse_at_one_and_phong_above() {
     let bsdf = |alpha: &str| {
-        scene(&format!("[materials.s]\nbrdf_params = [0.1, 0.2, 0.3, {alpha}]\n")).materials.pop().unwrap().bsdf
+        scene(&format!("[materials.s]\nbrdf_params = [0.1, 0.2, 0.3, {alpha}]\n"))
+            .materials
+            .pop()
+            .unwrap()
+            .bsdf
     };
     let rho = DVec3::new(0.1, 0.2, 0.3);
     assert_eq!(bsdf("1"), Bsdf::Diffuse { rho });
@@ -52,7 +77,8 @@ fn brdf_params_are_diffuse_at_one_and_phong_above() {
 
 #[test]
 fn materials_may_follow_the_shapes_that_use_them() {
-    let sphere = "[[spheres]]\ncenter = [0, 0, 0]\nradius = 1\nmaterial = \"late\"\n\n[materials.late]\ndiffuse = [1, 1, 1]\n";
+    let sphere =
+        "[[spheres]]\ncenter = [0, 0, 0]\nradius = 1\nmaterial = \"late\"\n\n[materials.late]\ndiffuse = [1, 1, 1]\n";
     assert_eq!(scene(sphere).spheres[0].surface, Surface::Material(2));
 }
 
@@ -69,12 +95,24 @@ fn quads_are_split_along_0_2() {
 fn transforms_go_scale_x_y_z_translate_whatever_the_order_of_the_keys() {
     let v = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
     assert_eq!(moved(""), [DVec3::X, DVec3::Y, DVec3::Z]);
-    assert_eq!(moved("translate = [10, 20, 30], scale = 2"), [v(12., 20., 30.), v(10., 22., 30.), v(10., 20., 32.)]);
+    assert_eq!(
+        moved("translate = [10, 20, 30], scale = 2"),
+        [v(12., 20., 30.), v(10., 22., 30.), v(10., 20., 32.)]
+    );
     // About x: y to z, z to -y; then about y: z to x, x to -z; then about z: x to y, y to -x.
-    assert_eq!(moved("rotate_y = 90, rotate_x = 90"), [v(0., 0., -1.), v(1., 0., 0.), v(0., -1., 0.)]);
-    assert_eq!(moved("rotate_z = 90, rotate_x = 90, rotate_y = 90"), [v(0., 0., -1.), v(0., 1., 0.), v(1., 0., 0.)]);
+    assert_eq!(
+        moved("rotate_y = 90, rotate_x = 90"),
+        [v(0., 0., -1.), v(1., 0., 0.), v(0., -1., 0.)]
+    );
+    assert_eq!(
+        moved("rotate_z = 90, rotate_x = 90, rotate_y = 90"),
+        [v(0., 0., -1.), v(0., 1., 0.), v(1., 0., 0.)]
+    );
     // The scale is along the axes of the mesh: it comes before the turn.
-    assert_eq!(moved("rotate_z = 90, scale = [2, 3, 4], translate = [1, 0, 0]")[..2], [v(1., 2., 0.), v(-2., 0., 0.)]);
+    assert_eq!(
+        moved("rotate_z = 90, scale = [2, 3, 4], translate = [1, 0, 0]")[..2],
+        [v(1., 2., 0.), v(-2., 0., 0.)]
+    );
 }
 
 #[test]
@@ -96,11 +134,15 @@ fn triangles_without_area_are_left_out_with_a_note() {
         faces = [[0, 1, 2], [0, 1, 3], [1, 1, 2], [0, 3, 4]]\n";
     let scene = scene(mesh);
     assert_eq!(scene.meshes[0].triangles, [[0, 1, 2]]);
-    assert_eq!(scene.notes, ["[[meshes]] 1: 3 triangles of 4 without area are left out"]);
+    assert_eq!(
+        scene.notes,
+        ["[[meshes]] 1: 3 triangles of 4 without area are left out"]
+    );
 }
 
 #[test]
 fn small_and_thin_is_not_flat() {
-    let mesh = "[[meshes]]\nmaterial = \"a\"\nvertices = [[0, 0, 0], [1e-20, 0, 0], [0, 1e-30, 0]]\nfaces = [[0, 1, 2]]\n";
+    let mesh =
+        "[[meshes]]\nmaterial = \"a\"\nvertices = [[0, 0, 0], [1e-20, 0, 0], [0, 1e-30, 0]]\nfaces = [[0, 1, 2]]\n";
     assert_eq!(scene(mesh).meshes[0].triangles.len(), 1);
 }

@@ -5,6 +5,7 @@ use std::path::Path;
 use glam::DVec3;
 use octolux::scene::{Mesh, Scene};
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 
 const SCENE: &str = "camera = { origin = [0, 0, 9], target = [0, 0, 0], up = [0, 1, 0], fov_x = 40 }\n\
     film = { width = 4, height = 4 }\nmaterials.m = { diffuse = [1, 1, 1] }\n";
@@ -15,11 +16,19 @@ fn load(name: &str, bytes: &[u8], more: &str) -> Result<Mesh, String> {
     std::fs::write(folder.path().join(name), bytes).unwrap();
     let text = format!("{SCENE}[[meshes]]\nmaterial = \"m\"\nfile = \"{name}\"\n{more}");
     let scene = Scene::parse(&text, &folder.path().join("scene.toml"));
-    scene.map(|mut scene| scene.meshes.remove(0)).map_err(|error| error.to_string())
+    scene
+        .map(|mut scene| scene.meshes.remove(0))
+        .map_err(|error| error.to_string())
 }
 
 /// A pyramid over a square: a quad and four triangles.
-const POINTS: [[f32; 3]; 5] = [[-1., 0., 1.], [1., 0., 1.], [1., 0., -1.], [-1., 0., -1.], [0., 1.5, 0.]];
+const POINTS: [[f32; 3]; 5] = [
+    [-1., 0., 1.],
+    [1., 0., 1.],
+    [1., 0., -1.],
+    [-1., 0., -1.],
+    [0., 1.5, 0.],
+];
 const TRIANGLES: [[u16; 3]; 6] = [[3, 2, 1], [3, 1, 0], [0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]];
 
 fn obj() -> Vec<u8> {
@@ -66,11 +75,16 @@ fn glb() -> Vec<u8> {
 
 /// The corners of all triangles.
 fn corners(mesh: &Mesh) -> Vec<[DVec3; 3]> {
-    mesh.triangles.iter().map(|corners| corners.map(|corner| mesh.vertices[corner as usize])).collect()
+    mesh.triangles
+        .iter()
+        .map(|corners| corners.map(|corner| mesh.vertices[corner as usize]))
+        .collect()
 }
 
 fn pyramid() -> Vec<[DVec3; 3]> {
-    TRIANGLES.map(|t| t.map(|corner| DVec3::from_array(POINTS[corner as usize].map(f64::from)))).to_vec()
+    TRIANGLES
+        .map(|t| t.map(|corner| DVec3::from_array(POINTS[corner as usize].map(f64::from))))
+        .to_vec()
 }
 
 #[test]
@@ -104,23 +118,34 @@ fn a_gltf_with_a_buffer_beside_it() {
     let json = json.replace(r#"{"byteLength":96}"#, r#"{"byteLength":96,"uri":"the%20buffer.bin"}"#);
     std::fs::write(folder.path().join("p.gltf"), json).unwrap();
     let text = format!("{SCENE}[[meshes]]\nmaterial = \"m\"\nfile = \"p.gltf\"\n");
-    let error = Scene::parse(&text, &folder.path().join("scene.toml")).unwrap_err().to_string();
+    let error = Scene::parse(&text, &folder.path().join("scene.toml"))
+        .unwrap_err()
+        .to_string();
     assert!(error.contains("has a buffer that cannot be read"), "{error}");
     std::fs::write(folder.path().join("the buffer.bin"), &glb[28 + json_length..]).unwrap();
-    assert_eq!(Scene::parse(&text, &folder.path().join("scene.toml")).unwrap().meshes[0].triangles.len(), 6);
+    assert_eq!(
+        Scene::parse(&text, &folder.path().join("scene.toml")).unwrap().meshes[0]
+            .triangles
+            .len(),
+        6
+    );
 }
 
 #[test]
 fn a_cut_file_is_an_error() {
     for (name, bytes) in [("p.ply", ply()), ("p.glb", glb())] {
         for end in 0..bytes.len() {
-            assert!(load(name, &bytes[..end], "").is_err(), "{name} cut at {end} of {}", bytes.len());
+            assert!(
+                load(name, &bytes[..end], "").is_err(),
+                "{name} cut at {end} of {}",
+                bytes.len()
+            );
         }
     }
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..Default::default() })]
+    #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, rng_seed: RngSeed::Fixed(1), ..Default::default() })]
 
     /// Whatever happens to a file, loading it ends with a mesh or a sentence. (A panic fails the test.)
     #[test]

@@ -36,7 +36,11 @@ pub(super) struct Fault {
 
 impl Fault {
     pub fn new(what: impl Into<String>, help: impl Into<String>) -> Self {
-        Self { what: one_line(&what.into()), help: one_line(&help.into()), place: None }
+        Self {
+            what: one_line(&what.into()),
+            help: one_line(&help.into()),
+            place: None,
+        }
     }
 
     pub fn at(mut self, span: Range<usize>, label: impl Into<String>) -> Self {
@@ -48,19 +52,34 @@ impl Fault {
 impl SceneError {
     /// A fault of the file as a whole: it has no line.
     pub(super) fn of_file(path: &Path, fault: Fault) -> Self {
-        Self(Box::new(Report { path: path.to_owned(), line: None, fault, source: None }))
+        Self(Box::new(Report {
+            path: path.to_owned(),
+            line: None,
+            fault,
+            source: None,
+        }))
     }
 
     /// A fault of the text `text` of the file `path`.
     pub(super) fn of_text(path: &Path, text: &str, mut fault: Fault) -> Self {
-        let Some((span, _)) = &mut fault.place else { return Self::of_file(path, fault) };
+        let Some((span, _)) = &mut fault.place else {
+            return Self::of_file(path, fault);
+        };
         span.end = span.end.min(text.len());
         span.start = span.start.min(span.end);
         let before = &text.as_bytes()[..span.start];
         let line = 1 + before.iter().filter(|&&byte| byte == b'\n').count();
-        let quoted = text.lines().nth(line - 1).is_none_or(|line| line.len() <= LONGEST_QUOTED_LINE);
+        let quoted = text
+            .lines()
+            .nth(line - 1)
+            .is_none_or(|line| line.len() <= LONGEST_QUOTED_LINE);
         let source = quoted.then(|| NamedSource::new(path.to_string_lossy(), text.to_owned()));
-        Self(Box::new(Report { path: path.to_owned(), line: Some(line), fault, source }))
+        Self(Box::new(Report {
+            path: path.to_owned(),
+            line: Some(line),
+            fault,
+            source,
+        }))
     }
 
     /// The scene file, as it was named.

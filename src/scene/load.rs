@@ -7,7 +7,8 @@ use std::path::Path;
 use toml::de::DeTable;
 
 use super::error::Fault;
-use super::node::Table;
+use super::materials::Materials;
+use super::table::Table;
 use super::{Scene, SceneError, materials, shapes, view};
 
 /// The longest scene file, in bytes. What needs more belongs into a mesh file, which takes a tenth of the room.
@@ -26,7 +27,10 @@ impl Scene {
         let text = String::from_utf8(text).map_err(|error| {
             let good = error.utf8_error().valid_up_to();
             let text = String::from_utf8_lossy(&error.as_bytes()[..good]).into_owned();
-            let fault = Fault::new("the text is not UTF-8", "save the scene as plain text in UTF-8; meshes go into .ply files");
+            let fault = Fault::new(
+                "the text is not UTF-8",
+                "save the scene as plain text in UTF-8; meshes go into .ply files",
+            );
             SceneError::of_text(path, &text, fault.at(good..good, "the last place that can be read"))
         })?;
         Self::parse(&text, path)
@@ -43,13 +47,23 @@ impl Scene {
 
 fn read(path: &Path) -> Result<Vec<u8>, Fault> {
     let unreadable = |error: std::io::Error| {
-        Fault::new(format!("cannot read the scene file: {error}"), "check the name, and that the file may be read")
+        Fault::new(
+            format!("cannot read the scene file: {error}"),
+            "check the name, and that the file may be read",
+        )
     };
     let mut bytes = Vec::new();
-    File::open(path).map_err(unreadable)?.take(LONGEST_FILE + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+    File::open(path)
+        .map_err(unreadable)?
+        .take(LONGEST_FILE + 1)
+        .read_to_end(&mut bytes)
+        .map_err(unreadable)?;
     if bytes.len() as u64 > LONGEST_FILE {
         let what = format!("the scene file is larger than {} MiB", LONGEST_FILE >> 20);
-        return Err(Fault::new(what, "put the meshes into .ply files and name them with file = \"...\""));
+        return Err(Fault::new(
+            what,
+            "put the meshes into .ply files and name them with file = \"...\"",
+        ));
     }
     Ok(bytes)
 }
@@ -59,7 +73,12 @@ fn scene(text: &str, path: &Path) -> Result<Scene, Fault> {
     let root = Table::root(text, tree.get_ref(), KEYS)?;
 
     let missing = |what: &str, help: &str| Fault::new(what, help).at(0..0, "in this file");
-    let no_camera = || missing("the scene has no [camera]", "add [camera] with origin, target, up and fov_x");
+    let no_camera = || {
+        missing(
+            "the scene has no [camera]",
+            "add [camera] with origin, target, up and fov_x",
+        )
+    };
     let camera = root.get("camera").ok_or_else(no_camera)?;
     let camera = view::camera(&camera.table("[camera]".to_owned(), "camera", view::CAMERA_KEYS)?)?;
     let no_film = || missing("the scene has no [film]", "add [film] with width and height in pixels");
@@ -76,23 +95,34 @@ fn scene(text: &str, path: &Path) -> Result<Scene, Fault> {
             materials.push(materials::material(name, &table)?);
         }
     }
+    let named = Materials::new(&materials);
     let mut spheres = Vec::new();
     if let Some(value) = root.get("spheres") {
         for table in value.tables("sphere", shapes::SPHERE_KEYS)? {
-            spheres.push(shapes::sphere(&table, &materials)?);
+            spheres.push(shapes::sphere(&table, &named)?);
         }
     }
     let (mut meshes, mut notes) = (Vec::new(), Vec::new());
     if let Some(value) = root.get("meshes") {
         for table in value.tables("mesh", shapes::MESH_KEYS)? {
-            let (mesh, note) = shapes::mesh(&table, &materials, path.parent().unwrap_or(Path::new("")))?;
+            let (mesh, note) = shapes::mesh(&table, &named, path.parent().unwrap_or(Path::new("")))?;
             meshes.push(mesh);
             notes.extend(note);
         }
     }
 
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    Ok(Scene { name, path: path.to_owned(), camera, film, render, materials, spheres, meshes, notes })
+    Ok(Scene {
+        name,
+        path: path.to_owned(),
+        camera,
+        film,
+        render,
+        materials,
+        spheres,
+        meshes,
+        notes,
+    })
 }
 
 /// What the TOML reader says, in our form.

@@ -1,9 +1,12 @@
 //! `[materials.NAME]`.
 
+use std::collections::HashMap;
+
 use glam::DVec3;
 
 use super::error::Fault;
-use super::node::{ALPHA, EXPONENT, FINITE, NOT_NEGATIVE, Table};
+use super::rule::{ALPHA, EXPONENT, FINITE, NOT_NEGATIVE};
+use super::table::Table;
 use super::{Bsdf, Material};
 
 pub(super) const KEYS: &[&str] = &["diffuse", "phong", "exponent", "brdf_params"];
@@ -11,9 +14,40 @@ pub(super) const KEYS: &[&str] = &["diffuse", "phong", "exponent", "brdf_params"
 const MODELS: &str =
     "write one of: diffuse = [r, g, b]; phong = [r, g, b] with exponent = alpha; brdf_params = [r, g, b, alpha]";
 
+/// The materials of a scene by their names: a scene can have as many of them as shapes.
+pub(super) struct Materials<'m>(HashMap<&'m str, usize>);
+
+impl<'m> Materials<'m> {
+    pub fn new(materials: &'m [Material]) -> Self {
+        Self(
+            materials
+                .iter()
+                .enumerate()
+                .map(|(index, material)| (material.name.as_str(), index))
+                .collect(),
+        )
+    }
+
+    /// The place of a material in the scene.
+    pub fn index(&self, name: &str) -> Option<usize> {
+        self.0.get(name).copied()
+    }
+
+    /// All names in the order of the file.
+    pub fn names(&self) -> Vec<&'m str> {
+        let mut names: Vec<_> = self.0.keys().copied().collect();
+        names.sort_by_key(|name| self.0[name]);
+        names
+    }
+}
+
 pub(super) fn material(name: &str, table: &Table<'_>) -> Result<Material, Fault> {
-    let mut models = ["diffuse", "phong", "brdf_params"].into_iter().filter_map(|key| table.get(key));
-    let model = models.next().ok_or_else(|| table.fault(format!("{} says nothing of reflection", table.title), MODELS))?;
+    let mut models = ["diffuse", "phong", "brdf_params"]
+        .into_iter()
+        .filter_map(|key| table.get(key));
+    let model = models
+        .next()
+        .ok_or_else(|| table.fault(format!("{} says nothing of reflection", table.title), MODELS))?;
     if let Some(second) = models.next() {
         return Err(second.fault(&format!("must not stand beside {}", model.key), MODELS));
     }
@@ -24,7 +58,9 @@ pub(super) fn material(name: &str, table: &Table<'_>) -> Result<Material, Fault>
         return Err(exponent.fault("belongs to phong alone", help));
     }
     let bsdf = match model.key {
-        "diffuse" => Bsdf::Diffuse { rho: model.triple(&NOT_NEGATIVE)? },
+        "diffuse" => Bsdf::Diffuse {
+            rho: model.triple(&NOT_NEGATIVE)?,
+        },
         "phong" => {
             let rho = model.triple(&NOT_NEGATIVE)?;
             let alpha = table.need("exponent", "exponent = 100.0")?.number(&EXPONENT)?;
@@ -43,5 +79,8 @@ pub(super) fn material(name: &str, table: &Table<'_>) -> Result<Material, Fault>
             }
         }
     };
-    Ok(Material { name: name.to_owned(), bsdf })
+    Ok(Material {
+        name: name.to_owned(),
+        bsdf,
+    })
 }

@@ -4,8 +4,9 @@ use glam::DVec3;
 
 use super::error::Fault;
 use super::memory;
-use super::node::{FINITE, Table, VIEW_ANGLE};
+use super::rule::{FINITE, VIEW_ANGLE};
 use super::settings::{EstimatorKind, SamplerKind};
+use super::table::Table;
 use super::{Camera, FilmSize, Fov, RenderTable};
 
 pub(super) const CAMERA_KEYS: &[&str] = &["origin", "target", "up", "fov_x", "fov_y"];
@@ -27,24 +28,47 @@ pub(super) fn camera(table: &Table<'_>) -> Result<Camera, Fault> {
     let target = target_value.triple(&FINITE)?;
     let up_value = table.need("up", "up = [0.0, 1.0, 0.0]")?;
     let up = up_value.triple(&FINITE)?;
-    let angle = table.one_of("fov_x", "fov_y", "write fov_x = 45 (across the width) or fov_y = 30 (across the height)")?;
+    let angle = table.one_of(
+        "fov_x",
+        "fov_y",
+        "write fov_x = 45 (across the width) or fov_y = 30 (across the height)",
+    )?;
     let degrees = angle.number(&VIEW_ANGLE)?;
-    let fov = if angle.key == "fov_x" { Fov::X(degrees) } else { Fov::Y(degrees) };
+    let fov = if angle.key == "fov_x" {
+        Fov::X(degrees)
+    } else {
+        Fov::Y(degrees)
+    };
 
     if origin == target {
-        return Err(target_value.fault("must differ from the origin", "point the camera at something: move the target"));
+        return Err(target_value.fault(
+            "must differ from the origin",
+            "point the camera at something: move the target",
+        ));
     }
     if up == DVec3::ZERO {
-        return Err(up_value.fault("must not be zero", "write a direction that points up, such as [0, 1, 0]"));
+        return Err(up_value.fault(
+            "must not be zero",
+            "write a direction that points up, such as [0, 1, 0]",
+        ));
     }
     // Brought to about 1 first: squares of what single precision can hold fit into f64, their products may not.
     let direction = |v: DVec3| (v / v.abs().max_element()).normalize();
     if direction(target - origin).cross(direction(up)).length() < LEAST_SINE {
         let help = "the view goes along this direction: choose another one, such as [0, 0, 1]";
-        let help = if up.y == 0.0 { "the view goes along this direction: choose another one, such as [0, 1, 0]" } else { help };
+        let help = if up.y == 0.0 {
+            "the view goes along this direction: choose another one, such as [0, 1, 0]"
+        } else {
+            help
+        };
         return Err(up_value.fault("must not be parallel to the view", help));
     }
-    Ok(Camera { origin, target, up, fov })
+    Ok(Camera {
+        origin,
+        target,
+        up,
+        fov,
+    })
 }
 
 pub(super) fn film(table: &Table<'_>) -> Result<FilmSize, Fault> {
@@ -62,8 +86,14 @@ pub(super) fn film(table: &Table<'_>) -> Result<FilmSize, Fault> {
 pub(super) fn render(table: &Table<'_>) -> Result<RenderTable, Fault> {
     Ok(RenderTable {
         spp: table.get("spp").map(|value| value.whole(1, u32::MAX)).transpose()?,
-        estimator: table.get("estimator").map(|v| v.choice(&EstimatorKind::ALL, EstimatorKind::name)).transpose()?,
-        sampler: table.get("sampler").map(|v| v.choice(&SamplerKind::ALL, SamplerKind::name)).transpose()?,
+        estimator: table
+            .get("estimator")
+            .map(|v| v.choice(&EstimatorKind::ALL, EstimatorKind::name))
+            .transpose()?,
+        sampler: table
+            .get("sampler")
+            .map(|v| v.choice(&SamplerKind::ALL, SamplerKind::name))
+            .transpose()?,
         seed: table.get("seed").map(|value| value.whole(0, u32::MAX)).transpose()?,
     })
 }

@@ -15,10 +15,17 @@ pub fn check(raw: &RawMesh) -> Result<(), Problem> {
     let mend = "save the mesh again; vertices and triangles are counted from 0";
     let none = |vectors: &[DVec3]| vectors.iter().position(|&v| !in_range(v));
     if let Some(index) = none(&raw.vertices) {
-        let what = format!("has a vertex that is not finite: vertex {index} is {}", triple(raw.vertices[index]));
+        let what = format!(
+            "has a vertex that is not finite: vertex {index} is {}",
+            triple(raw.vertices[index])
+        );
         return Err(Problem::new(what, mend));
     }
-    if let Some((index, n)) = raw.normals.as_deref().and_then(|n| none(n).map(|index| (index, n[index]))) {
+    if let Some((index, n)) = raw
+        .normals
+        .as_deref()
+        .and_then(|n| none(n).map(|index| (index, n[index])))
+    {
         let what = format!("has a normal that is not finite: normal {index} is {}", triple(n));
         return Err(Problem::new(what, mend));
     }
@@ -40,7 +47,9 @@ fn triple(v: DVec3) -> String {
 ///
 /// They cannot be seen, have no normal, and Embree's hits on them can be far outside (RenderKit/embree issue 387).
 pub fn drop_flat(raw: &mut RawMesh) {
-    let RawMesh { vertices, triangles, .. } = raw;
+    let RawMesh {
+        vertices, triangles, ..
+    } = raw;
     triangles.retain(|&corners| {
         let [a, b, c] = corners.map(|corner| vertices[corner as usize]);
         let (ab, bc, ca) = (b - a, c - b, a - c);

@@ -21,7 +21,8 @@ const DAMAGED: &str = "the file is damaged or cut short: export it again";
 /// for in `folder`.
 pub fn read(mut file: File, folder: &Path) -> Result<RawMesh, Problem> {
     let mut bytes = Vec::new();
-    file.read_to_end(&mut bytes).map_err(|error| Problem::new(format!("cannot be read: {error}"), "try again"))?;
+    file.read_to_end(&mut bytes)
+        .map_err(|error| Problem::new(format!("cannot be read: {error}"), "try again"))?;
     parse(&bytes, folder)
 }
 
@@ -38,20 +39,32 @@ fn parse(bytes: &[u8], folder: &Path) -> Result<RawMesh, Problem> {
         }
         let data = Data::from_source_and_blob(buffer.source(), Some(folder), &mut blob).map_err(problem)?;
         if data.len() < buffer.length() {
-            return Err(Problem::new(format!("is cut short: buffer {} ends too early", buffer.index()), DAMAGED));
+            return Err(Problem::new(
+                format!("is cut short: buffer {} ends too early", buffer.index()),
+                DAMAGED,
+            ));
         }
         buffers.push(data);
     }
 
     let scene = document.default_scene().or_else(|| document.scenes().next());
     let scene = scene.ok_or_else(|| Problem::new("has no scene", "export a scene with a mesh in it"))?;
-    let mut whole = Collected { mesh: RawMesh { normals: Some(Vec::new()), ..Default::default() }, buffers };
+    let mut whole = Collected {
+        mesh: RawMesh {
+            normals: Some(Vec::new()),
+            ..Default::default()
+        },
+        buffers,
+    };
     let mut waiting: Vec<(Node<'_>, DMat4)> = scene.nodes().map(|node| (node, DMat4::IDENTITY)).collect();
     let mut visited = vec![false; document.nodes().len()];
     while let Some((node, parent)) = waiting.pop() {
         // The nodes of a scene are trees: who comes by a second time walks in a circle.
         if std::mem::replace(&mut visited[node.index()], true) {
-            return Err(Problem::new(format!("has node {} in two places", node.index()), "export the scene again"));
+            return Err(Problem::new(
+                format!("has node {} in two places", node.index()),
+                "export the scene again",
+            ));
         }
         let placement = parent * DMat4::from_cols_array_2d(&node.transform().matrix().map(|col| col.map(f64::from)));
         for primitive in node.mesh().iter().flat_map(gltf::Mesh::primitives) {
@@ -64,26 +77,43 @@ fn parse(bytes: &[u8], folder: &Path) -> Result<RawMesh, Problem> {
 
 /// Whether the length in the header of a `.glb` is one that the crate can subtract its header from, and is all there.
 fn check_length(bytes: &[u8]) -> Result<(), Problem> {
-    let length = bytes.get(8..12).and_then(|length| length.try_into().ok()).map(u32::from_le_bytes);
+    let length = bytes
+        .get(8..12)
+        .and_then(|length| length.try_into().ok())
+        .map(u32::from_le_bytes);
     match length {
         Some(length) if (20..=bytes.len() as u64).contains(&u64::from(length)) => Ok(()),
-        _ => Err(Problem::new("is cut short: its header promises more bytes than there are", DAMAGED)),
+        _ => Err(Problem::new(
+            "is cut short: its header promises more bytes than there are",
+            DAMAGED,
+        )),
     }
 }
 
 /// The rules of glTF; the one that comes first here is one that the crate's validation takes for granted.
 fn validated(document: Document) -> Result<Document, Problem> {
     let root = document.into_json();
-    let mut attributes = root.meshes.iter().flat_map(|mesh| &mesh.primitives).flat_map(|p| p.attributes.values());
+    let mut attributes = root
+        .meshes
+        .iter()
+        .flat_map(|mesh| &mesh.primitives)
+        .flat_map(|p| p.attributes.values());
     if attributes.any(|accessor| accessor.value() >= root.accessors.len()) {
-        return Err(Problem::new("breaks the rules of glTF: a mesh names an accessor that does not exist", DAMAGED));
+        return Err(Problem::new(
+            "breaks the rules of glTF: a mesh names an accessor that does not exist",
+            DAMAGED,
+        ));
     }
     Document::from_json(root).map_err(problem)
 }
 
 /// The crate panics on a file name whose percent signs do not make UTF-8.
 fn check_uri(uri: &str) -> Result<(), Problem> {
-    let digits = |pair: &[u8]| std::str::from_utf8(pair).ok().and_then(|pair| u8::from_str_radix(pair, 16).ok());
+    let digits = |pair: &[u8]| {
+        std::str::from_utf8(pair)
+            .ok()
+            .and_then(|pair| u8::from_str_radix(pair, 16).ok())
+    };
     let mut decoded = Vec::new();
     let mut rest = uri.as_bytes();
     while let [first, after @ ..] = rest {
@@ -93,14 +123,20 @@ fn check_uri(uri: &str) -> Result<(), Problem> {
     }
     match std::str::from_utf8(&decoded) {
         Ok(_) => Ok(()),
-        Err(_) => Err(Problem::new("names a buffer in an unreadable way", "rename the .bin file and export again")),
+        Err(_) => Err(Problem::new(
+            "names a buffer in an unreadable way",
+            "rename the .bin file and export again",
+        )),
     }
 }
 
 fn problem(error: gltf::Error) -> Problem {
     match error {
         gltf::Error::Validation(errors) => {
-            let first = errors.first().map(|(path, error)| format!(": {path}: {error}")).unwrap_or_default();
+            let first = errors
+                .first()
+                .map(|(path, error)| format!(": {path}: {error}"))
+                .unwrap_or_default();
             Problem::new(format!("breaks the rules of glTF{first}"), "export the scene again")
         }
         gltf::Error::Binary(_) => Problem::new("is cut short or not a binary glTF file", DAMAGED),
@@ -119,12 +155,20 @@ struct Collected {
 impl Collected {
     /// Adds the triangles of a primitive. Points and lines have no surface: they are skipped.
     fn add(&mut self, primitive: &Primitive<'_>, placement: DMat4) -> Result<(), Problem> {
-        if !matches!(primitive.mode(), Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
+        if !matches!(
+            primitive.mode(),
+            Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan
+        ) {
             return Ok(());
         }
-        let Some(positions) = primitive.get(&Semantic::Positions) else { return Ok(()) };
+        let Some(positions) = primitive.get(&Semantic::Positions) else {
+            return Ok(());
+        };
         let vertices = self.vectors(&positions)?;
-        let normals = primitive.get(&Semantic::Normals).map(|normals| self.vectors(&normals)).transpose()?;
+        let normals = primitive
+            .get(&Semantic::Normals)
+            .map(|normals| self.vectors(&normals))
+            .transpose()?;
         let normals = normals.filter(|normals| normals.len() == vertices.len());
         let count = vertices.len();
         let corners = match primitive.indices() {
@@ -132,14 +176,22 @@ impl Collected {
             None => (0..u32::try_from(count).unwrap_or(u32::MAX)).collect(),
         };
 
-        let mut part = RawMesh { vertices, triangles: triangles(primitive.mode(), &corners), normals };
+        let mut part = RawMesh {
+            vertices,
+            triangles: triangles(primitive.mode(), &corners),
+            normals,
+        };
         super::clean::check(&part)?;
         transform::apply(&mut part, placement);
 
         let mesh = &mut self.mesh;
-        let first = u32::try_from(mesh.vertices.len()).ok().filter(|first| first.checked_add(count as u32).is_some());
-        let first = first.ok_or_else(|| Problem::new("has more vertices than 32 bits can count", "use a smaller mesh"))?;
-        mesh.triangles.extend(part.triangles.iter().map(|t| t.map(|corner| corner + first)));
+        let first = u32::try_from(mesh.vertices.len())
+            .ok()
+            .filter(|first| first.checked_add(count as u32).is_some());
+        let first =
+            first.ok_or_else(|| Problem::new("has more vertices than 32 bits can count", "use a smaller mesh"))?;
+        mesh.triangles
+            .extend(part.triangles.iter().map(|t| t.map(|corner| corner + first)));
         mesh.vertices.append(&mut part.vertices);
         // Normals of some vertices are of no use without those of the others.
         mesh.normals = mesh.normals.take().zip(part.normals).map(|(mut all, more)| {
@@ -172,15 +224,25 @@ impl Collected {
 
     /// The `size` bytes of each item of an accessor.
     fn items(&self, accessor: &Accessor<'_>, size: usize) -> Result<impl Iterator<Item = &[u8]>, Problem> {
-        let outside = || Problem::new(format!("has accessor {} outside of its buffer", accessor.index()), DAMAGED);
+        let outside = || {
+            Problem::new(
+                format!("has accessor {} outside of its buffer", accessor.index()),
+                DAMAGED,
+            )
+        };
         let view = accessor.view().filter(|_| accessor.sparse().is_none());
         let view = view.ok_or_else(|| unsupported("sparse numbers"))?;
         let stride = view.stride().unwrap_or(size);
         let count = accessor.count();
         let end = view.offset().checked_add(view.length());
         let data = end.and_then(|end| self.buffers.get(view.buffer().index())?.get(view.offset()..end));
-        let data = data.and_then(|data| data.get(accessor.offset()..)).ok_or_else(outside)?;
-        let needed = count.saturating_sub(1).checked_mul(stride).and_then(|last| last.checked_add(size));
+        let data = data
+            .and_then(|data| data.get(accessor.offset()..))
+            .ok_or_else(outside)?;
+        let needed = count
+            .saturating_sub(1)
+            .checked_mul(stride)
+            .and_then(|last| last.checked_add(size));
         if stride < size || count == 0 || needed.is_none_or(|needed| needed > data.len()) {
             return Err(outside());
         }
@@ -189,7 +251,10 @@ impl Collected {
 }
 
 fn unsupported(what: &str) -> Problem {
-    Problem::new(format!("has {what}"), "export the scene again as plain glTF 2.0, without compression")
+    Problem::new(
+        format!("has {what}"),
+        "export the scene again as plain glTF 2.0, without compression",
+    )
 }
 
 /// Three corners each, with the winding that the mode implies.
@@ -198,7 +263,15 @@ fn triangles(mode: Mode, corners: &[u32]) -> Vec<[u32; 3]> {
         Mode::TriangleFan => fan(corners).collect(),
         Mode::TriangleStrip => {
             let strip = corners.windows(3).enumerate();
-            strip.map(|(i, t)| if i % 2 == 0 { [t[0], t[1], t[2]] } else { [t[1], t[0], t[2]] }).collect()
+            strip
+                .map(|(i, t)| {
+                    if i % 2 == 0 {
+                        [t[0], t[1], t[2]]
+                    } else {
+                        [t[1], t[0], t[2]]
+                    }
+                })
+                .collect()
         }
         _ => corners.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect(),
     }

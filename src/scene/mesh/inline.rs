@@ -1,20 +1,27 @@
 //! Meshes that are written into the scene file.
 
 use super::super::error::Fault;
-use super::super::node::{FINITE, Value};
+use super::super::rule::FINITE;
+use super::super::value::Value;
 use super::{RawMesh, fan};
 
 /// The mesh that the lists `vertices` and `faces` describe.
 pub fn inline(vertices: &Value<'_>, faces: &Value<'_>) -> Result<RawMesh, Fault> {
     let points = vertices.list("write a list of points, such as [[0, 0, 0], [1, 0, 0], [0, 1, 0]]")?;
-    let points = points.map(|point| point.triple(&FINITE)).collect::<Result<Vec<_>, _>>()?;
+    let points = points
+        .map(|point| point.triple(&FINITE))
+        .collect::<Result<Vec<_>, _>>()?;
 
     let mut triangles = Vec::new();
     for face in faces.list("write a list of faces, such as [[0, 1, 2]]")? {
         let corners = corners(&face, points.len())?;
         triangles.extend(fan(&corners));
     }
-    Ok(RawMesh { vertices: points, triangles, normals: None })
+    Ok(RawMesh {
+        vertices: points,
+        triangles,
+        normals: None,
+    })
 }
 
 fn corners(face: &Value<'_>, count: usize) -> Result<Vec<u32>, Fault> {
@@ -27,7 +34,11 @@ fn corners(face: &Value<'_>, count: usize) -> Result<Vec<u32>, Fault> {
     let one = |index: Value<'_>| {
         index.index().filter(|&i| i <= last && count > 0).ok_or_else(|| {
             let help = format!("there are {count} vertices: indices go from 0 to {last}");
-            let help = if count == 0 { "this mesh has no vertices: list them first".to_owned() } else { help };
+            let help = if count == 0 {
+                "this mesh has no vertices: list them first".to_owned()
+            } else {
+                help
+            };
             index.fault("must be the index of a vertex", help)
         })
     };

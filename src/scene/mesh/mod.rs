@@ -63,17 +63,33 @@ pub(super) fn read(folder: &Path, name: &str) -> Result<RawMesh, Fault> {
     // Its kind before it is opened: opening a named pipe would wait for somebody to write into it.
     let length = match std::fs::metadata(&path) {
         Ok(metadata) if metadata.is_file() => metadata.len(),
-        Ok(_) => return Err(fault("is not a file".to_owned(), "name a file: paths are relative to the scene file")),
+        Ok(_) => {
+            return Err(fault(
+                "is not a file".to_owned(),
+                "name a file: paths are relative to the scene file",
+            ));
+        }
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
             return Err(fault("does not exist".to_owned(), &how_to_get(folder, name)));
         }
-        Err(error) => return Err(fault(format!("cannot be read: {error}"), "check that the file may be read")),
+        Err(error) => {
+            return Err(fault(
+                format!("cannot be read: {error}"),
+                "check that the file may be read",
+            ));
+        }
     };
     if length == 0 {
-        return Err(fault("is empty".to_owned(), "save the mesh again, or name another file"));
+        return Err(fault(
+            "is empty".to_owned(),
+            "save the mesh again, or name another file",
+        ));
     }
     if !memory::fits(length.saturating_mul(BYTES_PER_BYTE)) {
-        return Err(fault("is too large for the memory that is free".to_owned(), "use a mesh with fewer triangles"));
+        return Err(fault(
+            "is too large for the memory that is free".to_owned(),
+            "use a mesh with fewer triangles",
+        ));
     }
 
     let file = File::open(&path)
@@ -90,10 +106,12 @@ pub(super) fn read(folder: &Path, name: &str) -> Result<RawMesh, Fault> {
 /// A script `fetch-NAME.sh` beside the scene fetches the files with NAME in their names.
 fn how_to_get(folder: &Path, name: &str) -> String {
     let scripts = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    let script = scripts.map(|entry| entry.file_name().to_string_lossy().into_owned()).find(|script| {
-        let subject = script.strip_prefix("fetch-").and_then(|rest| rest.strip_suffix(".sh"));
-        subject.is_some_and(|subject| name.contains(subject))
-    });
+    let script = scripts
+        .map(|entry| entry.file_name().to_string_lossy().into_owned())
+        .find(|script| {
+            let subject = script.strip_prefix("fetch-").and_then(|rest| rest.strip_suffix(".sh"));
+            subject.is_some_and(|subject| name.contains(subject))
+        });
     match script {
         Some(script) => format!("run {}, which fetches it", folder.join(script).display()),
         None => "check the name: paths are relative to the scene file".to_owned(),
@@ -125,16 +143,31 @@ pub(super) fn finish(
             0 => format!("{title} has no faces"),
             _ => format!("{title} has no triangle with an area, got {all} without"),
         };
-        return Err(Fault::new(what, "a mesh needs a triangle whose corners are not on one line"));
+        return Err(Fault::new(
+            what,
+            "a mesh needs a triangle whose corners are not on one line",
+        ));
     }
     let note = (kept < all).then(|| {
         let left_out = all - kept;
-        let (noun, verb) = if left_out == 1 { ("triangle", "is") } else { ("triangles", "are") };
+        let (noun, verb) = if left_out == 1 {
+            ("triangle", "is")
+        } else {
+            ("triangles", "are")
+        };
         format!("{title}: {left_out} {noun} of {all} without area {verb} left out")
     });
 
     let normals = (shading == Normals::Smooth).then(|| normals::smooth(&mut raw));
-    Ok((Mesh { vertices: raw.vertices, triangles: raw.triangles, normals, surface }, note))
+    Ok((
+        Mesh {
+            vertices: raw.vertices,
+            triangles: raw.triangles,
+            normals,
+            surface,
+        },
+        note,
+    ))
 }
 
 /// The triangles of a polygon: a fan from its first corner, so that four corners are split along 0-2.

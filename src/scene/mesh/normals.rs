@@ -10,7 +10,11 @@ use super::RawMesh;
 /// its only meaning is to say which way the shading normals point. Files whose faces are wound the wrong way, and
 /// mirrored meshes, come out right.
 pub fn smooth(raw: &mut RawMesh) -> Vec<DVec3> {
-    let RawMesh { vertices, triangles, normals } = raw;
+    let RawMesh {
+        vertices,
+        triangles,
+        normals,
+    } = raw;
     let twice_area = |corners: &[u32; 3]| {
         let [a, b, c] = corners.map(|corner| vertices[corner as usize]);
         (b - a).cross(c - a)
@@ -30,7 +34,12 @@ pub fn smooth(raw: &mut RawMesh) -> Vec<DVec3> {
     let normals: Vec<_> = given
         .iter()
         .zip(sums.iter().zip(&last))
-        .map(|(&given, (&sum, &last))| unit(given).or_else(|| unit(sum)).or_else(|| unit(last)).unwrap_or(DVec3::Z))
+        .map(|(&given, (&sum, &last))| {
+            unit(given)
+                .or_else(|| unit(sum))
+                .or_else(|| unit(last))
+                .unwrap_or(DVec3::Z)
+        })
         .collect();
 
     for corners in triangles.iter_mut() {
@@ -55,14 +64,22 @@ mod tests {
     /// Two triangles on the ground and a wall of twice the area, all at vertex 0.
     fn corner() -> RawMesh {
         let vertices = [[0, 0, 0], [1, 0, 0], [0, 0, -1], [0, 4, -1]].map(|v| DVec3::from_array(v.map(f64::from)));
-        RawMesh { vertices: vertices.to_vec(), triangles: vec![[0, 1, 2], [0, 2, 3]], normals: None }
+        RawMesh {
+            vertices: vertices.to_vec(),
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            normals: None,
+        }
     }
 
     #[test]
     fn the_mean_is_weighted_by_area() {
         let normals = smooth(&mut corner());
         // Areas 1/2 and 2, looking up and along x.
-        assert!((normals[0] - DVec3::new(4.0, 1.0, 0.0).normalize()).length() < 1e-15, "{}", normals[0]);
+        assert!(
+            (normals[0] - DVec3::new(4.0, 1.0, 0.0).normalize()).length() < 1e-15,
+            "{}",
+            normals[0]
+        );
         assert_eq!(normals[1], DVec3::Y);
         assert_eq!(normals[3], DVec3::X);
     }

@@ -12,19 +12,37 @@ use super::{Problem, RawMesh};
 /// Reads all faces of an OBJ file; objects, groups and materials make no difference.
 pub fn read(mut file: File) -> Result<RawMesh, Problem> {
     let mut bytes = Vec::new();
-    file.read_to_end(&mut bytes).map_err(|error| Problem::new(format!("cannot be read: {error}"), "try again"))?;
+    file.read_to_end(&mut bytes)
+        .map_err(|error| Problem::new(format!("cannot be read: {error}"), "try again"))?;
     parse(&bytes)
 }
 
 fn parse(bytes: &[u8]) -> Result<RawMesh, Problem> {
-    let mut lines = Geometry { rest: bytes, line: &[], taken: 0, number: 0 };
-    let options = LoadOptions { triangulate: true, ignore_points: true, ignore_lines: true, ..Default::default() };
+    let mut lines = Geometry {
+        rest: bytes,
+        line: &[],
+        taken: 0,
+        number: 0,
+    };
+    let options = LoadOptions {
+        triangulate: true,
+        ignore_points: true,
+        ignore_lines: true,
+        ..Default::default()
+    };
     let loaded = tobj::load_obj_buf(&mut lines, &options, |_| Err(LoadError::GenericFailure));
     let (models, _) = loaded.map_err(|error| problem(error, lines.number))?;
     // Without objects and groups there is at most one model.
-    let mesh = models.into_iter().next().map(|model| model.mesh).filter(|mesh| !mesh.indices.is_empty());
+    let mesh = models
+        .into_iter()
+        .next()
+        .map(|model| model.mesh)
+        .filter(|mesh| !mesh.indices.is_empty());
     let Some(mesh) = mesh else {
-        return Err(Problem::new("has no faces", "save the mesh with its faces: lines such as `f 1 2 3`"));
+        return Err(Problem::new(
+            "has no faces",
+            "save the mesh with its faces: lines such as `f 1 2 3`",
+        ));
     };
 
     let vectors = |numbers: &[f64]| numbers.chunks_exact(3).map(DVec3::from_slice).collect::<Vec<_>>();
@@ -32,7 +50,11 @@ fn parse(bytes: &[u8]) -> Result<RawMesh, Problem> {
     if mesh.normal_indices.len() != mesh.indices.len() {
         // Normals are optional for each corner: without all of them they are of no use.
         let triangles = mesh.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
-        return Ok(RawMesh { vertices: positions, triangles, normals: None });
+        return Ok(RawMesh {
+            vertices: positions,
+            triangles,
+            normals: None,
+        });
     }
 
     // A corner has a position and a normal of its own: each pair becomes a vertex.
@@ -83,7 +105,11 @@ struct Geometry<'b> {
 impl BufRead for Geometry<'_> {
     fn fill_buf(&mut self) -> std::io::Result<&[u8]> {
         while self.taken == self.line.len() && !self.rest.is_empty() {
-            let end = self.rest.iter().position(|&byte| byte == b'\n').map_or(self.rest.len(), |at| at + 1);
+            let end = self
+                .rest
+                .iter()
+                .position(|&byte| byte == b'\n')
+                .map_or(self.rest.len(), |at| at + 1);
             let (line, rest) = self.rest.split_at(end);
             self.rest = rest;
             self.number += 1;
@@ -137,8 +163,14 @@ mod tests {
     #[test]
     fn errors_name_the_line() {
         let error = |text: &str| parse(text.as_bytes()).unwrap_err().what;
-        assert_eq!(error("v 0 0 0\nv 1 zero 0\n"), "has a vertex that cannot be read in line 2");
-        assert_eq!(error("v 0 0 0\n\n# f\nf 1 2 x\n"), "has a face that cannot be read in line 4");
+        assert_eq!(
+            error("v 0 0 0\nv 1 zero 0\n"),
+            "has a vertex that cannot be read in line 2"
+        );
+        assert_eq!(
+            error("v 0 0 0\n\n# f\nf 1 2 x\n"),
+            "has a face that cannot be read in line 4"
+        );
         assert_eq!(error("nothing here\n"), "has no faces");
         assert!(error("v 0 0 0\nv 1 0 0\nf 1 2 9\n").contains("does not exist"));
     }

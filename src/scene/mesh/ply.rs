@@ -15,7 +15,9 @@ const DAMAGED: &str = "the file is damaged or cut short: save or fetch it again"
 pub fn read(file: impl Read, length: u64) -> Result<RawMesh, Problem> {
     let mut reader = Reader::new(BufReader::with_capacity(1 << 16, file));
     let parser = Parser::<Element>::new();
-    let header = parser.read_header(&mut reader).map_err(|error| header_problem(&error))?;
+    let header = parser
+        .read_header(&mut reader)
+        .map_err(|error| header_problem(&error))?;
     check(&header, length)?;
 
     let mut raw = RawMesh::default();
@@ -25,7 +27,9 @@ pub fn read(file: impl Read, length: u64) -> Result<RawMesh, Problem> {
         match element.name.as_str() {
             "vertex" => {
                 raw.vertices = items.iter().map(|item| item.position).collect();
-                let has_normals = ["nx", "ny", "nz"].iter().all(|key| element.properties.contains_key(*key));
+                let has_normals = ["nx", "ny", "nz"]
+                    .iter()
+                    .all(|key| element.properties.contains_key(*key));
                 raw.normals = has_normals.then(|| items.iter().map(|item| item.normal).collect());
             }
             "face" => {
@@ -35,7 +39,10 @@ pub fn read(file: impl Read, length: u64) -> Result<RawMesh, Problem> {
                         return Err(Problem::new(what, "a face needs at least 3 corners"));
                     }
                     // A negative index becomes one that no file can hold; the check of all indices reports it.
-                    let corners = item.corners.iter().map(|&corner| u32::try_from(corner).unwrap_or(u32::MAX));
+                    let corners = item
+                        .corners
+                        .iter()
+                        .map(|&corner| u32::try_from(corner).unwrap_or(u32::MAX));
                     raw.triangles.extend(fan(&corners.collect::<Vec<_>>()));
                 }
             }
@@ -49,7 +56,10 @@ pub fn read(file: impl Read, length: u64) -> Result<RawMesh, Problem> {
 fn check(header: &Header, length: u64) -> Result<(), Problem> {
     let mesh = "a mesh file has vertices with x, y, z and faces with vertex_indices";
     let element = |name: &str| {
-        header.elements.get(name).ok_or_else(|| Problem::new(format!("has no `{name}` element in its header"), mesh))
+        header
+            .elements
+            .get(name)
+            .ok_or_else(|| Problem::new(format!("has no `{name}` element in its header"), mesh))
     };
     let vertex = element("vertex")?;
     for key in ["x", "y", "z"] {
@@ -68,7 +78,12 @@ fn check(header: &Header, length: u64) -> Result<(), Problem> {
     }
 
     for element in header.elements.values() {
-        let least = element.properties.values().map(|p| least_bytes(&p.data_type, header.encoding)).sum::<u64>().max(1);
+        let least = element
+            .properties
+            .values()
+            .map(|p| least_bytes(&p.data_type, header.encoding))
+            .sum::<u64>()
+            .max(1);
         let needed = (element.count as u64).checked_mul(least);
         // The last line of a text may lack its newline.
         if needed.is_none_or(|needed| needed > length + 1) {
@@ -94,14 +109,20 @@ fn least_bytes(property: &PropertyType, encoding: Encoding) -> u64 {
 
 fn cut_short(element: &ElementDef) -> Problem {
     let ElementDef { name, count, .. } = element;
-    Problem::new(format!("is cut short: its header promises {count} `{name}` elements, the file ends before"), DAMAGED)
+    Problem::new(
+        format!("is cut short: its header promises {count} `{name}` elements, the file ends before"),
+        DAMAGED,
+    )
 }
 
 fn header_problem(error: &ParseError) -> Problem {
     match (error.kind(), error.line()) {
         (ErrorKind::UnexpectedEof, _) => Problem::new("is cut short: its header has no end", DAMAGED),
         (_, Some(line)) if line > 1 => Problem::new(format!("has a header that cannot be read, line {line}"), DAMAGED),
-        _ => Problem::new("is not a PLY file: it does not begin with the line `ply`", "name a mesh that is saved as PLY"),
+        _ => Problem::new(
+            "is not a PLY file: it does not begin with the line `ply`",
+            "name a mesh that is saved as PLY",
+        ),
     }
 }
 
@@ -110,9 +131,10 @@ fn payload_problem(error: &ParseError, element: &ElementDef, header: &Header) ->
     match (error.kind(), error.line()) {
         (ErrorKind::UnexpectedEof, _) => cut_short(element),
         // Binary files have no lines to speak of.
-        (_, Some(line)) if header.encoding == Encoding::Ascii => {
-            Problem::new(format!("has a `{name}` element that cannot be read in line {line}"), DAMAGED)
-        }
+        (_, Some(line)) if header.encoding == Encoding::Ascii => Problem::new(
+            format!("has a `{name}` element that cannot be read in line {line}"),
+            DAMAGED,
+        ),
         _ => Problem::new(format!("has a `{name}` element that cannot be read"), DAMAGED),
     }
 }
@@ -169,7 +191,11 @@ macro_rules! setters {
 
 impl PropertyAccess for Element {
     fn new() -> Self {
-        Self { position: DVec3::ZERO, normal: DVec3::ZERO, corners: Vec::new() }
+        Self {
+            position: DVec3::ZERO,
+            normal: DVec3::ZERO,
+            corners: Vec::new(),
+        }
     }
 
     setters! {
@@ -218,7 +244,12 @@ mod tests {
                 true => bytes.extend(big.iter().rev()),
                 false => bytes.extend(big),
             };
-            for (x, y, z) in [(0.0_f32, 0.0_f64, 0_i16), (1.5, 0.0, 0), (1.5, 2.25, -3), (0.0, 2.25, -3)] {
+            for (x, y, z) in [
+                (0.0_f32, 0.0_f64, 0_i16),
+                (1.5, 0.0, 0),
+                (1.5, 2.25, -3),
+                (0.0, 2.25, -3),
+            ] {
                 put(&x.to_be_bytes());
                 put(&y.to_be_bytes());
                 put(&z.to_be_bytes());
@@ -242,7 +273,10 @@ mod tests {
         let text = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
             property float nx\nproperty float ny\nproperty float nz\nelement face 1\n\
             property list uchar uint vertex_index\nend_header\n0 0 0 0 0 1\n1 0 0 0 1 0\n0 1 0 1 0 0\n3 0 1 2\n";
-        assert_eq!(parse(text.as_bytes()).unwrap().normals.unwrap(), [DVec3::Z, DVec3::Y, DVec3::X]);
+        assert_eq!(
+            parse(text.as_bytes()).unwrap().normals.unwrap(),
+            [DVec3::Z, DVec3::Y, DVec3::X]
+        );
     }
 
     #[test]

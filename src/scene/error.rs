@@ -13,7 +13,8 @@ const LONGEST_QUOTED_LINE: usize = 500;
 ///
 /// `Display` is exactly one line, `scenes/studio.toml:14: sphere radius must be positive and finite, got -0.5`: the
 /// path as it was given, the line (where there is one) and what is wrong. [`Diagnostic::help`] says what would do, in
-/// one line as well; the source and one label come with it.
+/// one line as well; the source and one label come with it. Tables are called as they are written, those of a list with
+/// their number from 1: `[materials.steel]`, `[[spheres]] 3`. Indices of vertices and faces count from 0, as in the file.
 pub struct SceneError(Box<Report>);
 
 struct Report {

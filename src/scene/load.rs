@@ -7,7 +7,8 @@ use std::path::Path;
 use toml::de::DeTable;
 
 use super::error::Fault;
-use super::node::Table;
+use super::materials::Materials;
+use super::table::Table;
 use super::{Scene, SceneError, materials, shapes, view};
 
 /// The longest scene file, in bytes. What needs more belongs into a mesh file, which takes a tenth of the room.
@@ -94,16 +95,17 @@ fn scene(text: &str, path: &Path) -> Result<Scene, Fault> {
             materials.push(materials::material(name, &table)?);
         }
     }
+    let named = Materials::new(&materials);
     let mut spheres = Vec::new();
     if let Some(value) = root.get("spheres") {
         for table in value.tables("sphere", shapes::SPHERE_KEYS)? {
-            spheres.push(shapes::sphere(&table, &materials)?);
+            spheres.push(shapes::sphere(&table, &named)?);
         }
     }
     let (mut meshes, mut notes) = (Vec::new(), Vec::new());
     if let Some(value) = root.get("meshes") {
         for table in value.tables("mesh", shapes::MESH_KEYS)? {
-            let (mesh, note) = shapes::mesh(&table, &materials, path.parent().unwrap_or(Path::new("")))?;
+            let (mesh, note) = shapes::mesh(&table, &named, path.parent().unwrap_or(Path::new("")))?;
             meshes.push(mesh);
             notes.extend(note);
         }

@@ -1,15 +1,45 @@
 //! `[materials.NAME]`.
 
+use std::collections::HashMap;
+
 use glam::DVec3;
 
 use super::error::Fault;
-use super::node::{ALPHA, EXPONENT, FINITE, NOT_NEGATIVE, Table};
+use super::rule::{ALPHA, EXPONENT, FINITE, NOT_NEGATIVE};
+use super::table::Table;
 use super::{Bsdf, Material};
 
 pub(super) const KEYS: &[&str] = &["diffuse", "phong", "exponent", "brdf_params"];
 
 const MODELS: &str =
     "write one of: diffuse = [r, g, b]; phong = [r, g, b] with exponent = alpha; brdf_params = [r, g, b, alpha]";
+
+/// The materials of a scene by their names: a scene can have as many of them as shapes.
+pub(super) struct Materials<'m>(HashMap<&'m str, usize>);
+
+impl<'m> Materials<'m> {
+    pub fn new(materials: &'m [Material]) -> Self {
+        Self(
+            materials
+                .iter()
+                .enumerate()
+                .map(|(index, material)| (material.name.as_str(), index))
+                .collect(),
+        )
+    }
+
+    /// The place of a material in the scene.
+    pub fn index(&self, name: &str) -> Option<usize> {
+        self.0.get(name).copied()
+    }
+
+    /// All names in the order of the file.
+    pub fn names(&self) -> Vec<&'m str> {
+        let mut names: Vec<_> = self.0.keys().copied().collect();
+        names.sort_by_key(|name| self.0[name]);
+        names
+    }
+}
 
 pub(super) fn material(name: &str, table: &Table<'_>) -> Result<Material, Fault> {
     let mut models = ["diffuse", "phong", "brdf_params"]

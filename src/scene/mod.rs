@@ -3,9 +3,9 @@
 //! [`Scene::load`] turns the text into a [`Scene`] or into a [`SceneError`] that names the file, the line, the key and
 //! the value. Everything behind a `Scene` may rely on the invariants stated here.
 //!
-//! The text is walked, not deserialised: `node` knows the TOML tree with its places and names, `view`, `materials` and
-//! `shapes` know the keys of the format. An error can then say "sphere radius must be positive", with the number as it
-//! was written, where a deserialiser only knows that some `f64` was not to its taste.
+//! The text is walked, not deserialised: `table` and `value` know the TOML tree with its names and places, `view`,
+//! `materials` and `shapes` know the keys of the format. An error can then say "sphere radius must be positive", with
+//! the number as it was written, where a deserialiser only knows that some `f64` was not to its taste.
 
 mod error;
 mod features;
@@ -14,8 +14,10 @@ mod materials;
 mod memory;
 mod mesh;
 mod nearest;
-mod node;
+mod rule;
 mod shapes;
+mod table;
+mod value;
 mod view;
 
 use std::path::PathBuf;

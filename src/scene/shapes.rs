@@ -3,10 +3,13 @@
 use std::path::Path;
 
 use super::error::Fault;
+use super::materials::Materials;
 use super::mesh::{self, Normals};
 use super::nearest::nearest;
-use super::node::{FINITE, NOT_NEGATIVE, POSITIVE, Table, Value};
-use super::{Material, Mesh, Sphere, Surface};
+use super::rule::{FINITE, NOT_NEGATIVE, POSITIVE};
+use super::table::Table;
+use super::value::Value;
+use super::{Mesh, Sphere, Surface};
 
 pub(super) const SPHERE_KEYS: &[&str] = &["center", "radius", "emission", "material"];
 pub(super) const MESH_KEYS: &[&str] = &[
@@ -19,7 +22,7 @@ pub(super) const MESH_KEYS: &[&str] = &[
     "material",
 ];
 
-pub(super) fn sphere(table: &Table<'_>, materials: &[Material]) -> Result<Sphere, Fault> {
+pub(super) fn sphere(table: &Table<'_>, materials: &Materials<'_>) -> Result<Sphere, Fault> {
     Ok(Sphere {
         center: table.need("center", "center = [0.0, 0.0, 0.0]")?.triple(&FINITE)?,
         radius: table.need("radius", "radius = 1.0")?.number(&POSITIVE)?,
@@ -28,7 +31,11 @@ pub(super) fn sphere(table: &Table<'_>, materials: &[Material]) -> Result<Sphere
 }
 
 /// A mesh, and a sentence if part of it was left out. Files are looked for in `folder`.
-pub(super) fn mesh(table: &Table<'_>, materials: &[Material], folder: &Path) -> Result<(Mesh, Option<String>), Fault> {
+pub(super) fn mesh(
+    table: &Table<'_>,
+    materials: &Materials<'_>,
+    folder: &Path,
+) -> Result<(Mesh, Option<String>), Fault> {
     // What is cheap is checked first: a wrong name should not wait for a big file.
     let surface = surface(table, materials)?;
     let transform = mesh::transform(table.get("transform"))?;
@@ -61,21 +68,21 @@ pub(super) fn mesh(table: &Table<'_>, materials: &[Material], folder: &Path) -> 
 }
 
 /// What the surface of a shape does: exactly one of `material` and `emission`.
-fn surface(table: &Table<'_>, materials: &[Material]) -> Result<Surface, Fault> {
+fn surface(table: &Table<'_>, materials: &Materials<'_>) -> Result<Surface, Fault> {
     let help = "write material = \"name\" for what reflects, or emission = [r, g, b] for what gives light";
     let value = table.one_of("material", "emission", help)?;
     if value.key == "emission" {
         return value.triple(&NOT_NEGATIVE).map(Surface::Emission);
     }
     let name = value.string()?;
-    let index = materials.iter().position(|material| material.name == name);
-    index
+    materials
+        .index(name)
         .map(Surface::Material)
         .ok_or_else(|| no_material(&value, name, materials))
 }
 
-fn no_material(value: &Value<'_>, name: &str, materials: &[Material]) -> Fault {
-    let names: Vec<_> = materials.iter().map(|material| material.name.as_str()).collect();
+fn no_material(value: &Value<'_>, name: &str, materials: &Materials<'_>) -> Fault {
+    let names = materials.names();
     let listed = names.iter().take(12).copied().collect::<Vec<_>>().join(", ");
     let more = if names.len() > 12 { ", ..." } else { "" };
     let help = match (nearest(name, names.iter().copied()), names.is_empty()) {

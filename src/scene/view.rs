@@ -4,9 +4,10 @@ use glam::DVec3;
 
 use super::error::Fault;
 use super::memory;
-use super::node::{FINITE, Table, VIEW_ANGLE};
-use super::settings::{EstimatorKind, SamplerKind};
+use super::rule::{FINITE, VIEW_ANGLE};
+use super::table::Table;
 use super::{Camera, FilmSize, Fov, RenderTable};
+use crate::settings::{EstimatorKind, SamplerKind};
 
 pub(super) const CAMERA_KEYS: &[&str] = &["origin", "target", "up", "fov_x", "fov_y"];
 pub(super) const FILM_KEYS: &[&str] = &["width", "height"];

@@ -1,7 +1,8 @@
 //! Meshes that are written into the scene file.
 
 use super::super::error::Fault;
-use super::super::node::{FINITE, Value};
+use super::super::rule::FINITE;
+use super::super::value::Value;
 use super::{RawMesh, fan};
 
 /// The mesh that the lists `vertices` and `faces` describe.

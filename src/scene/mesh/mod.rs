@@ -103,9 +103,15 @@ pub(super) fn read(folder: &Path, name: &str) -> Result<RawMesh, Fault> {
     raw.map_err(|problem| Fault::new(format!("mesh file \"{name}\" {}", problem.what), problem.help))
 }
 
-/// A script `fetch-NAME.sh` beside the scene fetches the files with NAME in their names.
+/// Where a missing file may come from: a script `fetch-NAME.sh` beside the scene fetches what has NAME in its name.
 fn how_to_get(folder: &Path, name: &str) -> String {
-    let scripts = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    // The folder of `dragon.toml` is the empty path, which cannot be listed.
+    let here = if folder.as_os_str().is_empty() {
+        Path::new(".")
+    } else {
+        folder
+    };
+    let scripts = std::fs::read_dir(here).into_iter().flatten().flatten();
     let script = scripts
         .map(|entry| entry.file_name().to_string_lossy().into_owned())
         .find(|script| {

@@ -4,7 +4,8 @@
 use glam::{DMat3, DMat4, DVec3};
 
 use super::super::error::Fault;
-use super::super::node::{FINITE, NOT_ZERO, Value};
+use super::super::rule::{FINITE, NOT_ZERO};
+use super::super::value::Value;
 use super::RawMesh;
 
 const KEYS: &[&str] = &["scale", "rotate_x", "rotate_y", "rotate_z", "translate"];

@@ -1,201 +1,19 @@
-//! The TOML tree of a scene file: tables that know their keys, values that know their names and places.
+//! Values of a scene file: they know their names and places, and say what they should have been.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use glam::DVec3;
 use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use toml::de::DeValue;
 
 use super::error::Fault;
 use super::nearest::nearest;
+use super::rule::{Rule, in_range};
+use super::table::{Table, in_order};
 
 /// A value with its place in the text.
 pub(super) type Node<'t> = Spanned<DeValue<'t>>;
-
-/// What a number must be.
-pub(super) struct Rule {
-    words: &'static str,
-    help: &'static str,
-    holds: fn(f64) -> bool,
-}
-
-impl Rule {
-    /// Whether `x` is what it must be.
-    pub fn holds(&self, x: f64) -> bool {
-        (self.holds)(x)
-    }
-}
-
-// Packets compute in single precision: a number beyond its range would be infinite there.
-fn in_range(x: f64) -> bool {
-    x.abs() <= f64::from(f32::MAX)
-}
-
-/// Any number that single precision can hold.
-pub(super) const FINITE: Rule = Rule {
-    words: "must be finite",
-    help: "write a number between -3.4e38 and 3.4e38",
-    holds: in_range,
-};
-/// Above 0.
-pub(super) const POSITIVE: Rule = Rule {
-    words: "must be positive and finite",
-    help: "write a number above 0, at most 3.4e38",
-    holds: |x| x >= f64::from(f32::MIN_POSITIVE) && in_range(x),
-};
-/// 0 or above.
-pub(super) const NOT_NEGATIVE: Rule = Rule {
-    words: "must be finite and not negative",
-    help: "write numbers from 0 to 3.4e38, one each for red, green and blue",
-    holds: |x| x >= 0.0 && in_range(x),
-};
-/// Anything but 0.
-pub(super) const NOT_ZERO: Rule = Rule {
-    words: "must be finite and not 0",
-    help: "write a number other than 0: 2 doubles the mesh, 0.5 halves it, -1 mirrors it",
-    holds: |x| x != 0.0 && in_range(x),
-};
-/// A Phong exponent.
-pub(super) const EXPONENT: Rule = Rule {
-    words: "must be above 1 and finite",
-    help: "write a number above 1: 5 is dull, 1000 is polished; a matt surface is `diffuse = [r, g, b]`",
-    holds: |x| x > 1.0 && in_range(x),
-};
-/// The fourth number of `brdf_params`.
-pub(super) const ALPHA: Rule = Rule {
-    words: "must have an alpha of 1 (diffuse) or above 1 (Phong)",
-    help: "write [r, g, b, 1] for a diffuse surface or, say, [r, g, b, 1000] for a Phong one",
-    holds: |x| x >= 1.0 && in_range(x),
-};
-/// A full angle of view.
-pub(super) const VIEW_ANGLE: Rule = Rule {
-    words: "must be between 0 and 180 degrees",
-    help: "write the full angle of view in degrees, such as 45",
-    holds: |x| x > 0.0 && x < 180.0,
-};
-
-/// A table of the file: every key in it is one of those that it may have.
-#[derive(Clone, Debug)]
-pub(super) struct Table<'t> {
-    /// As the user wrote it: `[camera]`, `[materials.steel]`, `[[spheres]] 3` (the third).
-    pub title: String,
-    /// Where its header stands.
-    pub span: Range<usize>,
-    thing: &'static str,
-    entries: &'t DeTable<'t>,
-    text: &'t str,
-}
-
-impl<'t> Table<'t> {
-    /// The table at `node`, called `title` as a whole and `thing` before the name of a key.
-    ///
-    /// # Errors
-    /// If it is not a table, or holds a key that is not one of `keys`.
-    pub fn new(
-        text: &'t str,
-        node: &'t Node<'t>,
-        title: String,
-        thing: &'static str,
-        keys: &[&str],
-    ) -> Result<Self, Fault> {
-        let DeValue::Table(entries) = node.get_ref() else {
-            let what = format!("{title} must be a table, got {}", shown(text, node.span()));
-            return Err(
-                Fault::new(what, format!("write a table with the keys {}", keys.join(", "))).at(node.span(), "this"),
-            );
-        };
-        let table = Self {
-            title,
-            span: node.span(),
-            thing,
-            entries,
-            text,
-        };
-        table.only(keys)?;
-        Ok(table)
-    }
-
-    /// The whole file.
-    ///
-    /// # Errors
-    /// If it holds a key that is not one of `keys`.
-    pub fn root(text: &'t str, entries: &'t DeTable<'t>, keys: &[&str]) -> Result<Self, Fault> {
-        let table = Self {
-            title: "the scene".to_owned(),
-            span: 0..0,
-            thing: "scene",
-            entries,
-            text,
-        };
-        table.only(keys)?;
-        Ok(table)
-    }
-
-    fn only(&self, keys: &[&str]) -> Result<(), Fault> {
-        let Some((key, _)) = self
-            .in_order()
-            .into_iter()
-            .find(|(key, _)| !keys.contains(&key.get_ref().as_ref()))
-        else {
-            return Ok(());
-        };
-        // Not "[[spheres]] 3": they all have the same keys.
-        let kind = self.title.trim_end_matches(|c: char| c.is_ascii_digit()).trim_end();
-        let list = format!("the keys of {kind} are {}", keys.join(", "));
-        let help = match nearest(key.get_ref(), keys.iter().copied()) {
-            Some(near) => format!("did you mean `{near}`? {list}"),
-            None => list,
-        };
-        let what = format!("{} has an unknown key, got `{}`", self.title, key.get_ref());
-        Err(Fault::new(what, help).at(key.span(), "not a key of this table"))
-    }
-
-    /// Its entries as they follow in the text (the tree sorts them by name).
-    pub fn in_order(&self) -> Vec<(&'t Spanned<std::borrow::Cow<'t, str>>, &'t Node<'t>)> {
-        let mut entries: Vec<_> = self.entries.iter().collect();
-        entries.sort_by_key(|(key, _)| key.span().start);
-        entries
-    }
-
-    /// The value of `key`, if the table has it.
-    pub fn get(&self, key: &'static str) -> Option<Value<'_>> {
-        self.entries.get(key).map(|node| Value {
-            table: self,
-            key,
-            index: [None; 2],
-            node,
-        })
-    }
-
-    /// The value of `key`.
-    ///
-    /// # Errors
-    /// If it is not there; the help shows `example`, a line that could be added.
-    pub fn need(&self, key: &'static str, example: &str) -> Result<Value<'_>, Fault> {
-        self.get(key)
-            .ok_or_else(|| self.fault(format!("{} has no {key}", self.title), format!("add `{example}`")))
-    }
-
-    /// Which one of two keys the table has.
-    ///
-    /// # Errors
-    /// If it has both or neither.
-    pub fn one_of(&self, a: &'static str, b: &'static str, help: &str) -> Result<Value<'_>, Fault> {
-        match (self.get(a), self.get(b)) {
-            (Some(value), None) | (None, Some(value)) => Ok(value),
-            (Some(_), Some(b_value)) => {
-                let what = format!("{} must have {a} or {b}, got both", self.title);
-                Err(Fault::new(what, help).at(b_value.node.span(), "one of the two is too much"))
-            }
-            (None, None) => Err(self.fault(format!("{} must have {a} or {b}, got neither", self.title), help)),
-        }
-    }
-
-    /// A fault of the table as a whole.
-    pub fn fault(&self, what: impl Into<String>, help: impl Into<String>) -> Fault {
-        Fault::new(what, help).at(self.span.clone(), "this table")
-    }
-}
 
 /// A value of a table, or an element of a list that is one.
 #[derive(Clone, Copy, Debug)]
@@ -209,6 +27,17 @@ pub(super) struct Value<'t> {
 }
 
 impl<'t> Value<'t> {
+    /// The value of `key` in `table`.
+    pub fn new(table: &'t Table<'t>, key: &'static str, node: &'t Node<'t>) -> Self {
+        let index = [None; 2];
+        Self {
+            table,
+            key,
+            index,
+            node,
+        }
+    }
+
     /// A fault of this value: `sphere radius` + `what` + `, got -0.5`.
     pub fn fault(&self, what: &str, help: impl Into<String>) -> Fault {
         self.fault_of(self.node, what, help)
@@ -377,14 +206,12 @@ impl<'t> Value<'t> {
                 format!("write one table each, such as [{}.floor]", self.key),
             ));
         };
-        let mut entries: Vec<_> = entries.iter().collect();
-        entries.sort_by_key(|(key, _)| key.span().start);
-        let named = |(key, node): (&'t Spanned<std::borrow::Cow<'t, str>>, &'t Node<'t>)| {
+        let named = |(key, node): (&'t Spanned<Cow<'t, str>>, &'t Node<'t>)| {
             let name = key.get_ref().as_ref();
             let table = Table::new(self.table.text, node, format!("[{}.{name}]", self.key), thing, keys)?;
             Ok((name, table))
         };
-        entries.into_iter().map(named).collect()
+        in_order(entries).into_iter().map(named).collect()
     }
 
     /// `true` for a list.
@@ -405,7 +232,7 @@ fn number(node: &Node<'_>) -> Option<f64> {
 }
 
 /// The text of a value in one line, shortened if need be.
-fn shown(text: &str, span: Range<usize>) -> String {
+pub(super) fn shown(text: &str, span: Range<usize>) -> String {
     const LONGEST: usize = 60;
     // A value can be a whole mesh: look at no more of it than can be shown.
     let words: String = text.get(span).unwrap_or_default().chars().take(4 * LONGEST).collect();

@@ -1,0 +1,65 @@
+//! What a number of a scene file must be, in words and as a test.
+
+/// What a number must be.
+pub(super) struct Rule {
+    /// "must be positive".
+    pub words: &'static str,
+    /// What would do.
+    pub help: &'static str,
+    holds: fn(f64) -> bool,
+}
+
+impl Rule {
+    /// Whether `x` is what it must be.
+    pub fn holds(&self, x: f64) -> bool {
+        (self.holds)(x)
+    }
+}
+
+// Packets compute in single precision: a number beyond its range would be infinite there.
+pub(super) fn in_range(x: f64) -> bool {
+    x.abs() <= f64::from(f32::MAX)
+}
+
+/// Any number that single precision can hold.
+pub(super) const FINITE: Rule = Rule {
+    words: "must be finite",
+    help: "write a number between -3.4e38 and 3.4e38",
+    holds: in_range,
+};
+/// Above 0.
+pub(super) const POSITIVE: Rule = Rule {
+    words: "must be positive and finite",
+    help: "write a number above 0, at most 3.4e38",
+    holds: |x| x >= f64::from(f32::MIN_POSITIVE) && in_range(x),
+};
+/// 0 or above.
+pub(super) const NOT_NEGATIVE: Rule = Rule {
+    words: "must be finite and not negative",
+    help: "write numbers from 0 to 3.4e38, one each for red, green and blue",
+    holds: |x| x >= 0.0 && in_range(x),
+};
+/// Anything but 0.
+pub(super) const NOT_ZERO: Rule = Rule {
+    words: "must be finite and not 0",
+    help: "write a number other than 0: 2 doubles the mesh, 0.5 halves it, -1 mirrors it",
+    holds: |x| x != 0.0 && in_range(x),
+};
+/// A Phong exponent.
+pub(super) const EXPONENT: Rule = Rule {
+    words: "must be above 1 and finite",
+    help: "write a number above 1: 5 is dull, 1000 is polished; a matt surface is `diffuse = [r, g, b]`",
+    holds: |x| x > 1.0 && in_range(x),
+};
+/// The fourth number of `brdf_params`.
+pub(super) const ALPHA: Rule = Rule {
+    words: "must have an alpha of 1 (diffuse) or above 1 (Phong)",
+    help: "write [r, g, b, 1] for a diffuse surface or, say, [r, g, b, 1000] for a Phong one",
+    holds: |x| x >= 1.0 && in_range(x),
+};
+/// A full angle of view.
+pub(super) const VIEW_ANGLE: Rule = Rule {
+    words: "must be between 0 and 180 degrees",
+    help: "write the full angle of view in degrees, such as 45",
+    holds: |x| x > 0.0 && x < 180.0,
+};

@@ -48,7 +48,8 @@ fn eight_lanes_round_as_one_does() {
     for a in packets(&numbers) {
         for b in packets(&numbers) {
             let (wa, wb) = (F32x8::load(&a), F32x8::load(&b));
-            let results: [(&str, F32x8, fn(f32, f32) -> f32); 9] = [
+            type Case = (&'static str, F32x8, fn(f32, f32) -> f32);
+            let results: [Case; 9] = [
                 ("+", wa + wb, |a, b| a + b),
                 ("-", wa - wb, |a, b| a - b),
                 ("*", wa * wb, |a, b| a * b),
@@ -90,13 +91,13 @@ fn eight_lanes_round_as_one_does() {
         }
         let small: [f32; 8] = a.map(|x| if x.abs() < 1e9 { x } else { 7.5 });
         let w = F32x8::load(&small);
-        for i in 0..8 {
-            assert!(same(w.round().lane(i), Lane::round(small[i])));
-            let whole = Lane::round(small[i]);
+        for (i, &x) in small.iter().enumerate() {
+            let whole = Lane::round(x);
+            assert!(same(w.round().lane(i), whole));
             assert_eq!(w.round().to_i32().lane(i), whole.to_i32().0);
             assert!(same(
                 F32x8::from_i32(w.to_bits()).lane(i),
-                <f32 as Lane>::from_i32(Lane::to_bits(small[i]))
+                <f32 as Lane>::from_i32(Lane::to_bits(x))
             ));
         }
     }

@@ -13,10 +13,10 @@ pub fn owen_scramble(x: u32, seed: u32) -> u32 {
     let mut result = 0;
     let mut path = mix(seed ^ 0x9e37_79b9);
     for bit in (0..32).rev() {
-        let digit = x >> bit & 1;
-        result |= (digit ^ path >> 31) << bit;
+        let digit = (x >> bit) & 1;
+        result |= (digit ^ (path >> 31)) << bit;
         // The path is the node of the tree: it depends on the digits of x so far and on the seed.
-        path = mix(path ^ (digit << 16 | bit + 1));
+        path = mix(path ^ ((digit << 16) | (bit + 1)));
     }
     result
 }
@@ -67,7 +67,7 @@ mod tests {
                 let mut seen = vec![false; 1 << depth];
                 for prefix in 0..1_u32 << depth {
                     let a = owen_scramble(prefix << shift, seed) >> shift;
-                    let b = owen_scramble(prefix << shift | (1 << shift) - 1, seed) >> shift;
+                    let b = owen_scramble((prefix << shift) | ((1 << shift) - 1), seed) >> shift;
                     assert_eq!(a, b, "the image of a prefix depends on the prefix alone");
                     assert!(
                         !std::mem::replace(&mut seen[a as usize], true),
@@ -89,7 +89,7 @@ mod tests {
                             let [x, y] = scrambled_point(start + i, pair, 42);
                             let column = if a == 0 { 0 } else { x >> (32 - a) };
                             let row = if a == m { 0 } else { y >> (32 - (m - a)) };
-                            let cell = column << (m - a) | row;
+                            let cell = (column << (m - a)) | row;
                             assert!(
                                 !std::mem::replace(&mut seen[cell as usize], true),
                                 "pair {pair}, m {m}, a {a}"
@@ -108,7 +108,7 @@ mod tests {
             let mut counts = [0_u32; 64];
             for seed in 0..64_000 {
                 let [x, y] = scrambled_point(pass, 3, seed);
-                counts[(x >> 29 << 3 | y >> 29) as usize] += 1;
+                counts[(((x >> 29) << 3) | (y >> 29)) as usize] += 1;
             }
             let chi2: f64 = counts.iter().map(|&c| (f64::from(c) - 1000.0).powi(2) / 1000.0).sum();
             assert!(chi2 < 120.0, "pass {pass}: chi-square {chi2}");

@@ -39,8 +39,8 @@ pub fn sobol_2d(index: u32) -> [u32; 2] {
 /// Point `pass` of the pair `pair` under `seed`, shuffled and scrambled.
 pub fn scrambled_point(pass: u32, pair: u32, seed: u32) -> [u32; 2] {
     let key = mix(mix(seed).wrapping_add(pair.wrapping_mul(0x85eb_ca6b)));
-    // Scrambling the reversed index keeps every aligned block of 2^m indices together.
-    let index = owen_scramble(pass.reverse_bits(), key ^ 0x68bc_21eb).reverse_bits();
+    // A nested scramble of the index maps every aligned run of 2^m indices onto another one.
+    let index = owen_scramble(pass, key ^ 0x68bc_21eb);
     let [a, b] = sobol_2d(index);
     [owen_scramble(a, key ^ 0x02e5_be93), owen_scramble(b, key ^ 0x967a_889b)]
 }

@@ -2,10 +2,10 @@
 
 use super::ShadingPoint;
 use crate::lane::{Lane, Mask};
-use crate::light::SphereLight;
+use crate::light::{Cone, SphereLight};
 use crate::math::elementary::sin_cos_turn;
 use crate::math::{Frame, Vec3};
-use crate::sampling::{Pair, warp};
+use crate::sampling::{Toss, warp};
 
 /// Which density directions are drawn from.
 pub trait Density {
@@ -40,25 +40,31 @@ pub struct Contribution<L: Lane> {
 }
 
 /// Draws one direction for `light` at each active point and weighs it; `None` where no lane gets light by it.
+///
+/// `toss` says which technique a lane takes where the density is an average: heads the BRDF, tails the cone.
 #[inline(always)]
 pub fn sample<L: Lane, D: Density>(
     point: &ShadingPoint<L>,
     light: &SphereLight,
-    numbers: Pair<L::Bits>,
+    toss: Toss<L::Bits>,
     active: L::Mask,
 ) -> Option<Contribution<L>> {
     let cone = light.cone(point.p);
     let bsdf = &point.bsdf;
+    let mut active = active & may_contribute(point, &cone);
+    if active.none() {
+        return None;
+    }
 
-    // Both techniques are "a direction at 1 - cos = t about an axis": the lanes differ by selections only.
-    let (by_brdf, numbers) = if D::MIXED {
-        numbers.coin()
+    // Both techniques are "a direction at 1 - cos = t about an axis". Where a packet mixes them, lanes differ by selections.
+    let (u, v) = toss.pair.unit::<L>();
+    let by_brdf = if D::MIXED {
+        toss.heads & active
     } else {
-        (L::Mask::splat(false), numbers)
+        L::Mask::splat(false)
     };
-    let (u, v) = numbers.unit::<L>();
     let (mut t, mut axis) = (warp::cone(u, cone.omc), cone.axis);
-    if D::MIXED {
+    if by_brdf.any() {
         t = L::select(by_brdf, bsdf.sample(u), t);
         axis = Vec3::select(by_brdf, bsdf.axis(), axis);
     }
@@ -66,8 +72,8 @@ pub fn sample<L: Lane, D: Density>(
     let wi = Frame::about(axis).direction(t, sin_phi, cos_phi);
 
     let (cos_theta, above) = point.above(wi);
-    let mut active = active & above;
-    if D::MIXED {
+    active = active & above;
+    if by_brdf.any() {
         t = L::select(by_brdf, cone.t(wi), t);
         active = active & (!by_brdf | cone.contains(t));
     }
@@ -81,7 +87,7 @@ pub fn sample<L: Lane, D: Density>(
     } else {
         cone.pdf()
     };
-    let active = active & lobe.shape.gt(L::zero());
+    active = active & lobe.shape.gt(L::zero());
     if active.none() {
         return None;
     }
@@ -93,4 +99,23 @@ pub fn sample<L: Lane, D: Density>(
         distance: cone.distance(t),
         ld,
     })
+}
+
+/// Lanes where a direction of the cone can have a value that is not exactly 0: the cone rises above the horizon and
+/// comes close enough to a Phong lobe for `f32` to hold it.
+///
+/// No direction of the cone is farther from its axis than the chord `sqrt(2 omc)`, so no cosine with `n` exceeds
+/// `n·axis + chord` and no chord to `wr` is shorter than `|wr - axis| - chord`. The lobe is `exp(alpha ln(1 - t))`,
+/// `ln(1 - t) <= -t`, and [`exp`](crate::math::elementary::exp) is 0 below −87.34: 90 leaves room for rounding.
+#[inline(always)]
+fn may_contribute<L: Lane>(point: &ShadingPoint<L>, cone: &Cone<L>) -> L::Mask {
+    let bsdf = &point.bsdf;
+    let chord = (cone.omc + cone.omc).sqrt() + L::splat(1e-6);
+    let rises = (bsdf.n.dot(cone.axis) + chord).gt(L::zero());
+    if bsdf.phong.none() {
+        return rises;
+    }
+    let nearest = ((bsdf.wr - cone.axis).length() - chord).max(L::zero());
+    let in_reach = (nearest * nearest * bsdf.alpha).le(L::splat(180.0));
+    rises & (!bsdf.phong | in_reach)
 }

@@ -41,12 +41,13 @@ pub struct Contribution<L: Lane> {
 
 /// Draws one direction for `light` at each active point and weighs it; `None` where no lane gets light by it.
 ///
-/// `toss` says which technique a lane takes where the density is an average: heads the BRDF, tails the cone.
+/// `toss` gives the random numbers, once they are needed, and which technique a lane takes where the density is an average:
+/// heads the BRDF, tails the cone.
 #[inline(always)]
 pub fn sample<L: Lane, D: Density>(
     point: &ShadingPoint<L>,
     light: &SphereLight,
-    toss: Toss<L::Bits>,
+    toss: impl FnOnce() -> Toss<L::Bits>,
     active: L::Mask,
 ) -> Option<Contribution<L>> {
     let cone = light.cone(point.p);
@@ -57,6 +58,7 @@ pub fn sample<L: Lane, D: Density>(
     }
 
     // Both techniques are "a direction at 1 - cos = t about an axis". Where a packet mixes them, lanes differ by selections.
+    let toss = toss();
     let (u, v) = toss.pair.unit::<L>();
     let by_brdf = if D::MIXED {
         toss.heads & active

@@ -68,8 +68,8 @@ impl<const K: usize> Columns<K> {
 pub struct Address<L: Lane> {
     /// Index of the pixel in its tile.
     pub index: L::Bits,
-    /// Number of the pixel in the picture.
-    pub pixel: L::Bits,
+    /// What stands for the pixel among random numbers.
+    pub key: L::Bits,
     /// Pass, counted from the block's first.
     pub pass: L::Bits,
 }
@@ -106,12 +106,12 @@ impl HitStream {
             reach,
             ..
         } = bsdf;
-        let [index, pixel, pass] = [address.index, address.pixel, address.pass].map(L::from_bits);
+        let [index, key, pass] = [address.index, address.key, address.pass].map(L::from_bits);
         self.0.push(
             mask,
             [
                 p.x, p.y, p.z, ng.x, ng.y, ng.z, n.x, n.y, n.z, wr.x, wr.y, wr.z, rho.x, rho.y, rho.z, *alpha, *reach,
-                index, pixel, pass,
+                index, key, pass,
             ],
         );
     }
@@ -136,8 +136,8 @@ impl HitStream {
             bsdf,
         };
         // Behind the tail lies what an earlier, longer stream left: an idle lane's address must still be one.
-        let [index, pixel, pass] = [v[17], v[18], v[19]].map(|x| x.or_zero(mask).to_bits());
-        (mask, point, Address { index, pixel, pass })
+        let [index, key, pass] = [v[17], v[18], v[19]].map(|x| x.or_zero(mask).to_bits());
+        (mask, point, Address { index, key, pass })
     }
 }
 

@@ -15,8 +15,7 @@ mod common;
 
 use std::hint::black_box;
 
-use criterion::measurement::WallTime;
-use criterion::{BenchmarkGroup, BenchmarkId, Criterion, Throughput};
+use criterion::{BenchmarkId, Criterion, Throughput};
 use octolux::bsdf::{Bsdf, diffuse, phong};
 use octolux::estimator::{ShadingPoint, per_light, per_point};
 use octolux::lane::{Bits, F32x8, Lane, Mask};
@@ -31,62 +30,58 @@ use common::{mixed, uniform};
 /// Samples a run: inputs and outputs of the widest function stay below 32 KiB.
 const SAMPLES: usize = 256;
 
-type Group<'a> = BenchmarkGroup<'a, WallTime>;
+/// Outputs of the widest function.
+const OUTPUTS: usize = 7;
 
-/// `K` columns of inputs.
-type Columns<const K: usize> = [Vec<f32>; K];
+/// `K` columns of numbers.
+type Columns<const K: usize> = [[f32; SAMPLES]; K];
 
 fn columns<const K: usize>(f: impl Fn(usize, usize) -> f32) -> Columns<K> {
-    std::array::from_fn(|column| (0..SAMPLES).map(|i| f(column, i)).collect())
+    std::array::from_fn(|column| std::array::from_fn(|i| f(column, i)))
 }
 
-/// One run over all samples; `HELD` keeps LLVM from joining steps.
+/// The inputs of one step; `HELD` keeps LLVM from joining steps. Number by number: an array that went through memory as
+/// a whole may be read back wider than it was written, and the processor would wait for that.
 #[inline(always)]
-fn run<L: Lane, const HELD: bool, const K: usize, const M: usize>(
-    inputs: &Columns<K>,
-    outputs: &mut Columns<M>,
-    f: impl Fn([L; K]) -> [L; M],
-) {
-    for at in (0..SAMPLES).step_by(L::N) {
-        let mut x: [L; K] = std::array::from_fn(|k| L::load(&inputs[k][at..at + L::N]));
-        if HELD {
-            x = black_box(x);
-        }
-        let y = f(x);
-        for (column, value) in outputs.iter_mut().zip(y) {
-            value.store(&mut column[at..at + L::N]);
-        }
+fn load<L: Lane, const HELD: bool, const K: usize>(inputs: &Columns<K>, at: usize) -> [L; K] {
+    std::array::from_fn(|k| {
+        let x = L::load(&inputs[k][at..at + L::N]);
+        if HELD { black_box(x) } else { x }
+    })
+}
+
+/// Keeps the outputs of one step. By index: an iterator by value copies the array to another alignment, and reading it
+/// back across two stores costs ten times what is measured here.
+#[inline(always)]
+fn store<L: Lane, const M: usize>(outputs: &mut Columns<OUTPUTS>, at: usize, y: [L; M]) {
+    for k in 0..M {
+        y[k].store(&mut outputs[k][at..at + L::N]);
     }
 }
 
-/// Registers one kernel at one width.
-fn measure<L: Lane, const HELD: bool, const K: usize, const M: usize>(
-    group: &mut Group,
-    id: (&str, &str),
-    inputs: &Columns<K>,
-    f: impl Fn([L; K]) -> [L; M],
-) {
-    let mut outputs: Columns<M> = columns(|_, _| 0.0);
-    group.throughput(Throughput::Elements(SAMPLES as u64));
-    group.bench_function(BenchmarkId::new(id.0, id.1), |b| {
-        b.iter(|| run::<L, HELD, K, M>(black_box(inputs), black_box(&mut outputs), &f));
-    });
-}
-
-/// One expression at every width: in it, the type `L` is the lane.
+/// One expression at every width: in it, the type `L` is the lane. A macro, not a function of a closure, since LLVM
+/// would leave the larger closures out of line and pass the packets through memory.
 macro_rules! kernel {
     ($group:expr, $name:expr, $inputs:expr, $lane:ident, |$x:pat_param| $body:expr) => {{
         let (name, inputs): (&str, _) = (&$name, $inputs);
-        {
-            type $lane = F32x8;
-            measure::<$lane, true, _, _>($group, (name, "f32x8"), &inputs, |$x| $body);
-        }
-        {
-            type $lane = f32;
-            measure::<$lane, true, _, _>($group, (name, "f32 one by one"), &inputs, |$x| $body);
-            let id = (name, "f32 auto-vectorised where LLVM can");
-            measure::<$lane, false, _, _>($group, id, &inputs, |$x| $body);
-        }
+        kernel!(@ $group, name, "f32x8", inputs, F32x8, true, $lane, |$x| $body);
+        kernel!(@ $group, name, "f32 one by one", inputs, f32, true, $lane, |$x| $body);
+        let vectorised = "f32 auto-vectorised where LLVM can";
+        kernel!(@ $group, name, vectorised, inputs, f32, false, $lane, |$x| $body);
+    }};
+    (@ $group:expr, $name:expr, $width:expr, $inputs:ident, $is:ty, $held:literal, $lane:ident, |$x:pat_param| $body:expr) => {{
+        type $lane = $is;
+        let mut outputs = columns::<OUTPUTS>(|_, _| 0.0);
+        $group.throughput(Throughput::Elements(SAMPLES as u64));
+        $group.bench_function(BenchmarkId::new($name, $width), |b| {
+            b.iter(|| {
+                let (inputs, outputs) = (black_box(&$inputs), black_box(&mut outputs));
+                for at in (0..SAMPLES).step_by(<$lane as Lane>::N) {
+                    let $x = load::<$lane, $held, _>(inputs, at);
+                    store(outputs, at, $body);
+                }
+            });
+        });
     }};
 }
 

@@ -41,12 +41,13 @@ pub struct Contribution<L: Lane> {
 
 /// Draws one direction for `light` at each active point and weighs it; `None` where no lane gets light by it.
 ///
-/// `toss` says which technique a lane takes where the density is an average: heads the BRDF, tails the cone.
+/// `toss` gives the random numbers, once they are needed, and which technique a lane takes where the density is an average:
+/// heads the BRDF, tails the cone.
 #[inline(always)]
 pub fn sample<L: Lane, D: Density>(
     point: &ShadingPoint<L>,
     light: &SphereLight,
-    toss: Toss<L::Bits>,
+    toss: impl FnOnce() -> Toss<L::Bits>,
     active: L::Mask,
 ) -> Option<Contribution<L>> {
     let cone = light.cone(point.p);
@@ -57,6 +58,7 @@ pub fn sample<L: Lane, D: Density>(
     }
 
     // Both techniques are "a direction at 1 - cos = t about an axis". Where a packet mixes them, lanes differ by selections.
+    let toss = toss();
     let (u, v) = toss.pair.unit::<L>();
     let by_brdf = if D::MIXED {
         toss.heads & active
@@ -82,17 +84,18 @@ pub fn sample<L: Lane, D: Density>(
     }
 
     let lobe = bsdf.eval(wi, cos_theta);
-    let pdf = if D::MIXED {
-        (cone.pdf() + lobe.pdf) * L::splat(0.5)
-    } else {
-        cone.pdf()
-    };
     active = active & lobe.shape.gt(L::zero());
     if active.none() {
         return None;
     }
-    let weight = lobe.shape.div_or_zero(pdf, active);
-    let ld = Vec3::splat(light.le).times(bsdf.rho) * weight;
+    // f_cos / pdf with one division: Ω f_cos for the cone alone, 2 Ω f_cos / (1 + Ω p_brdf) for the average.
+    let omega = warp::cone_solid_angle(cone.omc);
+    let weight = if D::MIXED {
+        (omega + omega) * lobe.shape / omega.mul_add(lobe.pdf, L::one())
+    } else {
+        omega * lobe.shape
+    };
+    let ld = Vec3::splat(light.le).times(bsdf.rho) * weight.or_zero(active);
     Some(Contribution {
         active,
         wi,
@@ -102,20 +105,19 @@ pub fn sample<L: Lane, D: Density>(
 }
 
 /// Lanes where a direction of the cone can have a value that is not exactly 0: the cone rises above the horizon and
-/// comes close enough to a Phong lobe for `f32` to hold it.
+/// comes close enough to a Phong lobe for `f32` to hold it. Neither test takes a root or a division.
 ///
-/// No direction of the cone is farther from its axis than the chord `sqrt(2 omc)`, so no cosine with `n` exceeds
-/// `n·axis + chord` and no chord to `wr` is shorter than `|wr - axis| - chord`. The lobe is `exp(alpha ln(1 - t))`,
-/// `ln(1 - t) <= -t`, and [`exp`](crate::math::elementary::exp) is 0 below −87.34: 90 leaves room for rounding.
+/// With `n·axis < 0`, `n·wi` is largest at the rim, where it is at most `n·axis cos + sin`. The chord from the axis to a
+/// direction of the cone is `2 sin(theta / 2) <= sqrt(2) sin(theta)` for a cone of up to a right angle.
 #[inline(always)]
 fn may_contribute<L: Lane>(point: &ShadingPoint<L>, cone: &Cone<L>) -> L::Mask {
     let bsdf = &point.bsdf;
-    let chord = (cone.omc + cone.omc).sqrt() + L::splat(1e-6);
-    let rises = (bsdf.n.dot(cone.axis) + chord).gt(L::zero());
+    let highest = bsdf.n.dot(cone.axis).mul_add(L::one() - cone.omc, cone.sine);
+    let rises = highest.gt(L::splat(-1e-6)) | cone.inside;
     if bsdf.phong.none() {
         return rises;
     }
-    let nearest = ((bsdf.wr - cone.axis).length() - chord).max(L::zero());
-    let in_reach = (nearest * nearest * bsdf.alpha).le(L::splat(180.0));
-    rises & (!bsdf.phong | in_reach)
+    let reach = cone.sine.mul_add(L::splat(1.415), bsdf.reach);
+    let near = (bsdf.wr - cone.axis).length_squared().le(reach * reach) | cone.inside;
+    rises & (!bsdf.phong | near)
 }

@@ -68,15 +68,15 @@ impl<const K: usize> Columns<K> {
 pub struct Address<L: Lane> {
     /// Index of the pixel in its tile.
     pub index: L::Bits,
-    /// Number of the pixel in the picture.
-    pub pixel: L::Bits,
+    /// What stands for the pixel among random numbers.
+    pub key: L::Bits,
     /// Pass, counted from the block's first.
     pub pass: L::Bits,
 }
 
 /// Shading points that wait for light.
 #[derive(Debug)]
-pub struct HitStream(Columns<19>);
+pub struct HitStream(Columns<20>);
 
 impl HitStream {
     /// Room for the points of a chunk.
@@ -98,13 +98,20 @@ impl HitStream {
     #[inline(always)]
     pub fn push<L: Lane>(&mut self, mask: L::Mask, point: &ShadingPoint<L>, address: &Address<L>) {
         let ShadingPoint { p, ng, bsdf } = point;
-        let Bsdf { n, wr, rho, alpha, .. } = bsdf;
-        let [index, pixel, pass] = [address.index, address.pixel, address.pass].map(L::from_bits);
+        let Bsdf {
+            n,
+            wr,
+            rho,
+            alpha,
+            reach,
+            ..
+        } = bsdf;
+        let [index, key, pass] = [address.index, address.key, address.pass].map(L::from_bits);
         self.0.push(
             mask,
             [
-                p.x, p.y, p.z, ng.x, ng.y, ng.z, n.x, n.y, n.z, wr.x, wr.y, wr.z, rho.x, rho.y, rho.z, *alpha, index,
-                pixel, pass,
+                p.x, p.y, p.z, ng.x, ng.y, ng.z, n.x, n.y, n.z, wr.x, wr.y, wr.z, rho.x, rho.y, rho.z, *alpha, *reach,
+                index, key, pass,
             ],
         );
     }
@@ -121,6 +128,7 @@ impl HitStream {
             rho: vector(12),
             alpha,
             phong: alpha.gt(L::one()) & mask,
+            reach: v[16],
         };
         let point = ShadingPoint {
             p: vector(0),
@@ -128,8 +136,8 @@ impl HitStream {
             bsdf,
         };
         // Behind the tail lies what an earlier, longer stream left: an idle lane's address must still be one.
-        let [index, pixel, pass] = [v[16], v[17], v[18]].map(|x| x.or_zero(mask).to_bits());
-        (mask, point, Address { index, pixel, pass })
+        let [index, key, pass] = [v[17], v[18], v[19]].map(|x| x.or_zero(mask).to_bits());
+        (mask, point, Address { index, key, pass })
     }
 }
 

@@ -5,7 +5,7 @@
 //! digital shift keeps every net property and makes each number uniform and pixels independent of each other, at the
 //! price of one hash; hashing the scramble in every lane costs about eight times as much.
 
-use super::hash::{mix, pcg4d};
+use super::hash::{mix, mix_lanes, pcg4d};
 use super::sobol::scrambled_point;
 use crate::lane::{Bits, Lane, Mask};
 use crate::settings::SamplerKind;
@@ -64,14 +64,24 @@ impl PassBlock {
         }
     }
 
-    /// The numbers of pair `pair`; `pass` counts from the block's first.
+    /// What stands for a pixel in the addresses below: computed once a sample.
     #[inline(always)]
-    pub fn pair<B: Bits>(&self, pixel: B, pass: B, pair: u32) -> Pair<B> {
+    pub fn key<B: Bits>(&self, pixel: B) -> B {
         if self.table.is_empty() {
-            return self.independent(pixel, pass, pair);
+            return pixel;
+        }
+        let [key, ..] = pcg4d([pixel, B::splat(self.seed), B::splat(0x5bd1_e995), B::splat(0x1b87_3593)]);
+        key
+    }
+
+    /// The numbers of pair `pair` for the pixels of `key`; `pass` counts from the block's first.
+    #[inline(always)]
+    pub fn pair<B: Bits>(&self, key: B, pass: B, pair: u32) -> Pair<B> {
+        if self.table.is_empty() {
+            return self.independent(key, pass, pair);
         }
         let Pair(a, b) = self.points(pass, pair);
-        let [sa, sb] = self.shift(pixel, pair);
+        let [sa, sb] = shift(key, pair);
         Pair(a ^ sa, b ^ sb)
     }
 
@@ -81,13 +91,13 @@ impl PassBlock {
     /// the pixels of a `group` share it, so that packets seldom mix techniques. (The first two passes do without: a picture
     /// of one pass would show the groups.) Each coin is fair and independent of the numbers that come with it.
     #[inline(always)]
-    pub fn toss<B: Bits>(&self, pixel: B, pass: B, pair: u32, group: u32) -> Toss<B> {
+    pub fn toss<B: Bits>(&self, key: B, pass: B, pair: u32, group: u32) -> Toss<B> {
         let (heads, Pair(a, b)) = if self.table.is_empty() {
-            let numbers = self.independent(pixel, pass, pair);
+            let numbers = self.independent(key, pass, pair);
             (numbers.0.top_bit(), numbers)
         } else {
             let Pair(a, b) = self.points(pass, pair);
-            let [sa, sb] = self.shift(pixel, pair);
+            let [sa, sb] = shift(key, pair);
             let coin = if self.first < 2 {
                 sa
             } else {
@@ -123,18 +133,13 @@ impl PassBlock {
             B::from_fn(|i| row[pass.lane(i) as usize][1]),
         )
     }
+}
 
-    /// The digital shift of each lane's pixel.
-    #[inline(always)]
-    fn shift<B: Bits>(&self, pixel: B, pair: u32) -> [B; 2] {
-        let [a, b, ..] = pcg4d([
-            pixel,
-            B::splat(0x8000_0000 | pair),
-            B::splat(self.seed),
-            B::splat(0x5bd1_e995),
-        ]);
-        [a, b]
-    }
+/// The digital shift of a pixel for a pair: two words mixed from the pixel's key.
+#[inline(always)]
+fn shift<B: Bits>(key: B, pair: u32) -> [B; 2] {
+    let a = mix_lanes(key ^ B::splat(mix(pair ^ 0x68bc_21eb)));
+    [a, mix_lanes(a ^ B::splat(0x02e5_be93))]
 }
 
 #[cfg(test)]
@@ -148,7 +153,7 @@ mod tests {
         let mut counts = [0_u32; 256];
         for pixel in 0..4096 {
             for pass in 0..4 {
-                let bits = block.pair(Word(pixel), Word(pass), 2);
+                let bits = block.pair(block.key(Word(pixel)), Word(pass), 2);
                 let (x, y) = bits.unit::<f32>();
                 counts[(x * 16.0) as usize * 16 + (y * 16.0) as usize] += 1;
             }
@@ -174,8 +179,8 @@ mod tests {
             let short = PassBlock::new(kind, 9, 16, 8, 4);
             for pixel in [0, 77, 1 << 20] {
                 for pass in 16..24 {
-                    let Pair(a, b) = long.pair(Word(pixel), Word(pass), 3);
-                    let Pair(c, d) = short.pair(Word(pixel), Word(pass - 16), 3);
+                    let Pair(a, b) = long.pair(long.key(Word(pixel)), Word(pass), 3);
+                    let Pair(c, d) = short.pair(short.key(Word(pixel)), Word(pass - 16), 3);
                     assert_eq!((a, b), (c, d));
                     let wide = short.pair(U32x8::splat(pixel), U32x8::from_fn(|i| (pass - 16 + i as u32) % 8), 3);
                     assert_eq!((wide.0.lane(0), wide.1.lane(0)), (a.0, b.0));
@@ -211,7 +216,7 @@ mod tests {
                 let block = PassBlock::new(kind, 11, if pass == 0 { 0 } else { 8 }, 8, 3);
                 let mut counts = [0_u32; 8];
                 for group in 0..80_000 {
-                    let toss = block.toss(Word(group * 31), Word(pass), 2, group);
+                    let toss = block.toss(block.key(Word(group * 31)), Word(pass), 2, group);
                     let cell = (u32::from(toss.heads) << 2) | ((toss.pair.0.0 >> 31) << 1) | (toss.pair.1.0 >> 31);
                     counts[cell as usize] += 1;
                 }

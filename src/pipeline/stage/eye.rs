@@ -64,7 +64,8 @@ pub fn trace<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
             pass += 1;
         }
 
-        let (u, v) = chunk.numbers.pair(pixel, passes, pairs::PIXEL).unit::<L>();
+        let key = chunk.numbers.key(pixel);
+        let (u, v) = chunk.numbers.pair(key, passes, pairs::PIXEL).unit::<L>();
         let direction = chunk.world.camera.direction(x + u, y + v);
         let ray = Ray {
             origin: Vec3::zero(),
@@ -81,7 +82,7 @@ pub fn trace<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
                 direction,
                 &Address {
                     index,
-                    pixel,
+                    key,
                     pass: passes,
                 },
             );

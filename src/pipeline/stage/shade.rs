@@ -18,7 +18,7 @@ pub fn lights<L: TraceLane, D: per_light::Density>(chunk: &mut Chunk, scratch: &
         for stream in hits.iter() {
             for at in (0..stream.len()).step_by(L::N) {
                 let (active, point, address) = stream.packet::<L>(at);
-                let toss = chunk.numbers.toss(address.pixel, address.pass, pairs::light(i), group);
+                let toss = || chunk.numbers.toss(address.key, address.pass, pairs::light(i), group);
                 let Some(found) = per_light::sample::<L, D>(&point, light, toss, active) else {
                     continue;
                 };
@@ -43,7 +43,7 @@ pub fn directions<L: TraceLane, D: per_point::Density>(chunk: &mut Chunk, scratc
     for stream in hits.iter() {
         for at in (0..stream.len()).step_by(L::N) {
             let (active, point, address) = stream.packet::<L>(at);
-            let numbers = chunk.numbers.pair(address.pixel, address.pass, pairs::DIRECTION);
+            let numbers = chunk.numbers.pair(address.key, address.pass, pairs::DIRECTION);
             let Some(found) = per_point::sample::<L, D>(&point, numbers, active) else {
                 continue;
             };

@@ -8,7 +8,7 @@
 
 mod proof;
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 use glam::DVec3;
 use octolux::pipeline::Settings;
@@ -21,9 +21,11 @@ use proof::stats::integrate;
 
 const SEEDS: u32 = 32;
 
-/// What single precision may lose, relative: `rho`, `Le`, the light's place and radius are rounded (6e-8 each), and a
-/// weight takes some ten operations. Far below any standard error here but in the scenes without noise.
-const ROUNDING: f64 = 2e-6;
+/// What single precision may lose, relative. `rho`, `Le`, the light's place and radius are rounded (6e-8 each) and a
+/// weight takes some ten operations; more than all of that is that shading points stand 32 half-ulps of their mesh's
+/// reach off the surface. In `sphere-overhead` that is 7.6e-6 towards a light at distance 4, whose irradiance is then
+/// 3.8e-6 too large: measured as +3.88e-6 +- 0.005e-6 with `light`.
+const ROUNDING: f64 = 5e-6;
 
 /// The scenes of `scenes/tests`, with the answer in the first line.
 fn scenes() -> Vec<(Scene, [f64; 3])> {
@@ -85,7 +87,7 @@ fn test_scenes_have_the_answers_they_state_by_independent_numbers() {
 /// proportional to the whole integrand: every pixel of every pass is the answer, to the rounding of single precision.
 #[test]
 fn noise_free_scenes_are_exact_in_every_pixel() {
-    use EstimatorKind::{Brdf, Mis};
+    use EstimatorKind::Brdf;
     for (scene, answer) in scenes() {
         let exact: Vec<EstimatorKind> = match scene.name.as_str() {
             "emitter-seen" | "miss" | "shadow" | "square-seen" => estimators(&scene),
@@ -104,7 +106,6 @@ fn noise_free_scenes_are_exact_in_every_pixel() {
             assert!(wrong == 0, "{wrong} pixels differ from {answer:?}: {}", leave(&picture, &name));
         }
     }
-    let _ = Mis;
 }
 
 /// A Phong plate in the plane z = 0 under a light, seen from `tilt` off its normal through a film of 2e-5 degrees.
@@ -114,7 +115,7 @@ fn plate(alpha: f64, tilt: f64, lights: Vec<Sphere>) -> Scene {
         name: format!("plate of {alpha}"),
         path: "plate.toml".into(),
         camera: Camera {
-            origin: 2.0 * DVec3::new(tilt.sin(), 0.0, tilt.cos()),
+            origin: 0.5 * DVec3::new(tilt.sin(), 0.0, tilt.cos()),
             target: DVec3::ZERO,
             up: DVec3::Y,
             fov: Fov::X(2e-5),
@@ -163,7 +164,7 @@ fn phong_lobes_have_the_integral_that_quadrature_finds() {
     let le = DVec3::new(2.0, 3.0, 5.0);
     let mut quadratures: Vec<(Scene, f64, f64)> = vec![];
     for alpha in [1.5, 3.0, 30.0, 1e3, 3e4, 1e6_f64] {
-        for tilt in [0.0, 0.7] {
+        for tilt in [0.0, 0.7_f64] {
             let wr = DVec3::new(-tilt.sin(), 0.0, tilt.cos());
             // The lobe falls to 1/e at this angle; the light is twice as wide, and its centre half as far off.
             let width = (2.0 / alpha).sqrt().min(0.5);
@@ -203,7 +204,7 @@ fn phong_lobes_have_the_integral_that_quadrature_finds() {
 fn a_white_furnace_gives_nothing_away() {
     let mut family = Family::new("furnace");
     for alpha in [1.001, 2.0, 20.0, 1e4] {
-        for tilt in [0.2, 1.0, 1.5] {
+        for tilt in [0.2, 1.0, 1.5_f64] {
             let around = Sphere {
                 center: DVec3::new(0.5, 0.2, 0.1),
                 radius: 9.0,
@@ -223,5 +224,4 @@ fn a_white_furnace_gives_nothing_away() {
         }
     }
     family.judge();
-    let _ = PI;
 }

@@ -30,7 +30,10 @@ const ROUNDING: f64 = 5e-6;
 /// The scenes of `scenes/tests`, with the answer in the first line.
 fn scenes() -> Vec<(Scene, [f64; 3])> {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/tests");
-    let mut paths: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let mut paths: Vec<_> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .collect();
     paths.sort();
     paths
         .iter()
@@ -59,9 +62,14 @@ fn every_test_scene(sampler: SamplerKind, table: &'static str) {
     let mut family = Family::new(table);
     for (scene, answer) in scenes() {
         for estimator in estimators(&scene) {
-            let Some(passes) = passes(&scene, estimator) else { continue };
+            let Some(passes) = passes(&scene, estimator) else {
+                continue;
+            };
             let FilmSize { width, height } = scene.film;
-            let settings = Settings { sampler, ..settings(width, height, estimator) };
+            let settings = Settings {
+                sampler,
+                ..settings(width, height, estimator)
+            };
             let runs = Runs::new(&scene, settings, passes, 1, SEEDS);
             for (channel, (found, answer)) in runs.estimates(1, 1).into_iter().zip(answer).enumerate() {
                 let answer = Estimate::exact(answer);
@@ -103,7 +111,11 @@ fn noise_free_scenes_are_exact_in_every_pixel() {
             });
             let wrong = wrong.count();
             let name = format!("exact-{}-{}", scene.name, estimator.name());
-            assert!(wrong == 0, "{wrong} pixels differ from {answer:?}: {}", leave(&picture, &name));
+            assert!(
+                wrong == 0,
+                "{wrong} pixels differ from {answer:?}: {}",
+                leave(&picture, &name)
+            );
         }
     }
 }
@@ -124,11 +136,19 @@ fn plate(alpha: f64, tilt: f64, lights: Vec<Sphere>) -> Scene {
         render: RenderTable::default(),
         materials: vec![Material {
             name: "phong".into(),
-            bsdf: Bsdf::Phong { rho: DVec3::new(0.5, 0.25, 1.0), alpha },
+            bsdf: Bsdf::Phong {
+                rho: DVec3::new(0.5, 0.25, 1.0),
+                alpha,
+            },
         }],
         spheres: lights,
         meshes: vec![Mesh {
-            vertices: vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)],
+            vertices: vec![
+                corner(-1.0, -1.0),
+                corner(1.0, -1.0),
+                corner(1.0, 1.0),
+                corner(-1.0, 1.0),
+            ],
             triangles: vec![[0, 1, 2], [0, 2, 3]],
             normals: None,
             surface: Surface::Material(0),
@@ -170,12 +190,24 @@ fn phong_lobes_have_the_integral_that_quadrature_finds() {
             let width = (2.0 / alpha).sqrt().min(0.5);
             let axis = (wr + DVec3::Y * (0.5 * width).tan() + DVec3::X * 0.3 * width).normalize();
             let (distance, sine) = (3.0, (1.2 * width).sin());
-            let sphere = |center: DVec3, radius: f64| Sphere { center, radius, surface: Surface::Emission(le) };
+            let sphere = |center: DVec3, radius: f64| Sphere {
+                center,
+                radius,
+                surface: Surface::Emission(le),
+            };
             let omc = sine * sine / (1.0 + (1.0 - sine * sine).sqrt());
             let light = sphere(distance * axis, distance * sine);
-            quadratures.push((plate(alpha, tilt, vec![light]), alpha, lobe_in_cone(alpha, wr, axis, omc)));
+            quadratures.push((
+                plate(alpha, tilt, vec![light]),
+                alpha,
+                lobe_in_cone(alpha, wr, axis, omc),
+            ));
             let around = sphere(DVec3::new(0.5, 0.2, 0.1), 9.0);
-            quadratures.push((plate(alpha, tilt, vec![around]), alpha, lobe_in_cone(alpha, wr, wr, 2.0)));
+            quadratures.push((
+                plate(alpha, tilt, vec![around]),
+                alpha,
+                lobe_in_cone(alpha, wr, wr, 2.0),
+            ));
         }
     }
     for (i, (scene, alpha, integral)) in quadratures.into_iter().enumerate() {
@@ -190,7 +222,11 @@ fn phong_lobes_have_the_integral_that_quadrature_finds() {
             for (channel, found) in runs.estimates(1, 1).into_iter().take(3).enumerate() {
                 let answer = Estimate::exact([0.5, 0.25, 1.0][channel] * le[channel] * integral);
                 let place = if i % 2 == 0 { "half covered" } else { "inside" };
-                let what = format!("{} {place}, row {i}, {} channel {channel}", scene.name, estimator.name());
+                let what = format!(
+                    "{} {place}, row {i}, {} channel {channel}",
+                    scene.name,
+                    estimator.name()
+                );
                 family.add(found.p(answer, slack), format!("{what}: {}", found.against(answer)));
             }
         }

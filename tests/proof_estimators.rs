@@ -29,10 +29,17 @@ const ROUNDING: f64 = 1e-5;
 /// Compares all pairs of `[uniform, light, brdf, mis]`, each with its passes a seed (0: left out), and each with the
 /// oracle of `spp` samples a pixel.
 fn agree(scene: &Scene, table: &'static str, passes: [u32; 4], spp: u32) {
-    let film = FilmSize { width: WIDTH, height: HEIGHT };
+    let film = FilmSize {
+        width: WIDTH,
+        height: HEIGHT,
+    };
     let oracle = reference::render(scene, film, spp, 99, &|_| ());
     let mut columns = vec![("oracle", oracle_estimates(&oracle, COLUMNS, ROWS), oracle.to_picture())];
-    for (estimator, passes) in EstimatorKind::ALL.into_iter().zip(passes).filter(|(_, passes)| *passes > 0) {
+    for (estimator, passes) in EstimatorKind::ALL
+        .into_iter()
+        .zip(passes)
+        .filter(|(_, passes)| *passes > 0)
+    {
         let runs = Runs::new(scene, settings(WIDTH, HEIGHT, estimator), passes, 1, SEEDS);
         columns.push((estimator.name(), runs.estimates(COLUMNS, ROWS), runs.mean_picture()));
     }
@@ -71,7 +78,12 @@ fn softened(mut scene: Scene) -> Scene {
 
 #[test]
 fn the_four_and_the_oracle_agree_under_large_lights() {
-    agree(&load("large-lights.toml"), "agree-large-lights", [256, 64, 128, 64], 1024);
+    agree(
+        &load("large-lights.toml"),
+        "agree-large-lights",
+        [256, 64, 128, 64],
+        1024,
+    );
 }
 
 #[test]
@@ -91,7 +103,12 @@ fn light_brdf_mis_and_the_oracle_agree_on_veachs_plates() {
 
 #[test]
 fn the_four_and_the_oracle_agree_on_veachs_plates_made_duller() {
-    agree(&softened(load("veach-mis.toml")), "agree-veach-soft", [1024, 64, 512, 64], 1024);
+    agree(
+        &softened(load("veach-mis.toml")),
+        "agree-veach-soft",
+        [1024, 64, 512, 64],
+        1024,
+    );
 }
 
 #[test]
@@ -101,7 +118,12 @@ fn light_mis_and_the_oracle_agree_on_many_spheres() {
 
 #[test]
 fn the_four_and_the_oracle_agree_on_many_spheres_made_duller() {
-    agree(&softened(load("many-spheres.toml")), "agree-many-soft", [1024, 32, 512, 32], 512);
+    agree(
+        &softened(load("many-spheres.toml")),
+        "agree-many-soft",
+        [1024, 32, 512, 32],
+        512,
+    );
 }
 
 /// The means of two ways to render, over the film and its parts, as tests of one family.
@@ -123,9 +145,18 @@ fn means_move_with_neither_seed_nor_sampler_nor_film() {
             let plain = settings(WIDTH, HEIGHT, estimator);
             let runs = |settings, passes, first| Runs::new(&scene, settings, passes, first, SEEDS);
             let first = runs(plain, 64, 1);
-            let independent = Settings { sampler: SamplerKind::Independent, ..plain };
-            let one_chunk = Settings { film: FilmSize { width: 4, height: 3 }, ..plain };
-            let larger = Settings { film: FilmSize { width: 48, height: 36 }, ..plain };
+            let independent = Settings {
+                sampler: SamplerKind::Independent,
+                ..plain
+            };
+            let one_chunk = Settings {
+                film: FilmSize { width: 4, height: 3 },
+                ..plain
+            };
+            let larger = Settings {
+                film: FilmSize { width: 48, height: 36 },
+                ..plain
+            };
             let what = |other| format!("{name} {} {other}", estimator.name());
             unmoved(&mut family, &what("other seeds"), &first, &runs(plain, 64, 1001));
             unmoved(&mut family, &what("independent"), &first, &runs(independent, 64, 1));
@@ -146,7 +177,10 @@ fn means_do_not_move_with_the_number_of_passes() {
     for estimator in EstimatorKind::ALL {
         for sampler in SamplerKind::ALL {
             for half in [16, 64] {
-                let settings = Settings { sampler, ..settings(WIDTH, HEIGHT, estimator) };
+                let settings = Settings {
+                    sampler,
+                    ..settings(WIDTH, HEIGHT, estimator)
+                };
                 let mut differences = Runs::new(&scene, settings, 2 * half, 500, SEEDS);
                 let first = Runs::new(&scene, settings, half, 500, SEEDS);
                 for (both, first) in differences.pictures.iter_mut().zip(&first.pictures) {
@@ -155,10 +189,17 @@ fn means_do_not_move_with_the_number_of_passes() {
                         *x = 2.0 * (*x - a);
                     }
                 }
-                for (found, name) in differences.estimates(COLUMNS, ROWS).into_iter().zip(names(COLUMNS, ROWS)) {
+                for (found, name) in differences
+                    .estimates(COLUMNS, ROWS)
+                    .into_iter()
+                    .zip(names(COLUMNS, ROWS))
+                {
                     let what = format!("{} {} {half} passes, {name}", estimator.name(), sampler.name());
                     let error = found.variance.sqrt();
-                    family.add(found.p(Estimate::exact(0.0), 0.0), format!("{what}: {:e} +- {error:e}", found.mean));
+                    family.add(
+                        found.p(Estimate::exact(0.0), 0.0),
+                        format!("{what}: {:e} +- {error:e}", found.mean),
+                    );
                 }
             }
         }

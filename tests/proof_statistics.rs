@@ -47,7 +47,10 @@ fn p_values_are_uniform_where_there_is_nothing_to_find() {
         };
         let (a, b) = (Estimate::of(&values()), Estimate::of(&values()));
         student.push(a.p(b, 0.0));
-        let shifted = Estimate { mean: a.mean + 6.0 * (a.variance + b.variance).sqrt(), ..a };
+        let shifted = Estimate {
+            mean: a.mean + 6.0 * (a.variance + b.variance).sqrt(),
+            ..a
+        };
         assert!(shifted.p(b, 0.0) < 0.05, "{shifted:?} {b:?}");
         let mut counts = [0.0; 20];
         (0..2000).for_each(|_| counts[rng.random_range(0..20)] += 1.0);

@@ -61,7 +61,10 @@ impl Polar {
 
     fn of(&self, wi: DVec3) -> (f64, f64) {
         let azimuth = wi.dot(self.tangents[1]).atan2(wi.dot(self.tangents[0]));
-        ((wi.normalize() - self.axis).length_squared() / 2.0, (azimuth / TAU).rem_euclid(1.0))
+        (
+            (wi.normalize() - self.axis).length_squared() / 2.0,
+            (azimuth / TAU).rem_euclid(1.0),
+        )
     }
 
     fn direction(&self, t: f64, turn: f64) -> DVec3 {
@@ -85,16 +88,22 @@ fn expectations(
     let share = |cell: usize| {
         let (row, column) = (cell / COLUMNS, (cell % COLUMNS) as f64);
         integrate_row(row, ROWS, pieces, quantile, &|t| {
-            integrate(column / COLUMNS as f64, (column + 1.0) / COLUMNS as f64, pieces, |turn| {
-                TAU * density(polar.direction(t, turn))
-            })
+            integrate(
+                column / COLUMNS as f64,
+                (column + 1.0) / COLUMNS as f64,
+                pieces,
+                |turn| TAU * density(polar.direction(t, turn)),
+            )
         })
     };
     (0..ROWS * COLUMNS).map(|i| f64::from(DRAWS) * share(i)).collect()
 }
 
 fn lobes<L: Lane>(family: &mut Family) {
-    for (i, alpha) in [1.0, 1.5, 2.0, 5.0, 20.0, 300.0, 1e4, 1e5, 1e6_f64].into_iter().enumerate() {
+    for (i, alpha) in [1.0, 1.5, 2.0, 5.0, 20.0, 300.0, 1e4, 1e5, 1e6_f64]
+        .into_iter()
+        .enumerate()
+    {
         for (j, tilt) in [0.0, 0.6, 1.4].into_iter().enumerate() {
             let bsdf = point::<L>(alpha, tilt).bsdf;
             let polar = Polar::about(bsdf.axis().lane(0));
@@ -115,7 +124,10 @@ fn lobes<L: Lane>(family: &mut Family) {
                 f64::from(bsdf.eval(wi, bsdf.n.dot(wi)).pdf.lane(L::N - 1))
             });
             let test = chi_square(&counts, &expected);
-            family.add(test.p, format!("alpha {alpha} seen at {tilt} in {} lanes: {test:?}", L::N));
+            family.add(
+                test.p,
+                format!("alpha {alpha} seen at {tilt} in {} lanes: {test:?}", L::N),
+            );
         }
     }
 }
@@ -191,7 +203,11 @@ fn mixtures<L: Lane, D: per_light::Density>(family: &mut Family, seed: u32) {
                 return 0.0;
             }
             let cone = f64::from(cone.pdf().lane(0));
-            if D::MIXED { (cone + f64::from(lobe.pdf.lane(0))) / 2.0 } else { cone }
+            if D::MIXED {
+                (cone + f64::from(lobe.pdf.lane(0))) / 2.0
+            } else {
+                cone
+            }
         });
         // What brings nothing is a cell too: below the horizon, beside the light.
         counts.push(f64::from(DRAWS) - counts.iter().sum::<f64>());
@@ -245,27 +261,45 @@ fn a_sample_of_a_light_weighs_f_cos_over_pdf() {
             let light = light(&point, sine, off, dip);
             let numbers = PassBlock::new(SamplerKind::Sobol, 5, 0, 1, LIGHTS.len() as u32);
             let ratio = f64::from(light.radius) / wide(light.center).length();
-            let omc = if ratio < 1.0 { ratio * ratio / (1.0 + (1.0 - ratio * ratio).sqrt()) } else { 2.0 };
+            let omc = if ratio < 1.0 {
+                ratio * ratio / (1.0 + (1.0 - ratio * ratio).sqrt())
+            } else {
+                2.0
+            };
             // Where the light fills the sky, the cosine of its rim is a difference of nearly equal numbers.
             let rim = if ratio < 1.0 { 3e-7 / (1.0 - ratio) } else { 0.0 };
             let mut samples = 0;
             for pixel in 0..4096 {
                 let numbers = numbers.pair(octolux::lane::Word(pixel), octolux::lane::Word(0), i as u32);
-                let Some(found) = per_light::sample::<f32, D>(&point, &light, numbers, true) else { continue };
+                let Some(found) = per_light::sample::<f32, D>(&point, &light, numbers, true) else {
+                    continue;
+                };
                 let wi = wide(found.wi.lane(0));
                 let cos_theta = wi.dot(wide(point.bsdf.n.lane(0)));
                 let (lobe, error) = lobe_and_error(&point, wi);
                 let cone = 1.0 / (TAU * omc);
-                let (shape, lobe) = if alpha == 1.0 { (cos_theta / PI, cos_theta / PI) } else { (lobe * cos_theta, lobe) };
+                let (shape, lobe) = if alpha == 1.0 {
+                    (cos_theta / PI, cos_theta / PI)
+                } else {
+                    (lobe * cos_theta, lobe)
+                };
                 let weight = shape / if D::MIXED { (cone + lobe) / 2.0 } else { cone };
                 let error = error + rim + 2e-7 / cos_theta;
                 for (channel, ld) in found.ld.lane(0).into_iter().enumerate() {
                     let truth = f64::from(light.le[channel]) * f64::from(RHO[channel]) * weight;
-                    compare(ld, truth, error, &format!("sin {sine}, alpha {alpha}, mixed {}", D::MIXED));
+                    compare(
+                        ld,
+                        truth,
+                        error,
+                        &format!("sin {sine}, alpha {alpha}, mixed {}", D::MIXED),
+                    );
                 }
                 samples += 1;
             }
-            assert!(samples > 400, "sin {sine}, alpha {alpha}: only {samples} samples to check");
+            assert!(
+                samples > 400,
+                "sin {sine}, alpha {alpha}: only {samples} samples to check"
+            );
         }
     }
     check::<per_light::Average>();
@@ -287,22 +321,39 @@ fn a_sample_of_the_point_weighs_f_cos_over_pdf() {
                 let wi = wide(found.wi.lane(0));
                 let cos_theta = wi.dot(wide(point.bsdf.n.lane(0)));
                 let (lobe, error) = lobe_and_error(&point, wi);
-                let (shape, lobe) = if alpha == 1.0 { (cos_theta / PI, cos_theta / PI) } else { (lobe * cos_theta, lobe) };
+                let (shape, lobe) = if alpha == 1.0 {
+                    (cos_theta / PI, cos_theta / PI)
+                } else {
+                    (lobe * cos_theta, lobe)
+                };
                 let weight = if i == 0 { shape / lobe } else { shape * 4.0 * PI };
                 let error = 2e-7 / cos_theta + if i == 0 { 1e-6 } else { error };
                 for (rho, value) in RHO.into_iter().zip(found.throughput.lane(0)) {
-                    compare(value, f64::from(rho) * weight, error, &format!("alpha {alpha}, strategy {i}"));
+                    compare(
+                        value,
+                        f64::from(rho) * weight,
+                        error,
+                        &format!("alpha {alpha}, strategy {i}"),
+                    );
                 }
                 // The shortcut that cancels the density is the quotient of what the model says.
                 let eval = point.bsdf.eval(found.wi, point.bsdf.n.dot(found.wi));
                 if i == 0 && eval.pdf > 1e-30 {
                     let quotient = f64::from(eval.shape) / f64::from(eval.pdf);
-                    compare(point.bsdf.weight(cos_theta as f32), quotient, 1e-6 + 2e-7 / cos_theta, "weight");
+                    compare(
+                        point.bsdf.weight(cos_theta as f32),
+                        quotient,
+                        1e-6 + 2e-7 / cos_theta,
+                        "weight",
+                    );
                 }
                 samples[i] += 1;
             }
         }
         // A lobe of 1e6 seen through the whole sphere underflows nearly everywhere.
-        assert!(samples[0] > 2000 && (samples[1] > 0 || alpha > 1e5), "alpha {alpha}: {samples:?} samples to check");
+        assert!(
+            samples[0] > 2000 && (samples[1] > 0 || alpha > 1e5),
+            "alpha {alpha}: {samples:?} samples to check"
+        );
     }
 }

@@ -45,7 +45,12 @@ fn cases<L: Lane>() -> Vec<Case<L>> {
         },
     ];
     let sines = [1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 0.01, 0.1, 0.5, 0.9, 0.999, 1.0_f64];
-    let cones = sines.map(|sine| (format!("cone of sin {sine}"), sine * sine / (1.0 + (1.0 - sine * sine).sqrt())));
+    let cones = sines.map(|sine| {
+        (
+            format!("cone of sin {sine}"),
+            sine * sine / (1.0 + (1.0 - sine * sine).sqrt()),
+        )
+    });
     for (name, omc) in cones.into_iter().chain([("cone from inside".into(), 2.0)]) {
         cases.push(Case {
             name,
@@ -109,8 +114,13 @@ fn what_warps_draw_has_the_density_beside_them() {
 #[test]
 fn densities_integrate_to_one() {
     for (scalar, wide) in cases::<f32>().into_iter().zip(cases::<F32x8>()) {
-        for (case, density, quantile) in [("1 lane", scalar.density, scalar.quantile), ("8", wide.density, wide.quantile)] {
-            let total: f64 = (0..100).map(|row| integrate_row(row, 100, 4, &quantile, &density)).sum();
+        for (case, density, quantile) in [
+            ("1 lane", scalar.density, scalar.quantile),
+            ("8", wide.density, wide.quantile),
+        ] {
+            let total: f64 = (0..100)
+                .map(|row| integrate_row(row, 100, 4, &quantile, &density))
+                .sum();
             let error = total * std::f64::consts::TAU - 1.0;
             assert!(error.abs() < 1e-6, "{}, {case}: integral off by {error:e}", scalar.name);
         }
@@ -129,7 +139,10 @@ fn the_mean_of_a_lobe_is_one_over_alpha_plus_two() {
             .collect();
         let estimate = proof::runs::Estimate::of(&draws);
         let truth = proof::runs::Estimate::exact(1.0 / (f64::from(alpha) + 2.0));
-        family.add(estimate.p(truth, 0.0), format!("alpha {alpha}: {}", estimate.against(truth)));
+        family.add(
+            estimate.p(truth, 0.0),
+            format!("alpha {alpha}: {}", estimate.against(truth)),
+        );
     }
     family.judge();
 }

@@ -32,7 +32,11 @@ impl Family {
 
     /// Writes the table, worst rows first, and panics with its name if any row is beyond chance.
     pub fn judge(mut self) {
-        assert!(!self.rows.is_empty(), "{}: a family without tests proves nothing", self.name);
+        assert!(
+            !self.rows.is_empty(),
+            "{}: a family without tests proves nothing",
+            self.name
+        );
         let least = stats::sidak(ALPHA, self.rows.len());
         self.rows.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut table = format!("# {} tests, rejected below p = {least:.2e}\n", self.rows.len());

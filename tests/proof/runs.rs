@@ -89,7 +89,11 @@ impl Estimate {
         }
         let (a, b) = (self.variance, other.variance);
         let degrees = (a + b).powi(2) / (a * a / self.degrees + b * b / other.degrees);
-        if a + b == 0.0 { 0.0 } else { p_student(difference / (a + b).sqrt(), degrees) }
+        if a + b == 0.0 {
+            0.0
+        } else {
+            p_student(difference / (a + b).sqrt(), degrees)
+        }
     }
 
     /// A line for a table.
@@ -165,7 +169,11 @@ fn quantities(columns: u32, rows: u32) -> impl Iterator<Item = (Part, Part, usiz
 pub fn names(columns: u32, rows: u32) -> impl Iterator<Item = String> {
     quantities(columns, rows).map(|([column, n], [row, m], channel)| {
         let name = ["red", "green", "blue"][channel];
-        if n * m == 1 { format!("all {name}") } else { format!("part {column},{row} {name}") }
+        if n * m == 1 {
+            format!("all {name}")
+        } else {
+            format!("part {column},{row} {name}")
+        }
     })
 }
 

@@ -141,7 +141,13 @@ pub fn integrate(a: f64, b: f64, pieces: usize, mut f: impl FnMut(f64) -> f64) -
 /// Integral of a density in a variable with a known quantile function, from the quantile of `row / rows` to that of
 /// `(row + 1) / rows`. The last row reaches far where a lobe is narrow: it is split in halves of its share, down to
 /// 1e-9 of the whole, which is left out.
-pub fn integrate_row(row: usize, rows: usize, pieces: usize, quantile: &dyn Fn(f64) -> f64, f: &dyn Fn(f64) -> f64) -> f64 {
+pub fn integrate_row(
+    row: usize,
+    rows: usize,
+    pieces: usize,
+    quantile: &dyn Fn(f64) -> f64,
+    f: &dyn Fn(f64) -> f64,
+) -> f64 {
     let share = 1.0 / rows as f64;
     let from = row as f64 * share;
     if row + 1 < rows {

@@ -23,6 +23,8 @@ pub struct Bsdf<L: Lane> {
     pub alpha: L,
     /// Lanes with Phong's model.
     pub phong: L::Mask,
+    /// Beyond this chord from `wr`, the Phong lobe is exactly 0 in `f32`; see [`phong::reach`].
+    pub reach: L,
 }
 
 /// What a model says of a direction, without the reflectance: `f_cos = rho * shape`.
@@ -45,6 +47,7 @@ impl<L: Lane> Bsdf<L> {
             rho,
             alpha,
             phong: alpha.gt(L::one()),
+            reach: phong::reach(alpha),
         }
     }
 

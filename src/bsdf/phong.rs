@@ -23,3 +23,10 @@ pub fn eval<L: Lane>(wr: Vec3<L>, wi: Vec3<L>, cos_theta: L, alpha: L) -> Lobe<L
         pdf,
     }
 }
+
+/// The chord from `wr` beyond which [`eval`] gives exactly 0: the lobe is `exp(alpha ln(1 - t))`, `ln(1 - t) <= -t`,
+/// `t = chord^2 / 2`, and [`exp`](crate::math::elementary::exp) is 0 below −87.34; 90 leaves room for rounding.
+#[inline(always)]
+pub fn reach<L: Lane>(alpha: L) -> L {
+    (L::splat(180.0) / alpha).sqrt()
+}

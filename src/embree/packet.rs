@@ -98,25 +98,14 @@ macro_rules! trace_lane {
         impl TraceLane for $lane {
             #[inline(always)]
             fn intersect($accel: &Accel, $active: Self::Mask, ray: &Ray<Self>, coherence: Coherence) -> Hit<Self> {
-                let none = [ffi::RTC_INVALID_GEOMETRY_ID; $n];
-                let mut $packet = ffi::$rayhit {
-                    ray: embree_ray(ray),
-                    hit: ffi::$hit {
-                        Ng_x: [0.0; $n],
-                        Ng_y: [0.0; $n],
-                        Ng_z: [0.0; $n],
-                        u: [0.0; $n],
-                        v: [0.0; $n],
-                        primID: none,
-                        geomID: none,
-                        instID: none,
-                        instPrimID: none,
-                    },
-                };
+                // Built in place: moving 672 bytes cost a tenth of a render.
+                let mut $packet: ffi::$rayhit = bytemuck::Zeroable::zeroed();
+                ray.write_to(&mut $packet.ray);
+                $packet.hit.geomID = [ffi::RTC_INVALID_GEOMETRY_ID; $n];
                 let mut $args = intersect_arguments(coherence);
                 $intersect;
                 let hit = &$packet.hit;
-                let geometry = <$lane as Lane>::Bits::from_fn(|i| hit.geomID[i]);
+                let geometry = <$lane as Lane>::Bits::load(&hit.geomID);
                 Hit {
                     found: $active & !geometry.eq(<$lane as Lane>::Bits::splat(ffi::RTC_INVALID_GEOMETRY_ID)),
                     t: Lane::load(&$packet.ray.tfar),
@@ -128,13 +117,14 @@ macro_rules! trace_lane {
                     u: Lane::load(&hit.u),
                     v: Lane::load(&hit.v),
                     geometry,
-                    primitive: <$lane as Lane>::Bits::from_fn(|i| hit.primID[i]),
+                    primitive: Bits::load(&hit.primID),
                 }
             }
 
             #[inline(always)]
             fn occluded($accel: &Accel, $active: Self::Mask, ray: &Ray<Self>, coherence: Coherence) -> Self::Mask {
-                let mut $packet: ffi::$ray = embree_ray(ray);
+                let mut $packet: ffi::$ray = bytemuck::Zeroable::zeroed();
+                ray.write_to(&mut $packet);
                 let mut $args = occluded_arguments(coherence);
                 $occluded;
                 // Embree marks what is occluded by a distance of −∞.
@@ -143,37 +133,22 @@ macro_rules! trace_lane {
             }
         }
 
-        impl From<&Ray<$lane>> for ffi::$ray {
+        impl Ray<$lane> {
+            /// Writes the columns that are not 0 into a packet of zeros.
             #[inline(always)]
-            fn from(ray: &Ray<$lane>) -> Self {
-                let numbers = |x: $lane| -> [f32; $n] {
-                    let mut array = [0.0; $n];
-                    x.store(&mut array);
-                    array
-                };
-                Self {
-                    org_x: numbers(ray.origin.x),
-                    org_y: numbers(ray.origin.y),
-                    org_z: numbers(ray.origin.z),
-                    tnear: [0.0; $n],
-                    dir_x: numbers(ray.direction.x),
-                    dir_y: numbers(ray.direction.y),
-                    dir_z: numbers(ray.direction.z),
-                    time: [0.0; $n],
-                    tfar: numbers(ray.tfar),
-                    mask: [u32::MAX; $n],
-                    id: std::array::from_fn(|i| ray.aims_at.lane(i)),
-                    flags: [0; $n],
-                }
+            fn write_to(&self, packet: &mut ffi::$ray) {
+                self.origin.x.store(&mut packet.org_x);
+                self.origin.y.store(&mut packet.org_y);
+                self.origin.z.store(&mut packet.org_z);
+                self.direction.x.store(&mut packet.dir_x);
+                self.direction.y.store(&mut packet.dir_y);
+                self.direction.z.store(&mut packet.dir_z);
+                self.tfar.store(&mut packet.tfar);
+                self.aims_at.store(&mut packet.id);
+                packet.mask = [u32::MAX; $n];
             }
         }
     };
-}
-
-/// A packet in Embree's layout.
-#[inline(always)]
-fn embree_ray<L: Lane, R: for<'a> From<&'a Ray<L>>>(ray: &Ray<L>) -> R {
-    R::from(ray)
 }
 
 /// Embree reads the mask of a packet with aligned loads.

@@ -2,10 +2,10 @@
 
 use super::ShadingPoint;
 use crate::lane::{Lane, Mask};
-use crate::light::SphereLight;
+use crate::light::{Cone, SphereLight};
 use crate::math::elementary::sin_cos_turn;
 use crate::math::{Frame, Vec3};
-use crate::sampling::{Pair, warp};
+use crate::sampling::{Toss, warp};
 
 /// Which density directions are drawn from.
 pub trait Density {
@@ -40,25 +40,33 @@ pub struct Contribution<L: Lane> {
 }
 
 /// Draws one direction for `light` at each active point and weighs it; `None` where no lane gets light by it.
+///
+/// `toss` gives the random numbers, once they are needed, and which technique a lane takes where the density is an average:
+/// heads the BRDF, tails the cone.
 #[inline(always)]
 pub fn sample<L: Lane, D: Density>(
     point: &ShadingPoint<L>,
     light: &SphereLight,
-    numbers: Pair<L::Bits>,
+    toss: impl FnOnce() -> Toss<L::Bits>,
     active: L::Mask,
 ) -> Option<Contribution<L>> {
     let cone = light.cone(point.p);
     let bsdf = &point.bsdf;
+    let mut active = active & may_contribute(point, &cone);
+    if active.none() {
+        return None;
+    }
 
-    // Both techniques are "a direction at 1 - cos = t about an axis": the lanes differ by selections only.
-    let (by_brdf, numbers) = if D::MIXED {
-        numbers.coin()
+    // Both techniques are "a direction at 1 - cos = t about an axis". Where a packet mixes them, lanes differ by selections.
+    let toss = toss();
+    let (u, v) = toss.pair.unit::<L>();
+    let by_brdf = if D::MIXED {
+        toss.heads & active
     } else {
-        (L::Mask::splat(false), numbers)
+        L::Mask::splat(false)
     };
-    let (u, v) = numbers.unit::<L>();
     let (mut t, mut axis) = (warp::cone(u, cone.omc), cone.axis);
-    if D::MIXED {
+    if by_brdf.any() {
         t = L::select(by_brdf, bsdf.sample(u), t);
         axis = Vec3::select(by_brdf, bsdf.axis(), axis);
     }
@@ -66,8 +74,8 @@ pub fn sample<L: Lane, D: Density>(
     let wi = Frame::about(axis).direction(t, sin_phi, cos_phi);
 
     let (cos_theta, above) = point.above(wi);
-    let mut active = active & above;
-    if D::MIXED {
+    active = active & above;
+    if by_brdf.any() {
         t = L::select(by_brdf, cone.t(wi), t);
         active = active & (!by_brdf | cone.contains(t));
     }
@@ -76,21 +84,40 @@ pub fn sample<L: Lane, D: Density>(
     }
 
     let lobe = bsdf.eval(wi, cos_theta);
-    let pdf = if D::MIXED {
-        (cone.pdf() + lobe.pdf) * L::splat(0.5)
-    } else {
-        cone.pdf()
-    };
-    let active = active & lobe.shape.gt(L::zero());
+    active = active & lobe.shape.gt(L::zero());
     if active.none() {
         return None;
     }
-    let weight = lobe.shape.div_or_zero(pdf, active);
-    let ld = Vec3::splat(light.le).times(bsdf.rho) * weight;
+    // f_cos / pdf with one division: Ω f_cos for the cone alone, 2 Ω f_cos / (1 + Ω p_brdf) for the average.
+    let omega = warp::cone_solid_angle(cone.omc);
+    let weight = if D::MIXED {
+        (omega + omega) * lobe.shape / omega.mul_add(lobe.pdf, L::one())
+    } else {
+        omega * lobe.shape
+    };
+    let ld = Vec3::splat(light.le).times(bsdf.rho) * weight.or_zero(active);
     Some(Contribution {
         active,
         wi,
         distance: cone.distance(t),
         ld,
     })
+}
+
+/// Lanes where a direction of the cone can have a value that is not exactly 0: the cone rises above the horizon and
+/// comes close enough to a Phong lobe for `f32` to hold it. Neither test takes a root or a division.
+///
+/// With `n·axis < 0`, `n·wi` is largest at the rim, where it is at most `n·axis cos + sin`. The chord from the axis to a
+/// direction of the cone is `2 sin(theta / 2) <= sqrt(2) sin(theta)` for a cone of up to a right angle.
+#[inline(always)]
+fn may_contribute<L: Lane>(point: &ShadingPoint<L>, cone: &Cone<L>) -> L::Mask {
+    let bsdf = &point.bsdf;
+    let highest = bsdf.n.dot(cone.axis).mul_add(L::one() - cone.omc, cone.sine);
+    let rises = highest.gt(L::splat(-1e-6)) | cone.inside;
+    if bsdf.phong.none() {
+        return rises;
+    }
+    let reach = cone.sine.mul_add(L::splat(1.415), bsdf.reach);
+    let near = (bsdf.wr - cone.axis).length_squared().le(reach * reach) | cone.inside;
+    rises & (!bsdf.phong | near)
 }

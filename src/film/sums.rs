@@ -14,6 +14,7 @@ pub const TILE: u32 = 16;
 pub struct Tile {
     /// Column and row of each pixel, in blocks of 4 x 2 so that eight neighbours make a packet.
     pub pixels: Vec<[u32; 2]>,
+    number: u32,
     sums: TileSum,
     passes: u32,
 }
@@ -53,8 +54,14 @@ impl Tile {
         Self {
             sums: TileSum::new(pixels.len()),
             pixels,
+            number: top / TILE * size.width.div_ceil(TILE) + left / TILE,
             passes: 0,
         }
+    }
+
+    /// Which tile it is, row by row.
+    pub fn number(&self) -> u32 {
+        self.number
     }
 
     /// Adds the sums of further passes.

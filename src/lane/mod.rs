@@ -141,6 +141,11 @@ pub trait Mask:
     fn any(self) -> bool {
         self.to_bitmask() != 0
     }
+    /// Whether every lane does.
+    #[inline(always)]
+    fn all(self) -> bool {
+        (!self).none()
+    }
     /// Whether none does.
     #[inline(always)]
     fn none(self) -> bool {
@@ -195,6 +200,10 @@ pub trait Bits:
     fn splat(x: u32) -> Self;
     /// `f(0)`, `f(1)`, …
     fn from_fn(f: impl FnMut(usize) -> u32) -> Self;
+    /// The first `N` numbers of `source`, which must hold as many.
+    fn load(source: &[u32]) -> Self;
+    /// Writes `N` numbers to the front of `target`, which must hold as many.
+    fn store(self, target: &mut [u32]);
     /// The number in lane `i`.
     fn lane(self, i: usize) -> u32;
     /// Shift to the left by the same number of bits, below 32.

@@ -143,6 +143,14 @@ impl Bits for Word {
         Self(f(0))
     }
     #[inline(always)]
+    fn load(source: &[u32]) -> Self {
+        Self(source[0])
+    }
+    #[inline(always)]
+    fn store(self, target: &mut [u32]) {
+        target[0] = self.0;
+    }
+    #[inline(always)]
     fn lane(self, _: usize) -> u32 {
         self.0
     }

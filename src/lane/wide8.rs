@@ -76,7 +76,7 @@ impl Lane for F32x8 {
     }
     #[inline(always)]
     fn from_fn(f: impl FnMut(usize) -> f32) -> Self {
-        Self(f32x8::new(std::array::from_fn(f)))
+        Self(f32x8::new(gather(f)))
     }
     #[inline(always)]
     fn lane(self, i: usize) -> f32 {
@@ -175,7 +175,17 @@ impl Bits for U32x8 {
     }
     #[inline(always)]
     fn from_fn(f: impl FnMut(usize) -> u32) -> Self {
-        Self(u32x8::new(std::array::from_fn(f)))
+        Self(u32x8::new(gather(f)))
+    }
+    #[inline(always)]
+    fn load(source: &[u32]) -> Self {
+        let eight: &[u32; 8] = source[..8].try_into().expect("eight numbers");
+        Self(u32x8::new(*eight))
+    }
+    #[inline(always)]
+    fn store(self, target: &mut [u32]) {
+        let eight: &mut [u32; 8] = (&mut target[..8]).try_into().expect("room for eight");
+        *eight = self.0.to_array();
     }
     #[inline(always)]
     fn lane(self, i: usize) -> u32 {
@@ -203,6 +213,12 @@ impl Bits for U32x8 {
     fn select(mask: Mask8, yes: Self, no: Self) -> Self {
         Self(mask.0.select(f32x8::from_bits(yes.0), f32x8::from_bits(no.0)).to_bits())
     }
+}
+
+/// As `std::array::from_fn`, which is not always inlined: a call a lane costs more than the lane.
+#[inline(always)]
+fn gather<T>(mut f: impl FnMut(usize) -> T) -> [T; 8] {
+    [f(0), f(1), f(2), f(3), f(4), f(5), f(6), f(7)]
 }
 
 macro_rules! operators {

@@ -5,7 +5,6 @@
 
 use crate::lane::{Lane, Mask};
 use crate::math::Vec3;
-use crate::sampling::warp;
 
 /// A light, the same for all lanes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,11 +26,13 @@ pub struct Cone<L: Lane> {
     pub axis: Vec3<L>,
     /// `1 - cos(theta_max)` in (0, 1], or 2 inside the light, where every direction meets it.
     pub omc: L,
+    /// `sin(theta_max)`; above 1 inside the light.
+    pub sine: L,
+    /// Lanes inside the light or on it.
+    pub inside: L::Mask,
     /// Distance to the centre.
     center_distance: L,
     radius: L,
-    /// Lanes inside the light or on it.
-    inside: L::Mask,
 }
 
 impl SphereLight {
@@ -54,6 +55,7 @@ impl SphereLight {
         Cone {
             axis,
             omc,
+            sine,
             center_distance: d,
             radius,
             inside,
@@ -62,12 +64,6 @@ impl SphereLight {
 }
 
 impl<L: Lane> Cone<L> {
-    /// Density of the cone per steradian.
-    #[inline(always)]
-    pub fn pdf(&self) -> L {
-        warp::cone_pdf(self.omc)
-    }
-
     /// `1 - cos` between the axis and `wi`, from the chord: true to its last digits close to the axis.
     #[inline(always)]
     pub fn t(&self, wi: Vec3<L>) -> L {

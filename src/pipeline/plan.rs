@@ -3,12 +3,11 @@
 use super::stage::{Chunk, Scratch, eye, shade};
 use crate::embree::TraceLane;
 use crate::estimator::{per_light, per_point};
-use crate::film::Tile;
 use crate::lane::F32x8;
-use crate::scene::{EstimatorKind, Features, FilmSize};
+use crate::scene::{EstimatorKind, Features};
 
-/// Renders passes `first .. first + passes` of a block for one tile: eye, shade and shadow in one.
-pub type Kernel = fn(&mut Chunk, &mut Scratch, &Tile, FilmSize, u32, u32);
+/// Renders a chunk: eye, shade and shadow in one.
+pub type Kernel = fn(&mut Chunk, &mut Scratch);
 
 /// A kernel that was chosen.
 #[derive(Clone, Debug)]
@@ -58,26 +57,12 @@ fn kernel<L: TraceLane>(estimator: EstimatorKind) -> Kernel {
     }
 }
 
-fn lights<L: TraceLane, D: per_light::Density>(
-    chunk: &mut Chunk,
-    scratch: &mut Scratch,
-    tile: &Tile,
-    film: FilmSize,
-    first: u32,
-    passes: u32,
-) {
-    eye::trace::<L>(chunk, scratch, tile, film, first, passes);
+fn lights<L: TraceLane, D: per_light::Density>(chunk: &mut Chunk, scratch: &mut Scratch) {
+    eye::trace::<L>(chunk, scratch);
     shade::lights::<L, D>(chunk, scratch);
 }
 
-fn directions<L: TraceLane, D: per_point::Density>(
-    chunk: &mut Chunk,
-    scratch: &mut Scratch,
-    tile: &Tile,
-    film: FilmSize,
-    first: u32,
-    passes: u32,
-) {
-    eye::trace::<L>(chunk, scratch, tile, film, first, passes);
+fn directions<L: TraceLane, D: per_point::Density>(chunk: &mut Chunk, scratch: &mut Scratch) {
+    eye::trace::<L>(chunk, scratch);
     shade::directions::<L, D>(chunk, scratch);
 }

@@ -6,7 +6,8 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::plan::Plan;
-use super::stage::{CHUNK, Chunk, Scratch};
+use super::stage::{Chunk, Scratch};
+use super::stream::CAPACITY;
 use super::world::World;
 use super::{Counters, Progress};
 use crate::embree::{Device, EmbreeError, layout_canary};
@@ -213,7 +214,7 @@ impl Job<'_> {
             return counters;
         }
         // A power of two, so that chunks are the same whatever the block.
-        let per_chunk = (CHUNK / tile.pixels.len()).max(1);
+        let per_chunk = (CAPACITY / tile.pixels.len()).max(1);
         let per_chunk = if per_chunk.is_power_of_two() {
             per_chunk
         } else {
@@ -240,10 +241,14 @@ impl Job<'_> {
         let mut chunk = Chunk {
             world: self.world,
             numbers: self.numbers,
+            tile,
+            film_width: self.film.width,
+            first,
+            passes,
             sum: &mut sum,
             counters: &mut counters,
         };
-        (self.plan.kernel)(&mut chunk, &mut scratch, tile, self.film, first, passes);
+        (self.plan.kernel)(&mut chunk, &mut scratch);
         pads().push(scratch);
         self.progress
             .add(counters.samples, counters.eye_rays + counters.shadow_rays);

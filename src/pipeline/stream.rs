@@ -8,23 +8,24 @@ use crate::estimator::ShadingPoint;
 use crate::lane::{Lane, Mask};
 use crate::math::Vec3;
 
-/// `K` columns of at most `capacity` numbers.
+/// The most numbers in a column: the samples of a chunk.
+pub const CAPACITY: usize = 2048;
+
+/// A push writes a whole packet, also when few of its lanes count.
+const STRIDE: usize = CAPACITY + 16;
+
+/// `K` columns of at most [`CAPACITY`] numbers. The length of a column is known when the program is compiled, so that one
+/// check of bounds serves all columns.
 #[derive(Debug)]
 struct Columns<const K: usize> {
-    data: Vec<f32>,
-    stride: usize,
+    columns: Box<[[f32; STRIDE]; K]>,
     len: usize,
 }
 
-/// A push writes a whole packet, also when few of its lanes count.
-const SLACK: usize = 16;
-
 impl<const K: usize> Columns<K> {
-    fn new(capacity: usize) -> Self {
-        let stride = capacity.next_multiple_of(SLACK) + SLACK;
+    fn new() -> Self {
         Self {
-            data: vec![0.0; stride * K],
-            stride,
+            columns: bytemuck::zeroed_box(),
             len: 0,
         }
     }
@@ -32,27 +33,32 @@ impl<const K: usize> Columns<K> {
     #[inline(always)]
     fn push<L: Lane>(&mut self, mask: L::Mask, values: [L; K]) {
         let count = mask.count();
-        if count == 0 {
-            return;
-        }
         assert!(
-            self.len + L::N <= self.stride,
+            self.len + L::N <= STRIDE,
             "a stream is never pushed beyond its capacity"
         );
-        let columns = self.data.chunks_exact_mut(self.stride).zip(values);
         if count == L::N {
-            columns.for_each(|(column, value)| value.store(&mut column[self.len..]));
+            for k in 0..K {
+                values[k].store(&mut self.columns[k][self.len..self.len + L::N]);
+            }
         } else {
             let packing = L::packing(mask);
-            columns.for_each(|(column, value)| value.pack(packing).store(&mut column[self.len..]));
+            for k in 0..K {
+                values[k]
+                    .pack(packing)
+                    .store(&mut self.columns[k][self.len..self.len + L::N]);
+            }
         }
         self.len += count;
     }
 
     #[inline(always)]
     fn get<L: Lane>(&self, at: usize) -> (L::Mask, [L; K]) {
-        let mut columns = self.data.chunks_exact(self.stride);
-        let values = std::array::from_fn(|_| L::load(&columns.next().expect("K columns")[at..]));
+        assert!(at + L::N <= STRIDE);
+        let mut values = [L::zero(); K];
+        for k in 0..K {
+            values[k] = L::load(&self.columns[k][at..at + L::N]);
+        }
         (L::Mask::first(self.len - at), values)
     }
 }
@@ -62,20 +68,20 @@ impl<const K: usize> Columns<K> {
 pub struct Address<L: Lane> {
     /// Index of the pixel in its tile.
     pub index: L::Bits,
-    /// Number of the pixel in the picture.
-    pub pixel: L::Bits,
+    /// What stands for the pixel among random numbers.
+    pub key: L::Bits,
     /// Pass, counted from the block's first.
     pub pass: L::Bits,
 }
 
 /// Shading points that wait for light.
 #[derive(Debug)]
-pub struct HitStream(Columns<19>);
+pub struct HitStream(Columns<20>);
 
 impl HitStream {
-    /// Room for `capacity` points.
-    pub fn new(capacity: usize) -> Self {
-        Self(Columns::new(capacity))
+    /// Room for the points of a chunk.
+    pub fn new() -> Self {
+        Self(Columns::new())
     }
 
     /// Points in the stream.
@@ -92,13 +98,20 @@ impl HitStream {
     #[inline(always)]
     pub fn push<L: Lane>(&mut self, mask: L::Mask, point: &ShadingPoint<L>, address: &Address<L>) {
         let ShadingPoint { p, ng, bsdf } = point;
-        let Bsdf { n, wr, rho, alpha, .. } = bsdf;
-        let [index, pixel, pass] = [address.index, address.pixel, address.pass].map(L::from_bits);
+        let Bsdf {
+            n,
+            wr,
+            rho,
+            alpha,
+            reach,
+            ..
+        } = bsdf;
+        let [index, key, pass] = [address.index, address.key, address.pass].map(L::from_bits);
         self.0.push(
             mask,
             [
-                p.x, p.y, p.z, ng.x, ng.y, ng.z, n.x, n.y, n.z, wr.x, wr.y, wr.z, rho.x, rho.y, rho.z, *alpha, index,
-                pixel, pass,
+                p.x, p.y, p.z, ng.x, ng.y, ng.z, n.x, n.y, n.z, wr.x, wr.y, wr.z, rho.x, rho.y, rho.z, *alpha, *reach,
+                index, key, pass,
             ],
         );
     }
@@ -115,6 +128,7 @@ impl HitStream {
             rho: vector(12),
             alpha,
             phong: alpha.gt(L::one()) & mask,
+            reach: v[16],
         };
         let point = ShadingPoint {
             p: vector(0),
@@ -122,8 +136,8 @@ impl HitStream {
             bsdf,
         };
         // Behind the tail lies what an earlier, longer stream left: an idle lane's address must still be one.
-        let [index, pixel, pass] = [v[16], v[17], v[18]].map(|x| x.or_zero(mask).to_bits());
-        (mask, point, Address { index, pixel, pass })
+        let [index, key, pass] = [v[17], v[18], v[19]].map(|x| x.or_zero(mask).to_bits());
+        (mask, point, Address { index, key, pass })
     }
 }
 
@@ -147,9 +161,9 @@ pub struct QueuedRays<L: Lane> {
 }
 
 impl RayQueue {
-    /// Room for `capacity` rays.
-    pub fn new(capacity: usize) -> Self {
-        Self(Columns::new(capacity))
+    /// Room for the rays of a chunk.
+    pub fn new() -> Self {
+        Self(Columns::new())
     }
 
     /// Rays in the queue.

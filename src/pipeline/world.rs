@@ -18,8 +18,6 @@ pub struct World {
     pub accel: Accel,
     /// What surfaces do, meshes first, then spheres.
     pub surfaces: Vec<SurfaceRecord>,
-    /// Spheres, in the order of the scene.
-    pub balls: Vec<Ball>,
     /// The geometry that the spheres are, and so also the number of meshes.
     pub sphere_geometry: u32,
     /// Smooth normals of each mesh that has them.
@@ -41,6 +39,8 @@ pub struct SurfaceRecord {
     pub alpha: f32,
     /// Radiance where it emits.
     pub le: Option<[f32; 3]>,
+    /// The sphere that it is, or one of no size at the camera.
+    pub ball: Ball,
     /// How far shading points have to leave the surface so that rounding puts none behind it.
     pub offset: f32,
 }
@@ -89,7 +89,11 @@ impl World {
             let vertices: Vec<[f32; 3]> = mesh.vertices.iter().map(|&v| narrow(v - origin)).collect();
             builder.add_mesh(&vertices, &mesh.triangles)?;
             let reach = vertices.iter().flatten().fold(0.0_f32, |m, x| m.max(x.abs()));
-            surfaces.push(SurfaceRecord::new(scene, &mesh.surface, reach));
+            let none = Ball {
+                center: [0.0; 3],
+                radius: 0.0,
+            };
+            surfaces.push(SurfaceRecord::new(scene, &mesh.surface, none, reach));
             normals.push(mesh.normals.as_ref().map(|n| SmoothNormals {
                 triangles: mesh.triangles.clone(),
                 normals: n.iter().map(|&n| narrow(n)).collect(),
@@ -106,7 +110,7 @@ impl World {
         let mut lights = Vec::new();
         for (i, (sphere, ball)) in scene.spheres.iter().zip(&balls).enumerate() {
             let reach = ball.center.iter().fold(0.0_f32, |m, x| m.max(x.abs())) + ball.radius;
-            let record = SurfaceRecord::new(scene, &sphere.surface, reach);
+            let record = SurfaceRecord::new(scene, &sphere.surface, *ball, reach);
             if let Some(le) = record.le
                 && le.iter().any(|&x| x > 0.0)
             {
@@ -119,14 +123,13 @@ impl World {
             }
             surfaces.push(record);
         }
-        let sphere_geometry = builder.set_spheres(balls.clone())?;
+        let sphere_geometry = builder.set_spheres(balls)?;
         let mesh_lights = surfaces[..scene.meshes.len()]
             .iter()
             .any(|s| s.le.is_some_and(|le| le.iter().any(|&x| x > 0.0)));
         Ok(Self {
             accel: builder.commit()?,
             surfaces,
-            balls,
             sphere_geometry,
             normals,
             lights,
@@ -147,33 +150,21 @@ impl World {
 }
 
 impl SurfaceRecord {
-    fn new(scene: &Scene, surface: &Surface, reach: f32) -> Self {
-        let offset = reach * OFFSET_ULPS;
-        match *surface {
-            Surface::Emission(le) => Self {
-                rho: [0.0; 3],
-                alpha: 1.0,
-                le: Some(narrow(le)),
-                offset,
-            },
+    fn new(scene: &Scene, surface: &Surface, ball: Ball, reach: f32) -> Self {
+        let (rho, alpha, le) = match *surface {
+            Surface::Emission(le) => ([0.0; 3], 1.0, Some(narrow(le))),
             Surface::Material(i) => match scene.materials[i].bsdf {
-                Bsdf::Diffuse { rho } => Self {
-                    rho: narrow(rho),
-                    alpha: 1.0,
-                    le: None,
-                    offset,
-                },
-                Bsdf::Phong { rho, alpha } => {
-                    // An exponent that rounds to 1 is still Phong's model.
-                    let alpha = (alpha as f32).max(1.0_f32.next_up());
-                    Self {
-                        rho: narrow(rho),
-                        alpha,
-                        le: None,
-                        offset,
-                    }
-                }
+                Bsdf::Diffuse { rho } => (narrow(rho), 1.0, None),
+                // An exponent that rounds to 1 is still Phong's model.
+                Bsdf::Phong { rho, alpha } => (narrow(rho), (alpha as f32).max(1.0_f32.next_up()), None),
             },
+        };
+        Self {
+            rho,
+            alpha,
+            le,
+            ball,
+            offset: reach * OFFSET_ULPS,
         }
     }
 }

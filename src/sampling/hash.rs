@@ -19,6 +19,14 @@ pub fn pcg4d<B: Bits>(address: [B; 4]) -> [B; 4] {
     [x, y, z, w]
 }
 
+/// [`mix`] in every lane.
+#[inline(always)]
+pub fn mix_lanes<B: Bits>(x: B) -> B {
+    let x = (x ^ x.shr(16)) * B::splat(0x7feb_352d);
+    let x = (x ^ x.shr(15)) * B::splat(0x846c_a68b);
+    x ^ x.shr(16)
+}
+
 /// One word well mixed from another: `lowbias32` of Wellons 2018 ("Prospecting for Hash Functions"), a bijection.
 #[inline(always)]
 pub const fn mix(mut x: u32) -> u32 {

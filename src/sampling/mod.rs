@@ -5,4 +5,4 @@ pub mod sampler;
 pub mod sobol;
 pub mod warp;
 
-pub use sampler::{Pair, PassBlock};
+pub use sampler::{Pair, PassBlock, Toss};

@@ -23,10 +23,10 @@ pub fn cone<L: Lane>(u: L, omc: L) -> L {
     u * omc
 }
 
-/// Density of [`cone`] per steradian, inside the cone.
+/// Solid angle of the cone, in steradians; the density of [`cone`] inside it is the inverse.
 #[inline(always)]
-pub fn cone_pdf<L: Lane>(omc: L) -> L {
-    L::one() / (L::splat(2.0 * PI) * omc)
+pub fn cone_solid_angle<L: Lane>(omc: L) -> L {
+    L::splat(2.0 * PI) * omc
 }
 
 /// Proportional to the cosine over the hemisphere: `t = 1 - sqrt(1 - u)`, written without cancellation.

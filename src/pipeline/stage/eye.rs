@@ -7,41 +7,66 @@ use crate::estimator::ShadingPoint;
 use crate::film::Tile;
 use crate::lane::{Bits, Lane, Mask};
 use crate::math::Vec3;
-use crate::pipeline::stream::Address;
+use crate::pipeline::stream::{Address, HitStream};
 use crate::pipeline::world::{SurfaceRecord, World};
-use crate::scene::FilmSize;
 
-/// Traces `passes` samples of every pixel of a tile, from pass `first` of the block on. Emitters that are seen go onto
-/// the film, surfaces into the streams.
-pub fn trace<L: TraceLane>(
-    chunk: &mut Chunk,
-    scratch: &mut Scratch,
-    tile: &Tile,
-    film: FilmSize,
-    first: u32,
-    passes: u32,
-) {
-    scratch.hits.iter_mut().for_each(|h| h.clear());
-    let pixels = tile.pixels.len();
-    let samples = pixels * passes as usize;
-    let mut at = 0;
-    while at < samples {
-        // Pass by pass, pixels in tile order. A tile whose size is no multiple of the packet's lets packets straddle
-        // two passes, so that only the last packet of a chunk has idle lanes.
-        let active = L::Mask::first(samples - at);
-        let sample = |lane: usize| (at + lane).min(samples - 1);
-        let index = L::Bits::from_fn(|lane| (sample(lane) % pixels) as u32);
-        let pass = L::Bits::from_fn(|lane| first + (sample(lane) / pixels) as u32);
-        let column = L::from_fn(|lane| tile.pixels[sample(lane) % pixels][0] as f32);
-        let row = L::from_fn(|lane| tile.pixels[sample(lane) % pixels][1] as f32);
-        let pixel = L::Bits::from_fn(|lane| {
-            let [x, y] = tile.pixels[sample(lane) % pixels];
-            y.wrapping_mul(film.width).wrapping_add(x)
-        });
+/// The pixels of a tile in columns, repeated behind the end so that any packet is one load.
+#[derive(Debug, Default)]
+pub struct Grid {
+    x: Vec<f32>,
+    y: Vec<f32>,
+    index: Vec<u32>,
+    pixel: Vec<u32>,
+}
+
+impl Grid {
+    fn fill(&mut self, tile: &Tile, film_width: u32, lanes: usize) {
+        self.x.clear();
+        self.y.clear();
+        self.index.clear();
+        self.pixel.clear();
+        let indexed = tile.pixels.iter().enumerate();
+        for (index, [x, y]) in indexed.cycle().take(tile.pixels.len() + lanes) {
+            self.x.push(*x as f32);
+            self.y.push(*y as f32);
+            self.index.push(index as u32);
+            self.pixel.push(y.wrapping_mul(film_width).wrapping_add(*x));
+        }
+    }
+}
+
+/// Traces every sample of a chunk. Emitters that are seen go onto the film, surfaces into the streams.
+pub fn trace<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
+    let Scratch { grid, hits, .. } = scratch;
+    hits.iter_mut().for_each(HitStream::clear);
+    grid.fill(chunk.tile, chunk.film_width, L::N);
+    let pixels = chunk.tile.pixels.len();
+    let samples = pixels * chunk.passes as usize;
+    // Pass by pass, pixels in tile order. A tile whose size is no multiple of the packet's lets packets straddle passes, so
+    // that only the last packet of a chunk has idle lanes.
+    let (mut at, mut pass) = (0, chunk.first);
+    for done in (0..samples).step_by(L::N) {
+        let active = L::Mask::first(samples - done);
+        let index = L::Bits::load(&grid.index[at..]);
+        let pixel = L::Bits::load(&grid.pixel[at..]);
+        let x = L::load(&grid.x[at..]);
+        let y = L::load(&grid.y[at..]);
+        let passes = if at + L::N <= pixels {
+            L::Bits::splat(pass)
+        } else {
+            // Idle lanes behind the last sample stay on its pass: their addresses must exist too.
+            let last = chunk.first + chunk.passes - 1;
+            L::Bits::from_fn(|lane| (pass + ((at + lane) / pixels) as u32).min(last))
+        };
         at += L::N;
+        while at >= pixels {
+            at -= pixels;
+            pass += 1;
+        }
 
-        let (u, v) = chunk.numbers.pair(pixel, pass, pairs::PIXEL).unit::<L>();
-        let direction = chunk.world.camera.direction(column + u, row + v);
+        let key = chunk.numbers.key(pixel);
+        let (u, v) = chunk.numbers.pair(key, passes, pairs::PIXEL).unit::<L>();
+        let direction = chunk.world.camera.direction(x + u, y + v);
         let ray = Ray {
             origin: Vec3::zero(),
             direction,
@@ -49,12 +74,21 @@ pub fn trace<L: TraceLane>(
             aims_at: L::Bits::splat(NO_SPHERE),
         };
         let hit = chunk.world.accel.intersect(active, &ray, Coherence::Coherent);
-        chunk.counters.eye_rays += active.count() as u64;
-        if hit.found.none() {
-            continue;
+        if hit.found.any() {
+            settle(
+                chunk,
+                hits,
+                &hit,
+                direction,
+                &Address {
+                    index,
+                    key,
+                    pass: passes,
+                },
+            );
         }
-        settle(chunk, scratch, &hit, direction, &Address { index, pixel, pass });
     }
+    chunk.counters.eye_rays += samples as u64;
     chunk.counters.samples += samples as u64;
 }
 
@@ -62,7 +96,7 @@ pub fn trace<L: TraceLane>(
 #[inline(always)]
 fn settle<L: TraceLane>(
     chunk: &mut Chunk,
-    scratch: &mut Scratch,
+    hits: &mut [HitStream; 2],
     hit: &Hit<L>,
     direction: Vec3<L>,
     address: &Address<L>,
@@ -80,8 +114,13 @@ fn settle<L: TraceLane>(
     }
     let point = shading_point(chunk.world, hit, direction, &surfaces);
     let phong = point.bsdf.phong & reflects;
-    scratch.hits[0].push(reflects & !phong, &point, address);
-    scratch.hits[1].push(phong, &point, address);
+    let diffuse = reflects & !phong;
+    if diffuse.any() {
+        hits[0].push(diffuse, &point, address);
+    }
+    if phong.any() {
+        hits[1].push(phong, &point, address);
+    }
 }
 
 /// The surface of each lane, and what a packet needs of it.
@@ -148,28 +187,16 @@ fn shading_point<L: Lane>(world: &World, hit: &Hit<L>, direction: Vec3<L>, surfa
     let mut ng = hit.ng.normalize();
     if surfaces.spheres.any() {
         // Back onto the sphere: the error of a distance grows as distance over radius.
-        let ball = |lane: usize| &world.balls[(surfaces.index.lane(lane) - world.sphere_geometry) as usize];
-        let number = |f: &dyn Fn(usize) -> f32| {
-            L::from_fn(|lane| {
-                if surfaces.spheres.to_bitmask() >> lane & 1 == 1 {
-                    f(lane)
-                } else {
-                    0.0
-                }
-            })
-        };
+        let ball = |lane: usize| &surfaces.record(world, lane).ball;
         let center = Vec3::new(
-            number(&|lane| ball(lane).center[0]),
-            number(&|lane| ball(lane).center[1]),
-            number(&|lane| ball(lane).center[2]),
+            L::from_fn(|lane| ball(lane).center[0]),
+            L::from_fn(|lane| ball(lane).center[1]),
+            L::from_fn(|lane| ball(lane).center[2]),
         );
+        let radius = L::from_fn(|lane| ball(lane).radius);
         let outward = (p - center).normalize();
         ng = Vec3::select(surfaces.spheres, outward, ng);
-        p = Vec3::select(
-            surfaces.spheres,
-            outward.mul_add(number(&|lane| ball(lane).radius), center),
-            p,
-        );
+        p = Vec3::select(surfaces.spheres, outward.mul_add(radius, center), p);
     }
     ng = face(ng, wo);
     let n = smooth_normal(world, hit, surfaces, ng);

@@ -8,47 +8,45 @@ pub mod shadow;
 use super::Counters;
 use super::stream::{HitStream, RayQueue};
 use super::world::World;
-use crate::film::TileSum;
+use crate::film::{Tile, TileSum};
 use crate::sampling::PassBlock;
-
-/// The most samples that a chunk holds.
-pub const CHUNK: usize = 2048;
-
-/// Kinds of surfaces, each with a stream of its own so that a packet seldom mixes them.
-pub const BINS: usize = 2;
 
 /// What a thread works with; made once, used for chunk after chunk.
 #[derive(Debug)]
 pub struct Scratch {
-    /// Shading points by kind of surface: diffuse, Phong.
-    pub hits: [HitStream; BINS],
+    /// The pixels of the tile.
+    pub grid: eye::Grid,
+    /// Shading points by kind of surface, diffuse and Phong: a packet seldom mixes them.
+    pub hits: [HitStream; 2],
     /// Rays that wait for their visibility.
     pub queue: RayQueue,
 }
 
-impl Scratch {
-    /// Room for one chunk.
-    pub fn new() -> Self {
+impl Default for Scratch {
+    fn default() -> Self {
         Self {
-            hits: std::array::from_fn(|_| HitStream::new(CHUNK)),
-            queue: RayQueue::new(CHUNK),
+            grid: eye::Grid::default(),
+            hits: [HitStream::new(), HitStream::new()],
+            queue: RayQueue::new(),
         }
     }
 }
 
-impl Default for Scratch {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-/// A chunk of work and where its results go.
+/// A chunk of work: some passes of a block for every pixel of a tile.
 #[derive(Debug)]
 pub struct Chunk<'a> {
     /// The scene.
     pub world: &'a World,
-    /// The random numbers of the block that the chunk is part of.
+    /// The random numbers of the block.
     pub numbers: &'a PassBlock,
+    /// The pixels.
+    pub tile: &'a Tile,
+    /// Pixels in a row of the film.
+    pub film_width: u32,
+    /// First pass, counted from the block's first.
+    pub first: u32,
+    /// Passes.
+    pub passes: u32,
     /// Sums of the chunk, pixel by pixel of its tile.
     pub sum: &'a mut TileSum,
     /// What was traced.

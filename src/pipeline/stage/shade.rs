@@ -11,14 +11,15 @@ use crate::pipeline::stream::QueuedRays;
 /// `light` and `mis`. The light is the outer loop: it is the same for a whole stream, and its shadow rays are as alike as
 /// they can be.
 pub fn lights<L: TraceLane, D: per_light::Density>(chunk: &mut Chunk, scratch: &mut Scratch) {
-    let Scratch { hits, queue } = scratch;
+    let Scratch { hits, queue, .. } = scratch;
+    let group = chunk.tile.number();
     for (i, light) in chunk.world.lights.iter().enumerate() {
         queue.clear();
         for stream in hits.iter() {
             for at in (0..stream.len()).step_by(L::N) {
                 let (active, point, address) = stream.packet::<L>(at);
-                let numbers = chunk.numbers.pair(address.pixel, address.pass, pairs::light(i));
-                let Some(found) = per_light::sample::<L, D>(&point, light, numbers, active) else {
+                let toss = || chunk.numbers.toss(address.key, address.pass, pairs::light(i), group);
+                let Some(found) = per_light::sample::<L, D>(&point, light, toss, active) else {
                     continue;
                 };
                 let rays = QueuedRays {
@@ -37,12 +38,12 @@ pub fn lights<L: TraceLane, D: per_light::Density>(chunk: &mut Chunk, scratch: &
 
 /// `uniform` and `brdf`. Where only spheres emit, a direction that misses them all is dropped before it costs a ray.
 pub fn directions<L: TraceLane, D: per_point::Density>(chunk: &mut Chunk, scratch: &mut Scratch) {
-    let Scratch { hits, queue } = scratch;
+    let Scratch { hits, queue, .. } = scratch;
     queue.clear();
     for stream in hits.iter() {
         for at in (0..stream.len()).step_by(L::N) {
             let (active, point, address) = stream.packet::<L>(at);
-            let numbers = chunk.numbers.pair(address.pixel, address.pass, pairs::DIRECTION);
+            let numbers = chunk.numbers.pair(address.key, address.pass, pairs::DIRECTION);
             let Some(found) = per_point::sample::<L, D>(&point, numbers, active) else {
                 continue;
             };

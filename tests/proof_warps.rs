@@ -55,7 +55,7 @@ fn cases<L: Lane>() -> Vec<Case<L>> {
         cases.push(Case {
             name,
             warp: Box::new(move |u| warp::cone(u, at(omc))),
-            density: Box::new(move |_| f64::from(warp::cone_pdf(at(omc)).lane(0))),
+            density: Box::new(move |_| 1.0 / f64::from(warp::cone_solid_angle(at(omc)).lane(0))),
             quantile: Box::new(move |s| s * omc),
         });
     }
@@ -80,7 +80,9 @@ fn distribution<L: Lane>(family: &mut Family, seed: u32) {
         let mut counts = vec![0.0; ROWS * COLUMNS];
         for first in (0..DRAWS).step_by(L::N) {
             let pixel = L::Bits::from_fn(|lane| first + lane as u32);
-            let (u, v) = numbers.pair(pixel, L::Bits::splat(0), pair as u32).unit::<L>();
+            let (u, v) = numbers
+                .pair(numbers.key(pixel), L::Bits::splat(0), pair as u32)
+                .unit::<L>();
             let (t, (sine, cosine)) = ((case.warp)(u), sin_cos_turn(v));
             for lane in 0..L::N {
                 let row = edges[1..ROWS].partition_point(|edge| f64::from(t.lane(lane)) >= *edge);
@@ -134,7 +136,13 @@ fn the_mean_of_a_lobe_is_one_over_alpha_plus_two() {
     for (i, alpha) in [1.5_f32, 10.0, 1e3, 1e6].into_iter().enumerate() {
         let numbers = PassBlock::new(SamplerKind::Independent, 77, 0, 1, 4);
         let draws: Vec<f64> = (0..DRAWS)
-            .map(|pixel| numbers.pair(octolux::lane::Word(pixel), octolux::lane::Word(0), i as u32))
+            .map(|pixel| {
+                numbers.pair(
+                    numbers.key(octolux::lane::Word(pixel)),
+                    octolux::lane::Word(0),
+                    i as u32,
+                )
+            })
             .map(|pair| f64::from(warp::power(pair.unit::<f32>().0, alpha)))
             .collect();
         let estimate = proof::runs::Estimate::of(&draws);

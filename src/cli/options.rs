@@ -3,7 +3,7 @@
 use clap::builder::RangedU64ValueParser;
 
 use super::{CliError, machine};
-use crate::pipeline::Settings;
+use crate::pipeline::{Settings, widest_lanes};
 use crate::scene::{EstimatorKind, FilmSize, SamplerKind, Scene};
 
 /// Passes where neither the command line nor the scene says.
@@ -33,9 +33,10 @@ pub struct Options {
     /// Size of the picture in pixels, such as 768x512 [default: the scene's]
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<FilmSize>,
-    /// Rays a packet: 8, or 1 for the scalar kernel
-    #[arg(long, value_name = "1|8", default_value = "8", value_parser = lanes)]
-    pub lanes: usize,
+    /// Rays a packet: 16 (AVX-512), 8, or 1 for the scalar kernel; the picture is the same [default: the most that the
+    /// processor has]
+    #[arg(long, value_name = "1|8|16", value_parser = lanes)]
+    pub lanes: Option<usize>,
     /// Threads, 1 to 1024 [default: as many as the machine offers]
     #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
     pub threads: Option<usize>,
@@ -60,7 +61,7 @@ impl Options {
             estimator: self.estimator.or(scene.render.estimator).unwrap_or(EstimatorKind::Mis),
             sampler: self.sampler.or(scene.render.sampler).unwrap_or(SamplerKind::Sobol),
             seed: self.seed.or(scene.render.seed).unwrap_or(0),
-            lanes: self.lanes,
+            lanes: self.lanes.unwrap_or_else(widest_lanes),
             threads: self
                 .threads
                 .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)),
@@ -96,7 +97,9 @@ fn lanes(text: &str) -> Result<usize, String> {
     match text {
         "1" => Ok(1),
         "8" => Ok(8),
-        _ => Err("a packet has 1 or 8 rays".to_owned()),
+        "16" if widest_lanes() < 16 => Err("packets of 16 rays need AVX-512, which this processor lacks".to_owned()),
+        "16" => Ok(16),
+        _ => Err("a packet has 1, 8 or 16 rays".to_owned()),
     }
 }
 

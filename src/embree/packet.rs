@@ -4,7 +4,7 @@ use std::ptr;
 
 use super::ffi;
 use super::scene::Accel;
-use crate::lane::{Bits, F32x8, Lane, Mask};
+use crate::lane::{Bits, F32x8, F32x16, Lane, Mask};
 use crate::math::Vec3;
 
 /// How alike the rays of a packet are. It changes the speed (38 % to a factor of 3), never the answer.
@@ -152,8 +152,8 @@ macro_rules! trace_lane {
 }
 
 /// Embree reads the mask of a packet with aligned loads.
-#[repr(align(32))]
-struct Valid([i32; 8]);
+#[repr(align(64))]
+struct Valid<const N: usize>([i32; N]);
 
 trace_lane!(f32, 1, RTCRay, RTCHit, RTCRayHit, |accel, active, packet, args|
     intersect if active {
@@ -177,5 +177,18 @@ trace_lane!(F32x8, 8, RTCRay8, RTCHit8, RTCRayHit8, |accel, active, packet, args
         let valid = Valid(active.to_valid());
         // SAFETY: as above.
         unsafe { ffi::rtcOccluded8(valid.0.as_ptr(), accel.handle(), &mut packet, &mut args) }
+    }
+);
+
+trace_lane!(F32x16, 16, RTCRay16, RTCHit16, RTCRayHit16, |accel, active, packet, args|
+    intersect if active.any() {
+        let valid = Valid(active.to_valid());
+        // SAFETY: as above.
+        unsafe { ffi::rtcIntersect16(valid.0.as_ptr(), accel.handle(), &mut packet, &mut args) }
+    },
+    occluded if active.any() {
+        let valid = Valid(active.to_valid());
+        // SAFETY: as above.
+        unsafe { ffi::rtcOccluded16(valid.0.as_ptr(), accel.handle(), &mut packet, &mut args) }
     }
 );

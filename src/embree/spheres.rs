@@ -193,7 +193,9 @@ pub(crate) unsafe extern "C" fn intersect_packet(args: *const ffi::RTCIntersectF
     // SAFETY: a packet of N rays has 12 + 9 columns of N numbers, and `valid` has N.
     unsafe {
         match packet.n {
-            8 => nearest::<F32x8>(&packet, args, ball, 0),
+            n @ (8 | 16) => (0..n)
+                .step_by(8)
+                .for_each(|first| nearest::<F32x8>(&packet, args, ball, first)),
             n => (0..n).for_each(|lane| nearest::<f32>(&packet, args, ball, lane)),
         }
     }
@@ -255,7 +257,9 @@ pub(crate) unsafe extern "C" fn occluded_packet(args: *const ffi::RTCOccludedFun
     // SAFETY: a packet of N rays has 12 columns of N numbers, and `valid` has N.
     unsafe {
         match packet.n {
-            8 => blocked::<F32x8>(&packet, args, ball, 0),
+            n @ (8 | 16) => (0..n)
+                .step_by(8)
+                .for_each(|first| blocked::<F32x8>(&packet, args, ball, first)),
             n => (0..n).for_each(|lane| blocked::<f32>(&packet, args, ball, lane)),
         }
     }

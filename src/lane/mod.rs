@@ -9,6 +9,7 @@
 //! scalar one, therefore the build is refused (`.cargo/config.toml` sets the baseline).
 
 mod scalar;
+mod wide16;
 mod wide8;
 
 use std::fmt::Debug;
@@ -16,6 +17,7 @@ use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
 pub use scalar::Word;
 pub use wide8::{F32x8, Mask8, U32x8};
+pub use wide16::{F32x16, Mask16, U32x16, Work, has_avx512, with_avx512};
 
 #[cfg(not(all(target_feature = "avx2", target_feature = "fma")))]
 compile_error!(

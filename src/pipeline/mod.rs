@@ -7,5 +7,6 @@ mod stage;
 mod stream;
 mod world;
 
+pub use plan::widest_lanes;
 pub use progress::{Counters, Progress};
 pub use renderer::{Renderer, Settings, SetupError};

@@ -30,37 +30,54 @@ impl<const K: usize> Columns<K> {
         }
     }
 
+    /// Makes room for the lanes of `mask`; [`put`](Self::put) then fills them column by column.
     #[inline(always)]
-    fn push<L: Lane>(&mut self, mask: L::Mask, values: [L; K]) {
-        let count = mask.count();
-        assert!(
-            self.len + L::N <= STRIDE,
-            "a stream is never pushed beyond its capacity"
-        );
-        if count == L::N {
-            for k in 0..K {
-                values[k].store(&mut self.columns[k][self.len..self.len + L::N]);
-            }
-        } else {
-            let packing = L::packing(mask);
-            for k in 0..K {
-                values[k]
-                    .pack(packing)
-                    .store(&mut self.columns[k][self.len..self.len + L::N]);
-            }
+    fn grow<L: Lane>(&mut self, mask: L::Mask) -> Room<L> {
+        let at = self.len;
+        assert!(at + L::N <= STRIDE, "a stream is never pushed beyond its capacity");
+        self.len += mask.count();
+        Room {
+            at,
+            packing: L::packing(mask),
         }
-        self.len += count;
+    }
+
+    // Packing a full packet changes nothing and costs one instruction a column: less than asking each time.
+    #[inline(always)]
+    fn put<L: Lane>(&mut self, column: usize, room: &Room<L>, value: L) {
+        value
+            .pack(room.packing)
+            .store(&mut self.columns[column][room.at..room.at + L::N]);
     }
 
     #[inline(always)]
-    fn get<L: Lane>(&self, at: usize) -> (L::Mask, [L; K]) {
-        assert!(at + L::N <= STRIDE);
-        let mut values = [L::zero(); K];
-        for k in 0..K {
-            values[k] = L::load(&self.columns[k][at..at + L::N]);
-        }
-        (L::Mask::first(self.len - at), values)
+    fn put3<L: Lane>(&mut self, column: usize, room: &Room<L>, value: Vec3<L>) {
+        self.put(column, room, value.x);
+        self.put(column + 1, room, value.y);
+        self.put(column + 2, room, value.z);
     }
+
+    #[inline(always)]
+    fn get<L: Lane>(&self, column: usize, at: usize) -> L {
+        L::load(&self.columns[column][at..at + L::N])
+    }
+
+    #[inline(always)]
+    fn get3<L: Lane>(&self, column: usize, at: usize) -> Vec3<L> {
+        Vec3::new(self.get(column, at), self.get(column + 1, at), self.get(column + 2, at))
+    }
+
+    /// The lanes of the packet at `at` that hold anything.
+    #[inline(always)]
+    fn lanes<L: Lane>(&self, at: usize) -> L::Mask {
+        L::Mask::first(self.len - at)
+    }
+}
+
+/// Where a packet goes in a stream.
+struct Room<L: Lane> {
+    at: usize,
+    packing: L::Packing,
 }
 
 /// What a shading point needs to be found again on the film and in the sequence of random numbers.
@@ -97,47 +114,46 @@ impl HitStream {
     /// Adds the points of the mask.
     #[inline(always)]
     pub fn push<L: Lane>(&mut self, mask: L::Mask, point: &ShadingPoint<L>, address: &Address<L>) {
-        let ShadingPoint { p, ng, bsdf } = point;
-        let Bsdf {
-            n,
-            wr,
-            rho,
-            alpha,
-            reach,
-            ..
-        } = bsdf;
-        let [index, key, pass] = [address.index, address.key, address.pass].map(L::from_bits);
-        self.0.push(
-            mask,
-            [
-                p.x, p.y, p.z, ng.x, ng.y, ng.z, n.x, n.y, n.z, wr.x, wr.y, wr.z, rho.x, rho.y, rho.z, *alpha, *reach,
-                index, key, pass,
-            ],
-        );
+        let bsdf = &point.bsdf;
+        let room = self.0.grow::<L>(mask);
+        self.0.put3(0, &room, point.p);
+        self.0.put3(3, &room, point.ng);
+        self.0.put3(6, &room, bsdf.n);
+        self.0.put3(9, &room, bsdf.wr);
+        self.0.put3(12, &room, bsdf.rho);
+        self.0.put(15, &room, bsdf.alpha);
+        self.0.put(16, &room, bsdf.reach);
+        self.0.put(17, &room, L::from_bits(address.index));
+        self.0.put(18, &room, L::from_bits(address.key));
+        self.0.put(19, &room, L::from_bits(address.pass));
     }
 
     /// The packet that starts at point `at`.
     #[inline(always)]
     pub fn packet<L: Lane>(&self, at: usize) -> (L::Mask, ShadingPoint<L>, Address<L>) {
-        let (mask, v) = self.0.get::<L>(at);
-        let vector = |i: usize| Vec3::new(v[i], v[i + 1], v[i + 2]);
-        let alpha = v[15];
+        let columns = &self.0;
+        let mask = columns.lanes::<L>(at);
+        let alpha: L = columns.get(15, at);
         let bsdf = Bsdf {
-            n: vector(6),
-            wr: vector(9),
-            rho: vector(12),
+            n: columns.get3(6, at),
+            wr: columns.get3(9, at),
+            rho: columns.get3(12, at),
             alpha,
             phong: alpha.gt(L::one()) & mask,
-            reach: v[16],
+            reach: columns.get(16, at),
         };
         let point = ShadingPoint {
-            p: vector(0),
-            ng: vector(3),
+            p: columns.get3(0, at),
+            ng: columns.get3(3, at),
             bsdf,
         };
         // Behind the tail lies what an earlier, longer stream left: an idle lane's address must still be one.
-        let [index, key, pass] = [v[17], v[18], v[19]].map(|x| x.or_zero(mask).to_bits());
-        (mask, point, Address { index, key, pass })
+        let address = Address {
+            index: columns.get::<L>(17, at).or_zero(mask).to_bits(),
+            key: columns.get::<L>(18, at).or_zero(mask).to_bits(),
+            pass: columns.get::<L>(19, at).or_zero(mask).to_bits(),
+        };
+        (mask, point, address)
     }
 }
 
@@ -179,31 +195,25 @@ impl RayQueue {
     /// Adds the rays of the mask.
     #[inline(always)]
     pub fn push<L: Lane>(&mut self, mask: L::Mask, rays: &QueuedRays<L>) {
-        let QueuedRays {
-            origin: o,
-            direction: d,
-            tfar,
-            value: v,
-            index,
-        } = rays;
-        self.0.push(
-            mask,
-            [o.x, o.y, o.z, d.x, d.y, d.z, *tfar, v.x, v.y, v.z, L::from_bits(*index)],
-        );
+        let room = self.0.grow::<L>(mask);
+        self.0.put3(0, &room, rays.origin);
+        self.0.put3(3, &room, rays.direction);
+        self.0.put(6, &room, rays.tfar);
+        self.0.put3(7, &room, rays.value);
+        self.0.put(10, &room, L::from_bits(rays.index));
     }
 
     /// The packet that starts at ray `at`.
     #[inline(always)]
     pub fn packet<L: Lane>(&self, at: usize) -> (L::Mask, QueuedRays<L>) {
-        let (mask, v) = self.0.get::<L>(at);
-        let vector = |i: usize| Vec3::new(v[i], v[i + 1], v[i + 2]);
+        let columns = &self.0;
         let rays = QueuedRays {
-            origin: vector(0),
-            direction: vector(3),
-            tfar: v[6],
-            value: vector(7),
-            index: v[10].to_bits(),
+            origin: columns.get3(0, at),
+            direction: columns.get3(3, at),
+            tfar: columns.get(6, at),
+            value: columns.get3(7, at),
+            index: columns.get::<L>(10, at).to_bits(),
         };
-        (mask, rays)
+        (columns.lanes::<L>(at), rays)
     }
 }

@@ -22,6 +22,8 @@ pub struct World {
     pub sphere_geometry: u32,
     /// Smooth normals of each mesh that has them.
     pub normals: Vec<Option<SmoothNormals>>,
+    /// Whether any mesh has them.
+    pub smooth: bool,
     /// Spheres that emit something.
     pub lights: Vec<SphereLight>,
     /// Whether meshes emit something.
@@ -131,6 +133,7 @@ impl World {
             accel: builder.commit()?,
             surfaces,
             sphere_geometry,
+            smooth: normals.iter().any(Option::is_some),
             normals,
             lights,
             mesh_lights,

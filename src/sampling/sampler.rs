@@ -182,7 +182,11 @@ mod tests {
                     let Pair(a, b) = long.pair(long.key(Word(pixel)), Word(pass), 3);
                     let Pair(c, d) = short.pair(short.key(Word(pixel)), Word(pass - 16), 3);
                     assert_eq!((a, b), (c, d));
-                    let wide = short.pair(U32x8::splat(pixel), U32x8::from_fn(|i| (pass - 16 + i as u32) % 8), 3);
+                    let wide = short.pair(
+                        short.key(U32x8::splat(pixel)),
+                        U32x8::from_fn(|i| (pass - 16 + i as u32) % 8),
+                        3,
+                    );
                     assert_eq!((wide.0.lane(0), wide.1.lane(0)), (a.0, b.0));
                 }
             }
@@ -197,7 +201,7 @@ mod tests {
                 for pass in (0..16).step_by(2) {
                     let toss = |p| {
                         block
-                            .toss(U32x8::splat(pixel), U32x8::splat(p), 4, pixel / 7)
+                            .toss(block.key(U32x8::splat(pixel)), U32x8::splat(p), 4, pixel / 7)
                             .heads
                             .to_bitmask()
                     };

@@ -36,6 +36,7 @@ impl Grid {
 }
 
 /// Traces every sample of a chunk. Emitters that are seen go onto the film, surfaces into the streams.
+#[inline(always)]
 pub fn trace<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
     let Scratch { grid, hits, .. } = scratch;
     hits.iter_mut().for_each(HitStream::clear);
@@ -217,6 +218,9 @@ fn face<L: Lane>(v: Vec3<L>, towards: Vec3<L>) -> Vec3<L> {
 /// The interpolated normal where the mesh has one, on the side of `ng`; else `ng`.
 #[inline(always)]
 fn smooth_normal<L: Lane>(world: &World, hit: &Hit<L>, surfaces: &Surfaces<L>, ng: Vec3<L>) -> Vec3<L> {
+    if !world.smooth {
+        return ng;
+    }
     let mut normals = [[0.0_f32; 3]; 16];
     let mut smooth = 0_u32;
     for lane in (hit.found & !surfaces.spheres).lanes() {

@@ -10,6 +10,7 @@ use crate::pipeline::stream::QueuedRays;
 
 /// `light` and `mis`. The light is the outer loop: it is the same for a whole stream, and its shadow rays are as alike as
 /// they can be.
+#[inline(always)]
 pub fn lights<L: TraceLane, D: per_light::Density>(chunk: &mut Chunk, scratch: &mut Scratch) {
     let Scratch { hits, queue, .. } = scratch;
     let group = chunk.tile.number();
@@ -37,6 +38,7 @@ pub fn lights<L: TraceLane, D: per_light::Density>(chunk: &mut Chunk, scratch: &
 }
 
 /// `uniform` and `brdf`. Where only spheres emit, a direction that misses them all is dropped before it costs a ray.
+#[inline(always)]
 pub fn directions<L: TraceLane, D: per_point::Density>(chunk: &mut Chunk, scratch: &mut Scratch) {
     let Scratch { hits, queue, .. } = scratch;
     queue.clear();

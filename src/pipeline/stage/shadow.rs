@@ -9,6 +9,7 @@ use crate::pipeline::Counters;
 use crate::pipeline::stream::{QueuedRays, RayQueue};
 
 /// Adds the contribution of every ray with nothing but the sphere `light` before its end.
+#[inline(always)]
 pub fn visible<L: TraceLane>(chunk: &mut Chunk, queue: &RayQueue, light: u32) {
     for at in (0..queue.len()).step_by(L::N) {
         let (active, rays) = queue.packet::<L>(at);
@@ -20,6 +21,7 @@ pub fn visible<L: TraceLane>(chunk: &mut Chunk, queue: &RayQueue, light: u32) {
 }
 
 /// Adds, for every ray that meets an emitter first, its throughput times the radiance there.
+#[inline(always)]
 pub fn emitted<L: TraceLane>(chunk: &mut Chunk, queue: &RayQueue) {
     for at in (0..queue.len()).step_by(L::N) {
         let (active, rays) = queue.packet::<L>(at);
@@ -66,13 +68,21 @@ fn embree_ray<L: Lane>(rays: &QueuedRays<L>, aims_at: u32) -> Ray<L> {
 /// Adds what is a number to the film, lane by lane in order; counts what is not, by cause.
 #[inline(always)]
 fn deposit<L: Lane>(sum: &mut TileSum, counters: &mut Counters, lanes: L::Mask, value: Vec3<L>, index: L::Bits) {
-    let sound = |x: L| x.ge(L::zero()) & x.lt(L::splat(f32::INFINITY));
-    let all_sound = sound(value.x) & sound(value.y) & sound(value.z);
-    let broken = lanes & !all_sound;
-    for lane in broken.lanes() {
-        counters.reject(value.lane(lane));
+    let infinity = L::splat(f32::INFINITY);
+    let low = value.x.min(value.y).min(value.z);
+    let high = value.x.max(value.y).max(value.z);
+    // NaN in any component makes the sum one, and fails every comparison.
+    let total = value.x + value.y + value.z;
+    let sound = low.ge(L::zero()) & high.lt(infinity) & total.ge(L::zero());
+    let (mut red, mut green, mut blue, mut at) = ([0.0_f32; 16], [0.0_f32; 16], [0.0_f32; 16], [0_u32; 16]);
+    value.x.store(&mut red);
+    value.y.store(&mut green);
+    value.z.store(&mut blue);
+    index.store(&mut at);
+    for lane in (lanes & !sound).lanes() {
+        counters.reject([red[lane], green[lane], blue[lane]]);
     }
-    for lane in (lanes & all_sound).lanes() {
-        sum.add(index.lane(lane) as usize, value.lane(lane));
+    for lane in (lanes & sound).lanes() {
+        sum.add(at[lane] as usize, [red[lane], green[lane], blue[lane]]);
     }
 }

@@ -3,10 +3,10 @@
 
 mod proof;
 
-use octolux::film::Picture;
-use octolux::pipeline::{Counters, Renderer, Settings};
-use octolux::scene::{EstimatorKind, FilmSize, SamplerKind, Scene};
-use proof::runs::{estimators, leave, load, rendered, settings};
+use octolux::pipeline::{Renderer, Settings};
+use octolux::scene::{EstimatorKind, FilmSize, SamplerKind};
+use proof::pictures::{assert_same, both, differences};
+use proof::runs::{estimators, load, rendered, settings};
 
 /// Scenes that between them have diffuse and Phong surfaces, spheres and meshes that reflect and that emit, smooth
 /// normals, one light and twelve.
@@ -18,43 +18,6 @@ const SCENES: [&str; 6] = [
     "tests/two-lights.toml",
     "tests/furnace-phong.toml",
 ];
-
-/// Pixels that differ in any bit.
-fn differences(a: &Picture, b: &Picture) -> usize {
-    let bits = |p: &[f32; 3]| p.map(f32::to_bits);
-    a.pixels
-        .iter()
-        .zip(&b.pixels)
-        .filter(|(a, b)| bits(a) != bits(b))
-        .count()
-}
-
-/// Fails with both pictures and their difference, unless they are the same bits.
-fn assert_same(name: &str, a: &Picture, b: &Picture) {
-    let count = differences(a, b);
-    if count > 0 {
-        let mut difference = a.clone();
-        for (x, y) in difference.pixels.iter_mut().flatten().zip(b.pixels.iter().flatten()) {
-            *x = (*x - y).abs();
-        }
-        let name = name.replace(['/', ' '], "-");
-        let files = [(a, "one"), (b, "other"), (&difference, "difference")]
-            .map(|(p, what)| leave(p, &format!("{name}-{what}")));
-        panic!(
-            "{name}: {count} of {} pixels differ: {}",
-            a.pixels.len(),
-            files.join(", ")
-        );
-    }
-}
-
-fn both(scene: &Scene, a: Settings, b: Settings, passes: u32, what: &str) -> Counters {
-    let name = format!("{} {} {} {what}", scene.name, a.estimator.name(), a.sampler.name());
-    let (a, b) = (rendered(scene, a, passes), rendered(scene, b, passes));
-    assert_same(&name, &a.picture(), &b.picture());
-    assert_eq!(a.counters(), b.counters(), "{name}: the same picture from other rays");
-    a.counters()
-}
 
 /// Films whose tiles have 1, 7, 9, 16 x 16, 1 x 16, 16 x 1 and 1 x 1 pixels: with 1, 2 and 5 passes the tails of
 /// streams have every length from 0 to 7, and packets straddle passes.

@@ -4,10 +4,15 @@
 //! than 40 families, so the whole suite stays below 8e-4. Seeds are fixed: what passes once passes for good.
 #![allow(dead_code)] // each test program uses its own share
 
+pub mod closed_forms;
 pub mod lanes;
+pub mod pictures;
 pub mod places;
 pub mod runs;
+pub mod samplers;
 pub mod stats;
+pub mod strategies;
+pub mod weights;
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -61,7 +66,10 @@ impl Family {
 
 /// Where a test leaves what there is to look at.
 pub fn artefact(name: &str) -> PathBuf {
-    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("proof");
+    // Unit tests have no folder of their own. A mutant (`src/mutant.rs`) leaves its tables apart.
+    let target = option_env!("CARGO_TARGET_TMPDIR").map_or_else(std::env::temp_dir, PathBuf::from);
+    let mutant = std::env::var("OCTOLUX_MUTANT").unwrap_or_default();
+    let folder = target.join("proof").join(mutant);
     std::fs::create_dir_all(&folder).expect("the target folder can be written to");
     folder.join(name)
 }

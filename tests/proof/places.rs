@@ -44,9 +44,12 @@ pub fn light<L: Lane>(point: &ShadingPoint<L>, sine: f64, off: f64, dip: f64) ->
     }
 }
 
+/// Sine of the light's half-angle, exponent of the lobe, and the light's place as [`light`] takes it.
+pub type Place = (f64, f64, f64, f64);
+
 /// Lights from a sine of 1e-4 (below, single directions are coarser than the cells) to the whole horizon and from
 /// inside, and lobes that are wider, as wide and narrower than the light.
-pub const LIGHTS: [(f64, f64, f64, f64); 15] = [
+pub const LIGHTS: [Place; 15] = [
     // sine, alpha, off, dip
     (1e-4, 1.0, 0.0, 0.3),
     (1e-4, 1e6, 0.5, 0.0),

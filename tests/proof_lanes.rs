@@ -1,15 +1,16 @@
-//! Exactness, function by function: eight lanes give the bits that one lane gives, NaN and infinities included. Nothing
+//! Exactness, function by function: eight lanes and sixteen give the bits that one lane gives, NaN and infinities
+//! included. Nothing
 //! here is statistical.
 
 mod proof;
 
 use octolux::bsdf::Bsdf;
-use octolux::lane::{F32x8, Lane};
+use octolux::lane::Lane;
 use octolux::light::SphereLight;
 use octolux::math::elementary::{exp, expm1, ln, ln_1m, powcos, sin_cos_turn};
 use octolux::math::{Frame, Vec3};
 use octolux::sampling::warp;
-use proof::lanes::{HARD, any_number, flat, indicator, same, uniform, vector, verdict};
+use proof::lanes::{HARD, InLanes, any_number, flat, in_all_widths, indicator, same, uniform, vector, verdict};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
@@ -18,32 +19,37 @@ trait Numbers {
     fn call<L: Lane>(&self, x: &[L]) -> Vec<L>;
 }
 
-/// Calls `f` with 20 000 packets of `arity` numbers, one in eight of them hard, and compares lane by lane. Differences
-/// go into a table.
+/// Sixteen calls of a function: `columns[argument][lane]`.
+struct Calls<'a, F>(&'a F, Vec<[f32; 16]>);
+
+impl<F: Numbers> InLanes for Calls<'_, F> {
+    type Said = Vec<f32>;
+    fn run<L: Lane>(&self, first: usize) -> Vec<Vec<f32>> {
+        let arguments: Vec<L> = self.1.iter().map(|column| L::load(&column[first..])).collect();
+        let results = self.0.call(&arguments);
+        (0..L::N).map(|i| results.iter().map(|x| x.lane(i)).collect()).collect()
+    }
+}
+
+/// Calls `f` with 10 000 packets of `arity` numbers, one in eight of them hard, in all widths, and compares lane by lane.
+/// Differences go into a table.
 fn check(name: &str, arity: usize, f: &impl Numbers, mut number: impl FnMut(&mut Pcg64, usize) -> f32) {
     let mut rng = Pcg64::seed_from_u64(3);
     let mut wrong = String::new();
-    for _ in 0..20_000 {
-        let columns: Vec<[f32; 8]> = (0..arity)
-            .map(|argument| {
-                std::array::from_fn(|_| {
-                    if rng.random_range(0..8) == 0 {
-                        HARD[rng.random_range(0..HARD.len())]
-                    } else {
-                        number(&mut rng, argument)
-                    }
-                })
+    for _ in 0..10_000 {
+        let mut argument = |argument| {
+            std::array::from_fn(|_| match rng.random_range(0..8) {
+                0 => HARD[rng.random_range(0..HARD.len())],
+                _ => number(&mut rng, argument),
             })
-            .collect();
-        let wide = f.call(&columns.iter().map(|c| F32x8::load(c)).collect::<Vec<_>>());
-        for lane in 0..8 {
-            let arguments: Vec<f32> = columns.iter().map(|c| c[lane]).collect();
-            for (k, (w, s)) in wide.iter().zip(f.call(&arguments)).enumerate() {
-                if !same(w.lane(lane), s) {
-                    wrong += &format!(
-                        "{name}{arguments:?} result {k}: {:e} in lane {lane}, {s:e} alone\n",
-                        w.lane(lane)
-                    );
+        };
+        let calls = Calls(f, (0..arity).map(&mut argument).collect());
+        let results = in_all_widths(&calls);
+        for (width, wide) in &results[1..] {
+            for (lane, (w, s)) in wide.iter().zip(&results[0].1).enumerate() {
+                if !w.iter().zip(s).all(|(w, s)| same(*w, *s)) {
+                    let arguments: Vec<f32> = calls.1.iter().map(|column| column[lane]).collect();
+                    wrong += &format!("{name}{arguments:?}: {w:?} in lane {lane} of {width}, {s:?} alone\n");
                 }
             }
         }

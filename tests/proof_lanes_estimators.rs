@@ -1,23 +1,23 @@
-//! Exactness of the estimators and of random numbers: eight lanes give the bits that one lane gives, whatever the other
-//! seven hold and whichever of them are active. Nothing here is statistical.
+//! Exactness of the estimators and of random numbers: eight lanes and sixteen give the bits that one lane gives, whatever
+//! the others hold and whichever of them are active. Nothing here is statistical.
 
 mod proof;
 
 use octolux::bsdf::Bsdf;
 use octolux::estimator::{ShadingPoint, per_light, per_point};
-use octolux::lane::{Bits, F32x8, Lane, Mask, U32x8, Word};
+use octolux::lane::{Bits, Lane, Mask};
 use octolux::light::SphereLight;
 use octolux::math::Vec3;
 use octolux::sampling::{Pair, PassBlock, Toss};
 use octolux::scene::SamplerKind;
-use proof::lanes::{HARD, flat, uniform, vector, verdict};
+use proof::lanes::{HARD, InLanes, flat, in_all_widths, uniform, vector, verdict};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
 /// A packet of points and numbers, and the scalar view of each of its lanes.
 struct Case {
-    columns: [[f32; 8]; 16],
-    bits: [[u32; 8]; 2],
+    columns: [[f32; 16]; 13],
+    bits: [[u32; 16]; 2],
     mask: u32,
     heads: u32,
 }
@@ -25,10 +25,10 @@ struct Case {
 impl Case {
     fn random(rng: &mut Pcg64) -> Self {
         let hard = rng.random_range(0..4) == 0;
-        let mut columns: [[f32; 8]; 16] = std::array::from_fn(|_| std::array::from_fn(|_| uniform(rng) * 2.0 - 1.0));
+        let mut columns: [[f32; 16]; 13] = std::array::from_fn(|_| std::array::from_fn(|_| uniform(rng) * 2.0 - 1.0));
         columns[12] = std::array::from_fn(|_| [1.0, 1.0, 1.5, 50.0, 1e4][rng.random_range(0..5)]);
         if hard {
-            columns[rng.random_range(0..12)][rng.random_range(0..8)] = HARD[rng.random_range(0..HARD.len())];
+            columns[rng.random_range(0..12)][rng.random_range(0..16)] = HARD[rng.random_range(0..HARD.len())];
         }
         // The ends of the range of random bits, too.
         let bits = |rng: &mut Pcg64| match rng.random_range(0..16) {
@@ -37,9 +37,9 @@ impl Case {
             _ => rng.next_u32(),
         };
         let bits = std::array::from_fn(|_| std::array::from_fn(|_| bits(rng)));
-        let mask = [0, 0xff, 1, 0x80, rng.next_u32() & 0xff][rng.random_range(0..5)];
+        let mask = [0, 0xffff, 1, 0x8000, rng.next_u32() & 0xffff][rng.random_range(0..5)];
         // All tails, all heads, a mixture.
-        let heads = [0, 0xff, rng.next_u32() & 0xff][rng.random_range(0..3)];
+        let heads = [0, 0xffff, rng.next_u32() & 0xffff][rng.random_range(0..3)];
         Self {
             columns,
             bits,
@@ -58,16 +58,20 @@ impl Case {
             bsdf: Bsdf::new(n, wo, vector(&x[9..]), x[12]),
         };
         let [a, b] = self.bits.map(|bits| L::Bits::from_fn(|i| bits[first + i]));
-        let heads = L::Mask::from_bitmask(self.heads >> first);
+        let heads = lanes_of::<L>(self.heads, first);
         (
             point,
             Toss {
                 heads,
                 pair: Pair(a, b),
             },
-            L::Mask::from_bitmask(self.mask >> first),
+            lanes_of::<L>(self.mask, first),
         )
     }
+}
+
+fn lanes_of<L: Lane>(bits: u32, first: usize) -> L::Mask {
+    L::Mask::from_bitmask(bits >> first & ((1 << L::N) - 1))
 }
 
 /// What an estimator says of each lane: nothing, or an active lane's numbers.
@@ -99,7 +103,24 @@ fn by_point<L: Lane, D: per_point::Density>(case: &Case, first: usize) -> Said {
     }
 }
 
-/// 20 000 packets with masks of none, all, the first, the last and any lanes. At least a tenth of the lanes must say
+/// The four estimators at sixteen points.
+struct Estimates<'a>(&'a Case, &'a SphereLight);
+
+impl InLanes for Estimates<'_> {
+    type Said = [Option<Vec<u32>>; 4];
+    fn run<L: Lane>(&self, first: usize) -> Vec<Self::Said> {
+        let Self(case, light) = *self;
+        let mut said = [
+            by_light::<L, per_light::ConeOnly>(case, light, first),
+            by_light::<L, per_light::Average>(case, light, first),
+            by_point::<L, per_point::Sphere>(case, first),
+            by_point::<L, per_point::Lobe>(case, first),
+        ];
+        (0..L::N).map(|i| said.each_mut().map(|s| s[i].take())).collect()
+    }
+}
+
+/// 10 000 packets with masks of none, all, the first, the last and any lanes. At least a twentieth of the lanes must say
 /// something, or the test would be empty.
 #[test]
 fn estimators_give_the_bits_of_one_lane_under_partial_masks() {
@@ -125,36 +146,16 @@ fn estimators_give_the_bits_of_one_lane_under_partial_masks() {
     ];
     let mut rng = Pcg64::seed_from_u64(17);
     let (mut wrong, mut heard) = (String::new(), [0, 0, 0, 0]);
-    for trial in 0..20_000 {
+    for trial in 0..10_000 {
         let case = Case::random(&mut rng);
-        let light = &lights[trial % 3];
-        let both = |first: usize, wide: bool| -> [Said; 4] {
-            if wide {
-                [
-                    by_light::<F32x8, per_light::ConeOnly>(&case, light, first),
-                    by_light::<F32x8, per_light::Average>(&case, light, first),
-                    by_point::<F32x8, per_point::Sphere>(&case, first),
-                    by_point::<F32x8, per_point::Lobe>(&case, first),
-                ]
-            } else {
-                [
-                    by_light::<f32, per_light::ConeOnly>(&case, light, first),
-                    by_light::<f32, per_light::Average>(&case, light, first),
-                    by_point::<f32, per_point::Sphere>(&case, first),
-                    by_point::<f32, per_point::Lobe>(&case, first),
-                ]
-            }
-        };
-        let wide = both(0, true);
-        for lane in 0..8 {
-            for (k, (eight, one)) in wide.iter().zip(both(lane, false)).enumerate() {
-                heard[k] += usize::from(one[0].is_some());
-                if eight[lane] != one[0] {
-                    wrong += &format!(
-                        "trial {trial} estimator {k} lane {lane}: {:x?}, alone {:x?}\n",
-                        eight[lane], one[0]
-                    );
-                }
+        let said = in_all_widths(&Estimates(&case, &lights[trial % 3]));
+        let alone = &said[0].1;
+        for one in alone {
+            (0..4).for_each(|k| heard[k] += usize::from(one[k].is_some()));
+        }
+        for (width, wide) in &said[1..] {
+            for (lane, (w, s)) in wide.iter().zip(alone).enumerate().filter(|(_, (w, s))| w != s) {
+                wrong += &format!("trial {trial}, lane {lane} of {width}: {w:x?}, alone {s:x?}\n");
             }
         }
     }
@@ -165,35 +166,62 @@ fn estimators_give_the_bits_of_one_lane_under_partial_masks() {
     );
 }
 
+/// Random numbers at sixteen addresses.
+struct Draws<'a> {
+    block: &'a PassBlock,
+    pixels: [u32; 16],
+    passes: [u32; 16],
+    pair: u32,
+    group: u32,
+}
+
+impl InLanes for Draws<'_> {
+    type Said = ([u32; 4], bool, [u32; 2]);
+    fn run<L: Lane>(&self, first: usize) -> Vec<Self::Said> {
+        let [pixel, pass] = [self.pixels, self.passes].map(|numbers| L::Bits::from_fn(|i| numbers[first + i]));
+        let key = self.block.key(pixel);
+        let Pair(a, b) = self.block.pair(key, pass, self.pair);
+        let toss = self.block.toss(key, pass, self.pair, self.group);
+        let (u, v) = toss.pair.unit::<L>();
+        let said = |i: usize| {
+            let bits = [a, b, toss.pair.0, toss.pair.1].map(|bits| bits.lane(i));
+            (
+                bits,
+                toss.heads.to_bitmask() >> i & 1 == 1,
+                [u, v].map(|x| x.lane(i).to_bits()),
+            )
+        };
+        (0..L::N).map(said).collect()
+    }
+}
+
 /// Packets that straddle two passes or several pixels take each lane's own number.
 #[test]
 fn random_numbers_give_the_bits_of_one_lane() {
     let mut rng = Pcg64::seed_from_u64(5);
     for kind in SamplerKind::ALL {
-        let block = PassBlock::new(kind, 3, 8, 16, 5);
-        for _ in 0..5_000 {
-            let pixels: [u32; 8] = std::array::from_fn(|_| rng.next_u32());
-            let one_pass = rng.random_range(0..16);
-            let mixed = rng.random_range(0..2) == 0;
-            let passes: [u32; 8] = std::array::from_fn(|_| if mixed { rng.random_range(0..16) } else { one_pass });
-            let row = rng.random_range(0..5);
-            let group = rng.next_u32();
-            let (key, pass) = (block.key(U32x8::from_fn(|i| pixels[i])), U32x8::from_fn(|i| passes[i]));
-            let (pair, toss) = (block.pair(key, pass, row), block.toss(key, pass, row, group));
-            for lane in 0..8 {
-                let (key, pass) = (block.key(Word(pixels[lane])), Word(passes[lane]));
-                let (one, thrown) = (block.pair(key, pass, row), block.toss(key, pass, row, group));
-                let bits = |Pair(a, b): Pair<U32x8>| (a.lane(lane), b.lane(lane));
-                let alone = |Pair(a, b): Pair<Word>| (a.0, b.0);
-                assert_eq!(bits(pair), alone(one), "{kind:?} lane {lane}");
-                assert_eq!(bits(toss.pair), alone(thrown.pair), "{kind:?} lane {lane}");
-                assert_eq!(
-                    toss.heads.to_bitmask() >> lane & 1 == 1,
-                    thrown.heads,
-                    "{kind:?} lane {lane}"
-                );
-                let (wide, alone) = (toss.pair.unit::<F32x8>(), thrown.pair.unit::<f32>());
-                assert_eq!((wide.0.lane(lane), wide.1.lane(lane)), alone);
+        for first in [0, 8] {
+            let block = PassBlock::new(kind, 3, first, 16, 5);
+            for trial in 0..3_000 {
+                let one_pass = rng.random_range(0..16);
+                let passes = std::array::from_fn(|_| {
+                    if trial % 2 == 0 {
+                        one_pass
+                    } else {
+                        rng.random_range(0..16)
+                    }
+                });
+                let draws = Draws {
+                    block: &block,
+                    pixels: std::array::from_fn(|_| rng.next_u32()),
+                    passes,
+                    pair: rng.random_range(0..5),
+                    group: rng.next_u32(),
+                };
+                let said = in_all_widths(&draws);
+                for (width, wide) in &said[1..] {
+                    assert_eq!(wide, &said[0].1, "{kind:?} in {width} lanes");
+                }
             }
         }
     }

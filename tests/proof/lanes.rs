@@ -1,6 +1,6 @@
 //! What tests of lanes share: hard numbers, vectors of lanes, and a table of the differences.
 
-use octolux::lane::Lane;
+use octolux::lane::{F32x8, F32x16, Lane, Work, has_avx512, with_avx512};
 use octolux::math::Vec3;
 use rand::{Rng, RngExt};
 use rand_pcg::Pcg64;
@@ -64,4 +64,34 @@ pub fn flat<L: Lane>(vectors: &[Vec3<L>]) -> Vec<L> {
 
 pub fn indicator<L: Lane>(mask: L::Mask) -> L {
     L::one().or_zero(mask)
+}
+
+/// A computation in lanes of any width, whose result says what each lane got.
+pub trait InLanes {
+    /// What one lane gets.
+    type Said;
+    /// Takes the inputs from number `first` on, one for each lane.
+    fn run<L: Lane>(&self, first: usize) -> Vec<Self::Said>;
+}
+
+struct Sixteen<'a, J: InLanes>(&'a J, &'a mut Vec<J::Said>);
+
+impl<J: InLanes> Work for Sixteen<'_, J> {
+    #[inline(always)]
+    fn run(self) {
+        *self.1 = self.0.run::<F32x16>(0);
+    }
+}
+
+/// What sixteen inputs get by themselves, by eight, and by sixteen where the processor has AVX-512.
+pub fn in_all_widths<J: InLanes>(job: &J) -> Vec<(usize, Vec<J::Said>)> {
+    let one = (0..16).flat_map(|first| job.run::<f32>(first)).collect();
+    let eight = [0, 8].into_iter().flat_map(|first| job.run::<F32x8>(first)).collect();
+    let mut all = vec![(1, one), (8, eight)];
+    if has_avx512() {
+        let mut sixteen = vec![];
+        with_avx512(Sixteen(job, &mut sixteen));
+        all.push((16, sixteen));
+    }
+    all
 }

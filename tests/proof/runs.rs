@@ -34,6 +34,15 @@ pub fn settings(width: u32, height: u32, estimator: EstimatorKind) -> Settings {
     }
 }
 
+/// The widths of packets besides eight: one, and sixteen where the processor has AVX-512.
+pub fn other_widths() -> Vec<usize> {
+    if octolux::lane::has_avx512() {
+        vec![1, 16]
+    } else {
+        vec![1]
+    }
+}
+
 /// A renderer with `passes` passes. Nothing invalid may have come up on the way.
 pub fn rendered(scene: &Scene, settings: Settings, passes: u32) -> Renderer {
     let mut renderer = Renderer::new(scene, settings).unwrap_or_else(|error| panic!("{}: {error}", scene.name));

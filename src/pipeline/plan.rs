@@ -27,6 +27,8 @@ pub fn widest_lanes() -> usize {
 pub struct Plan {
     /// Its name.
     pub name: String,
+    /// Why, in a sentence.
+    pub why: String,
     /// Who answers rays.
     pub accel: AccelKind,
     /// Pairs of random numbers that a sample takes.
@@ -61,7 +63,16 @@ impl Plan {
             other => return Err(format!("there are kernels of 1, 8 and 16 lanes, not of {other}")),
         }
         let few = features.shapes <= IN_LINE;
-        let accel = accel.unwrap_or(if few { AccelKind::Linear } else { AccelKind::Embree });
+        let free_choice = if few { AccelKind::Linear } else { AccelKind::Embree };
+        let why = match (accel, few) {
+            (Some(forced), _) => format!("--accel {} was asked for", forced.name()),
+            (None, true) => format!("{} shapes are few enough to be tested in a line", features.shapes),
+            (None, false) => format!(
+                "{} shapes are more than the {IN_LINE} that a line is good for",
+                features.shapes
+            ),
+        };
+        let accel = accel.unwrap_or(free_choice);
         let kernel = match accel {
             AccelKind::Embree => kernel::<ByEmbree>(estimator, lanes),
             AccelKind::Linear => kernel::<InLine>(estimator, lanes),
@@ -70,6 +81,7 @@ impl Plan {
         let name = format!("{}-f32x{lanes}-{}", accel.name(), estimator.name());
         Ok(Self {
             name,
+            why,
             accel,
             pairs,
             kernel,

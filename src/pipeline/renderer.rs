@@ -100,6 +100,11 @@ impl Renderer {
         &self.plan.name
     }
 
+    /// Why the plan chose it, in a sentence.
+    pub fn why(&self) -> &str {
+        &self.plan.why
+    }
+
     /// What the scene calls for, in words.
     pub fn needs(&self) -> Vec<&'static str> {
         self.features.needs()

@@ -1,0 +1,264 @@
+//! Proofs on a user's own scene.
+//!
+//! Three kinds of checks, one a file: what can be wrong with the scene ([`sanity`]); pictures that must be the same to
+//! the last bit ([`exact`]); pictures that must agree in the mean ([`agreement`], [`oracle`]).
+//!
+//! # How means are compared
+//!
+//! Every picture is rendered at least 8 times with independent seeds. The standard error of a difference comes from
+//! the spread of those replicates, so it needs no assumption about samples, which in a low-discrepancy sequence depend
+//! on each other; but being an estimate from R values it makes the quotient follow Student's t with R - 1 degrees of
+//! freedom, whose tails are far wider than the normal ones ([`super::student`]). Estimators are compared replicate by
+//! replicate at the same seed: the eye rays are then the same and their noise cancels. What all samples together may
+//! have missed is granted on top ([`tails`]). All rows together raise a false alarm with probability [`FALSE_ALARMS`]
+//! at most: rows share it equally, the values of a row by Šidák.
+//!
+//! A row whose bound exceeds half of the light says `no power`: it has seen nothing wrong, and could hardly have.
+
+pub mod agreement;
+pub mod bench;
+pub mod blocks;
+pub mod error;
+pub mod exact;
+pub mod means;
+pub mod oracle;
+pub mod replicates;
+pub mod row;
+pub mod sanity;
+pub mod tails;
+
+use std::time::Instant;
+
+pub use bench::{Bench, Watch};
+pub use error::VerifyError;
+pub use row::{Evidence, Row, Verdict};
+
+use crate::pipeline::Settings;
+use crate::reference::probe::Probe;
+use crate::scene::{EstimatorKind, FilmSize, SamplerKind, Scene};
+use agreement::Judge;
+use bench::Cost;
+use blocks::Grid;
+use oracle::Oracle;
+use replicates::Series;
+use tails::Tails;
+
+/// The probability that any row about means fails on a scene without fault.
+pub const FALSE_ALARMS: f64 = 1e-4;
+
+/// Rows about means, at most: they share the false alarms.
+const ROWS: usize = 24;
+
+/// Fewer replicates say too little of their own spread.
+const LEAST_REPLICATES: usize = 8;
+
+/// More tighten no quantile any further; time then goes into samples.
+const REPLICATES: usize = 16;
+
+/// Samples of a pixel in a replicate that the size of the film aims at.
+const SPP: f64 = 64.0;
+
+/// What to verify with.
+#[derive(Clone, Copy, Debug)]
+pub struct Options {
+    /// Seconds to spend.
+    pub budget: f64,
+    /// Threads.
+    pub threads: usize,
+    /// Seed of everything.
+    pub seed: u32,
+}
+
+/// How a verification went.
+#[derive(Debug)]
+pub struct Report {
+    /// Row by row.
+    pub rows: Vec<Row>,
+    /// The film of the comparisons of means.
+    pub film: FilmSize,
+    /// Samples of a pixel in each replicate.
+    pub spp: u32,
+    /// Replicates.
+    pub replicates: usize,
+    /// Samples of a pixel by the oracle.
+    pub oracle_spp: u32,
+    /// Probes of a pixel.
+    pub probes: u32,
+    /// Renders.
+    pub renders: u64,
+    /// The version of Embree.
+    pub embree_version: String,
+    /// Seconds that it took.
+    pub seconds: f64,
+}
+
+impl Report {
+    /// Rows of one verdict.
+    pub fn count(&self, verdict: Verdict) -> usize {
+        self.rows.iter().filter(|row| row.verdict == verdict).count()
+    }
+}
+
+/// Checks everything that the scene allows within the budget.
+///
+/// # Errors
+/// Where renders cannot start, or a stop was asked for.
+pub fn run(scene: &Scene, options: Options, watch: &dyn Watch) -> Result<Report, VerifyError> {
+    let settings = Settings {
+        film: scene.film,
+        estimator: EstimatorKind::Mis,
+        sampler: SamplerKind::Sobol,
+        seed: options.seed,
+        lanes: 8,
+        threads: options.threads,
+    };
+    let mut bench = Bench::new(scene, settings, options.budget, watch);
+    bench.announce("the scene")?;
+    let mut rows = sanity::check(scene);
+    let costs = bench.costs()?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build()?;
+
+    rows.extend(exact::check(&mut bench, &costs, 0.15 * options.budget)?);
+
+    let film = bench.film(comparable_pixels(&costs, 0.5 * options.budget));
+    let grid = Grid::new(film);
+    let (tails, probe_s) = probe(&bench, &pool, film, &grid)?;
+    rows.push(sanity::reach(scene, &tails.lights_nothing()));
+    // The oracle traces as many rays as a probe. It gets a fifth.
+    let oracle = Oracle::render(&bench, &pool, film, 0.2 * options.budget / probe_s)?;
+    let (series, other) = replicate(&mut bench, &costs, film, &grid)?;
+
+    bench.announce("the verdicts")?;
+    let judge = Judge {
+        grid: &grid,
+        tails: &tails,
+        alpha: FALSE_ALARMS / ROWS as f64,
+        width: film.width,
+    };
+    for (i, a) in series.iter().enumerate() {
+        for b in &series[i + 1..] {
+            rows.extend(judge.estimators(a, b));
+        }
+    }
+    for (i, one) in series.iter().enumerate() {
+        rows.extend(oracle.rows(&judge, one, i + 1 == series.len()));
+    }
+    let best = &series[series.len() - 1];
+    rows.extend(judge.samplers(best, &other));
+    rows.push(judge.seeds(best));
+    rows.push(judge.spp(best));
+    rows.push(invalid(&bench));
+    Ok(Report {
+        rows,
+        film,
+        spp: best.spp,
+        replicates: best.count(),
+        oracle_spp: oracle.spp,
+        probes: tails.passes() as u32,
+        renders: bench.renders,
+        seconds: bench.elapsed(),
+        embree_version: bench.embree_version,
+    })
+}
+
+/// Pixels for which the replicates get about [`SPP`] samples in so many seconds.
+fn comparable_pixels(costs: &[Cost], seconds: f64) -> f64 {
+    let (setup, sample) = of_round(costs);
+    let round = (seconds / REPLICATES as f64 - setup).max(0.2 * seconds / REPLICATES as f64);
+    (round / sample / SPP).clamp(256.0, 60_000.0)
+}
+
+/// Seconds of a round of replicates: setting up, and a pass of one pixel. The last estimator runs once more, with the
+/// other sampler.
+fn of_round(costs: &[Cost]) -> (f64, f64) {
+    let all = costs.iter().chain(costs.last());
+    all.fold((0.0, 1e-12), |(setup, sample), cost| {
+        (setup + cost.setup_s, sample + cost.sample_s)
+    })
+}
+
+/// Probes for a twentieth of the budget, 16 passes at least. Also returns the seconds of a pass.
+fn probe(
+    bench: &Bench<'_>,
+    pool: &rayon::ThreadPool,
+    film: FilmSize,
+    grid: &Grid,
+) -> Result<(Tails, f64), VerifyError> {
+    bench.announce("tails")?;
+    let probe = Probe::new(bench.scene, film);
+    let mut tails = Tails::new(grid.clone(), &probe);
+    let mut tracing = 0.0;
+    let begun = bench.elapsed();
+    while tails.passes() < 16.0 || (bench.elapsed() - begun < 0.05 * bench.budget() && tails.passes() < 1000.0) {
+        bench.announce("tails")?;
+        let started = Instant::now();
+        let seed = u64::from(bench.settings.seed) << 16 | tails.passes() as u64;
+        let found = pool.install(|| probe.pass(seed));
+        tracing += started.elapsed().as_secs_f64();
+        tails.add(&found);
+    }
+    let pass_s = (tracing / tails.passes()).max(1e-9);
+    Ok((tails, pass_s))
+}
+
+/// Replicates of every estimator with the same seeds, and of the last one with the other sampler, until the budget is
+/// spent; 8 rounds at least.
+fn replicate(
+    bench: &mut Bench<'_>,
+    costs: &[Cost],
+    film: FilmSize,
+    grid: &Grid,
+) -> Result<(Vec<Series>, Series), VerifyError> {
+    let pixels = f64::from(film.width) * f64::from(film.height);
+    let (setup, sample) = of_round(costs);
+    let round = bench.until(0.95).max(0.1 * bench.until(1.0)) / REPLICATES as f64;
+    let spp = ((round - setup).max(0.1 * round) / (sample * pixels)).clamp(4.0, 65_536.0) as u32;
+    let spp = if spp >= 32 { spp / 16 * 16 } else { spp / 2 * 2 };
+    bench.settings.film = film;
+    let mut series: Vec<Series> = costs
+        .iter()
+        .map(|cost| Series::new(cost.estimator, SamplerKind::Sobol, spp))
+        .collect();
+    let best = costs.last().map_or(EstimatorKind::Mis, |cost| cost.estimator);
+    let mut other = Series::new(best, SamplerKind::Independent, spp);
+    let mut longest = 0.0_f64;
+    while other.count() < LEAST_REPLICATES || (other.count() < 2 * REPLICATES && bench.until(0.98) > longest) {
+        let started = Instant::now();
+        // A step that is odd and not small, so that the seeds of another --seed are others.
+        let seed = bench
+            .settings
+            .seed
+            .wrapping_add((other.count() as u32 + 1).wrapping_mul(0x9e37_79b1));
+        for one in series.iter_mut().chain(Some(&mut other)) {
+            bench.announce(&format!(
+                "means of {}, {} of {REPLICATES}",
+                one.estimator.name(),
+                one.count() + 1
+            ))?;
+            one.render(bench, grid, seed)?;
+        }
+        longest = longest.max(started.elapsed().as_secs_f64());
+    }
+    Ok((series, other))
+}
+
+/// Contributions that were thrown away, and values that no picture may hold.
+fn invalid(bench: &Bench<'_>) -> Row {
+    let thrown = bench.counters.invalid_nan + bench.counters.invalid_inf + bench.counters.invalid_negative;
+    let count = thrown + bench.invalid.total();
+    let row = Row::pass(
+        "valid samples",
+        format!("{:.0} million samples", bench.counters.samples as f64 * 1e-6),
+    )
+    .figures(format!("{count} invalid"), "0")
+    .number("samples", bench.counters.samples as f64)
+    .number("thrown_away", thrown as f64)
+    .number("in_pictures", bench.invalid.total() as f64);
+    if count == 0 {
+        return row;
+    }
+    row.judged(
+        Verdict::Fail,
+        "samples are NaN, infinite or negative; they are left out, and the picture may be too dark",
+    )
+}

@@ -66,6 +66,11 @@ impl<'s> Probe<'s> {
         self.world.emitters().len()
     }
 
+    /// Where a point of the scene lies on the film, in pixels; `None` behind the camera.
+    pub fn project(&self, point: DVec3) -> Option<[f64; 2]> {
+        self.camera.project(point)
+    }
+
     /// One sample of every pixel, on the threads of the current rayon pool. Seeds give independent passes.
     pub fn pass(&self, seed: u64) -> Vec<Found> {
         let pixels = self.film.width as usize * self.film.height as usize;

@@ -5,7 +5,9 @@ use crate::scene::FilmSize;
 /// At most about so many blocks: fewer see no place, more see only noise.
 const BLOCKS: f64 = 48.0;
 
-/// Square blocks; those at the right and lower edge may be smaller. After the blocks comes one more cell, the whole.
+/// Square blocks; those at the right and lower edge may be smaller. After the blocks come two more cells: the whole
+/// of them, and the rims, pixels that show the edge of an emitter. Rims are in no block: whether an eye ray meets a
+/// light of radiance 900 or misses it is more noise than all reflected light has.
 #[derive(Clone, Debug)]
 pub struct Grid {
     block_of: Vec<u32>,
@@ -13,33 +15,44 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// Cuts a film.
-    pub fn new(film: FilmSize) -> Self {
+    /// Cuts a film; `rims` says of each pixel whether it is one.
+    pub fn new(film: FilmSize, rims: &[bool]) -> Self {
         let (width, height) = (film.width as usize, film.height as usize);
         let side = ((width * height) as f64 / BLOCKS).sqrt().ceil().max(1.0) as usize;
         let per_row = width.div_ceil(side);
-        let block_of: Vec<u32> = (0..width * height)
-            .map(|i| ((i / width / side) * per_row + i % width / side) as u32)
-            .collect();
-        let mut pixels = vec![0.0; per_row * height.div_ceil(side) + 1];
+        let blocks = per_row * height.div_ceil(side);
+        let cell = |i: usize| {
+            if rims[i] {
+                blocks + 1
+            } else {
+                (i / width / side) * per_row + i % width / side
+            }
+        };
+        let block_of: Vec<u32> = (0..width * height).map(|i| cell(i) as u32).collect();
+        let mut pixels = vec![0.0; blocks + 2];
         for &block in &block_of {
             pixels[block as usize] += 1.0;
         }
-        pixels[per_row * height.div_ceil(side)] = block_of.len() as f64;
+        pixels[blocks] = block_of.len() as f64 - pixels[blocks + 1];
         Self { block_of, pixels }
     }
 
     /// How many blocks there are; this is also the index of the whole.
     pub fn blocks(&self) -> usize {
+        self.pixels.len() - 2
+    }
+
+    /// The cell of the rims.
+    pub fn rims(&self) -> usize {
         self.pixels.len() - 1
     }
 
-    /// Blocks and the whole.
+    /// Blocks, the whole and the rims.
     pub fn cells(&self) -> usize {
         self.pixels.len()
     }
 
-    /// The block of a pixel.
+    /// The block of a pixel, or the rims.
     pub fn block_of(&self, pixel: usize) -> usize {
         self.block_of[pixel] as usize
     }
@@ -49,7 +62,7 @@ impl Grid {
         self.pixels[cell]
     }
 
-    /// The sum of a value of every pixel over each cell, the whole last.
+    /// The sum of a value of every pixel over each cell.
     pub fn sums(&self, values: impl Iterator<Item = [f64; 3]>) -> Vec<[f64; 3]> {
         let mut sums = vec![[0.0; 3]; self.cells()];
         for (value, &block) in values.zip(&self.block_of) {
@@ -66,11 +79,11 @@ impl Grid {
         sums
     }
 
-    /// The mean of every cell, the whole last.
+    /// The mean of every cell; 0 in one without pixels.
     pub fn means<T: Copy + Into<f64>>(&self, pixels: &[[T; 3]]) -> Vec<[f64; 3]> {
         let mut means = self.sums(pixels.iter().map(|pixel| pixel.map(Into::into)));
         for (mean, count) in means.iter_mut().zip(&self.pixels) {
-            *mean = mean.map(|sum| sum / count);
+            *mean = mean.map(|sum| sum / count.max(1.0));
         }
         means
     }
@@ -94,13 +107,19 @@ mod tests {
     #[test]
     fn every_pixel_counts_once() {
         for (width, height) in [(1, 1), (8, 6), (96, 64), (101, 7), (1, 500)] {
-            let grid = Grid::new(FilmSize { width, height });
             let pixels = (width * height) as usize;
+            let rims: Vec<bool> = (0..pixels).map(|i| i % 7 == 3).collect();
+            let grid = Grid::new(FilmSize { width, height }, &rims);
             assert!(grid.blocks() >= 1 && grid.blocks() <= 100, "{}", grid.blocks());
             let counted: f64 = (0..grid.blocks()).map(|block| grid.pixels(block)).sum();
-            assert_eq!(counted, pixels as f64);
+            assert_eq!(counted, grid.pixels(grid.blocks()));
+            assert_eq!(counted + grid.pixels(grid.rims()), pixels as f64);
             let means = grid.means(&vec![[1.0_f32, 2.0, 4.0]; pixels]);
-            assert!(means.iter().all(|mean| *mean == [1.0, 2.0, 4.0]), "{width} x {height}");
+            let filled = (0..grid.cells()).filter(|&cell| grid.pixels(cell) > 0.0);
+            assert!(
+                filled.map(|cell| means[cell]).all(|mean| mean == [1.0, 2.0, 4.0]),
+                "{width} x {height}"
+            );
         }
     }
 

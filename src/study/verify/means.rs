@@ -74,11 +74,26 @@ impl Family {
         self.judged.iter().all(|judged| judged.ratio <= 1.0)
     }
 
-    /// The bias that is seen in half of the values that have light; `None` where none has.
+    /// The bias that is seen: the largest visible one of up to 3 values, else the median of those blocks that have
+    /// power, if these are a quarter of all with light (and 1 or more). `None` where there is no light.
     pub fn visible(&self) -> Option<f64> {
         let mut visible: Vec<f64> = self.judged.iter().filter(|j| j.lit).map(|j| j.visible).collect();
         visible.sort_by(f64::total_cmp);
-        visible.get(visible.len() / 2).copied()
+        let able = visible.partition_point(|&bias| bias <= POWER);
+        match visible.len() {
+            0..=3 => visible.last().copied(),
+            all if 4 * able >= all => Some(visible[able / 2]),
+            all => Some(visible[all / 4]),
+        }
+    }
+
+    /// Values that have light, and those among them in which a bias below [`POWER`] would be seen.
+    pub fn power(&self) -> [usize; 2] {
+        let lit = self.judged.iter().filter(|judged| judged.lit);
+        [
+            lit.clone().count(),
+            lit.filter(|judged| judged.visible <= POWER).count(),
+        ]
     }
 }
 
@@ -113,7 +128,7 @@ mod tests {
         };
         let mut cell = || {
             let differences: Vec<f64> = (0..16).map(|_| replicate(1.0 + bias) - replicate(1.0)).collect();
-            let (difference, variance) = spread(differences.iter().copied());
+            let (difference, variance) = spread(&differences);
             Estimate {
                 difference,
                 variance,
@@ -153,7 +168,7 @@ mod tests {
         for _ in 0..200 {
             for (bias, found) in [0.0, 0.01].into_iter().zip(&mut found) {
                 let values: Vec<f64> = (0..16).map(|_| bias + 0.004 * (rng.random::<f64>() - 0.5)).collect();
-                let (difference, variance) = spread(values.iter().copied());
+                let (difference, variance) = spread(&values);
                 let estimate = Estimate {
                     difference,
                     variance,

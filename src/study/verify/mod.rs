@@ -9,8 +9,8 @@
 //! the spread of those replicates, so it needs no assumption about samples, which in a low-discrepancy sequence depend
 //! on each other; but being an estimate from R values it makes the quotient follow Student's t with R - 1 degrees of
 //! freedom, whose tails are far wider than the normal ones ([`super::student`]). Estimators are compared replicate by
-//! replicate at the same seed: the eye rays are then the same and their noise cancels. What all samples together may
-//! have missed is granted on top ([`tails`]). All rows together raise a false alarm with probability [`FALSE_ALARMS`]
+//! replicate at the same seed: the eye rays are then the same and their noise cancels. Rims of visible lights are kept
+//! apart ([`rims`]). What all samples together may have missed is granted on top ([`tails`]). All rows together raise a false alarm with probability [`FALSE_ALARMS`]
 //! at most: rows share it equally, the values of a row by Šidák.
 //!
 //! A row whose bound exceeds half of the light says `no power`: it has seen nothing wrong, and could hardly have.
@@ -23,6 +23,7 @@ pub mod exact;
 pub mod means;
 pub mod oracle;
 pub mod replicates;
+pub mod rims;
 pub mod row;
 pub mod sanity;
 pub mod tails;
@@ -47,13 +48,17 @@ use tails::Tails;
 pub const FALSE_ALARMS: f64 = 1e-4;
 
 /// Rows about means, at most: they share the false alarms.
-const ROWS: usize = 24;
+const ROWS: usize = 25;
 
 /// Fewer replicates say too little of their own spread.
 const LEAST_REPLICATES: usize = 8;
 
 /// More tighten no quantile any further; time then goes into samples.
 const REPLICATES: usize = 16;
+
+/// Probes of a pixel.
+const LEAST_PROBES: u64 = 16;
+const MOST_PROBES: u64 = 1000;
 
 /// Samples of a pixel in a replicate that the size of the film aims at.
 const SPP: f64 = 64.0;
@@ -121,11 +126,10 @@ pub fn run(scene: &Scene, options: Options, watch: &dyn Watch) -> Result<Report,
     rows.extend(exact::check(&mut bench, &costs, 0.15 * options.budget)?);
 
     let film = bench.film(comparable_pixels(&costs, 0.5 * options.budget));
-    let grid = Grid::new(film);
-    let (tails, probe_s) = probe(&bench, &pool, film, &grid)?;
+    let (grid, tails, probe_s) = probe(&bench, &pool, film)?;
     rows.push(sanity::reach(scene, &tails.lights_nothing()));
     // The oracle traces as many rays as a probe. It gets a fifth.
-    let oracle = Oracle::render(&bench, &pool, film, 0.2 * options.budget / probe_s)?;
+    let oracle = Oracle::render(&bench, &pool, &grid, film, 0.2 * options.budget / probe_s)?;
     let (series, other) = replicate(&mut bench, &costs, film, &grid)?;
 
     bench.announce("the verdicts")?;
@@ -178,27 +182,23 @@ fn of_round(costs: &[Cost]) -> (f64, f64) {
 }
 
 /// Probes for a twentieth of the budget, 16 passes at least. Also returns the seconds of a pass.
-fn probe(
-    bench: &Bench<'_>,
-    pool: &rayon::ThreadPool,
-    film: FilmSize,
-    grid: &Grid,
-) -> Result<(Tails, f64), VerifyError> {
+fn probe(bench: &Bench<'_>, pool: &rayon::ThreadPool, film: FilmSize) -> Result<(Grid, Tails, f64), VerifyError> {
     bench.announce("tails")?;
     let probe = Probe::new(bench.scene, film);
+    let started = Instant::now();
+    let pass = |number: u64| pool.install(|| probe.pass(u64::from(bench.settings.seed) << 16 | number));
+    let first: Vec<_> = (0..LEAST_PROBES).map(pass).collect();
+    let pass_s = (started.elapsed().as_secs_f64() / LEAST_PROBES as f64).max(1e-9);
+    let grid = Grid::new(film, &rims::find(bench.scene, &probe, film, &first));
     let mut tails = Tails::new(grid.clone(), &probe);
-    let mut tracing = 0.0;
-    let begun = bench.elapsed();
-    while tails.passes() < 16.0 || (bench.elapsed() - begun < 0.05 * bench.budget() && tails.passes() < 1000.0) {
+    first.iter().for_each(|found| tails.add(found));
+    let mut number = LEAST_PROBES;
+    while started.elapsed().as_secs_f64() < 0.05 * bench.budget() && number < MOST_PROBES {
         bench.announce("tails")?;
-        let started = Instant::now();
-        let seed = u64::from(bench.settings.seed) << 16 | tails.passes() as u64;
-        let found = pool.install(|| probe.pass(seed));
-        tracing += started.elapsed().as_secs_f64();
-        tails.add(&found);
+        tails.add(&pass(number));
+        number += 1;
     }
-    let pass_s = (tracing / tails.passes()).max(1e-9);
-    Ok((tails, pass_s))
+    Ok((grid, tails, pass_s))
 }
 
 /// Replicates of every estimator with the same seeds, and of the last one with the other sampler, until the budget is

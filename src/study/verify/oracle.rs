@@ -5,7 +5,7 @@ use super::bench::Bench;
 use super::blocks::Grid;
 use super::error::VerifyError;
 use super::means::{Estimate, Family};
-use super::replicates::Series;
+use super::replicates::{Series, spread};
 use super::row::{Evidence, Row, Verdict};
 use super::tails::Source;
 use crate::reference;
@@ -37,8 +37,13 @@ impl Oracle {
     ///
     /// # Errors
     /// If a stop was asked for.
-    pub fn render(bench: &Bench<'_>, pool: &rayon::ThreadPool, film: FilmSize, spp: f64) -> Result<Self, VerifyError> {
-        let grid = Grid::new(film);
+    pub fn render(
+        bench: &Bench<'_>,
+        pool: &rayon::ThreadPool,
+        grid: &Grid,
+        film: FilmSize,
+        spp: f64,
+    ) -> Result<Self, VerifyError> {
         let each = (spp / f64::from(PARTS)).clamp(2.0, 1e6) as u32;
         let mut pixels = vec![[(0.0, 0.0); 3]; film.width as usize * film.height as usize];
         for part in 0..PARTS {
@@ -55,7 +60,7 @@ impl Oracle {
         let means = grid.sums(pixels.iter().map(|pixel| pixel.map(|(mean, _)| mean)));
         let variances = grid.sums(pixels.iter().map(|pixel| pixel.map(|(_, variance)| variance)));
         let cells = (0..grid.cells()).map(|cell| {
-            let count = grid.pixels(cell);
+            let count = grid.pixels(cell).max(1.0);
             [0, 1, 2].map(|channel| (means[cell][channel] / count, variances[cell][channel] / (count * count)))
         });
         Ok(Self {
@@ -65,53 +70,81 @@ impl Oracle {
         })
     }
 
-    /// The whole, and blocks where `blocks`; then the RMS of the blocks' z-scores.
+    /// The whole; where `blocks`, also blocks, the RMS of their z-scores, and the rims of the lights.
     pub fn rows(&self, judge: &Judge<'_>, series: &Series, blocks: bool) -> Vec<Row> {
         let name = series.estimator.name();
-        let mut rows = vec![self.means(judge, series, true, format!("{name} and oracle, whole"))];
+        let (whole, rims) = (judge.grid.blocks(), judge.grid.rims());
+        let row = |cells: &[Vec<usize>], part: &str| {
+            let compared = format!("{name} and oracle, {part}");
+            let estimates: Vec<Estimate> = cells
+                .iter()
+                .flat_map(|cells| self.estimates(judge, series, cells))
+                .collect();
+            let family = Family::new(&estimates, judge.alpha);
+            let mut row = Row::of_means("oracle", compared, &family, judge.alpha);
+            if !family.agrees() {
+                row.evidence = Some(self.evidence(judge, series));
+            }
+            row
+        };
+        let mut rows = vec![row(&[vec![whole]], "whole")];
+        if rows[0].verdict == Verdict::NoPower {
+            let calm = judge.calm(|cell| self.hidden(judge, series, cell));
+            if !calm.is_empty() {
+                let part = format!("{} of {whole} blocks", calm.len());
+                rows[0] = row(&[calm], &part);
+            }
+        }
         if blocks {
-            rows.push(self.means(judge, series, false, format!("{name} and oracle, blocks")));
+            rows.push(row(&(0..whole).map(|block| vec![block]).collect::<Vec<_>>(), "blocks"));
             rows.push(self.rms(judge, series, format!("{name} and oracle, blocks")));
+            if judge.grid.pixels(rims) > 0.0 {
+                rows.push(row(&[vec![rims]], "lights' rims"));
+            }
         }
         rows
     }
 
-    fn means(&self, judge: &Judge<'_>, series: &Series, whole: bool, compared: String) -> Row {
-        let last = judge.grid.blocks();
-        let cells = if whole { last..last + 1 } else { 0..last };
-        let estimates: Vec<Estimate> = cells.flat_map(|cell| self.estimates(judge, series, cell)).collect();
-        let family = Family::new(&estimates, judge.alpha);
-        let mut row = Row::of_means("oracle", compared, &family, judge.alpha);
-        if !family.agrees() {
-            let names = [series.estimator.name().to_owned(), "oracle".to_owned()];
-            row.evidence = Some(Evidence::of_measured(
-                &series.picture(),
-                &self.pixels,
-                judge.width,
-                names,
-            ));
-        }
-        row
+    fn evidence(&self, judge: &Judge<'_>, series: &Series) -> Evidence {
+        let names = [series.estimator.name().to_owned(), "oracle".to_owned()];
+        Evidence::of_measured(&series.picture(), &self.pixels, judge.width, names)
     }
 
-    fn estimates(&self, judge: &Judge<'_>, series: &Series, cell: usize) -> [Estimate; 3] {
-        let renderer = judge.hidden(series, cell, true);
+    /// What both may have missed.
+    fn hidden(&self, judge: &Judge<'_>, series: &Series, cell: usize) -> [f64; 3] {
+        let renderer = judge.hidden(series, cell);
         let own = judge
             .tails
-            .hidden(Source::Oracle, cell, f64::from(self.spp), judge.alpha, true);
+            .hidden(Source::Oracle, cell, f64::from(self.spp), judge.alpha);
+        std::array::from_fn(|channel| renderer[channel] + own[channel])
+    }
+
+    /// The mean over cells in each channel.
+    fn estimates(&self, judge: &Judge<'_>, series: &Series, cells: &[usize]) -> [Estimate; 3] {
+        let hidden: Vec<[f64; 3]> = cells.iter().map(|&cell| self.hidden(judge, series, cell)).collect();
+        let pixels: f64 = cells.iter().map(|&cell| judge.grid.pixels(cell)).sum();
         [0, 1, 2].map(|channel| {
-            let (mean, variance) = series.cell(cell, channel);
-            let (oracle, oracle_variance) = self.cells[cell][channel];
-            let all = variance + oracle_variance;
+            let replicates = series
+                .means
+                .iter()
+                .map(|means| judge.mean(cells, |cell| means[cell][channel]));
+            let (mean, variance) = spread(&replicates.collect::<Vec<f64>>());
+            let oracle = judge.mean(cells, |cell| self.cells[cell][channel].0);
+            let own = |&cell: &usize| (judge.grid.pixels(cell) / pixels.max(1.0)).powi(2) * self.cells[cell][channel].1;
+            let all = variance + cells.iter().map(own).sum::<f64>();
             // Welch and Satterthwaite: the oracle's own deviation comes from thousands of samples.
             let dof = (series.count() as f64 - 1.0) * (all / variance).powi(2);
             Estimate {
                 difference: mean - oracle,
                 variance: all,
                 dof: if dof.is_nan() { 1e6 } else { dof.clamp(1.0, 1e6) },
-                hidden: renderer[channel] + own[channel],
+                hidden: cells
+                    .iter()
+                    .zip(&hidden)
+                    .map(|(&cell, hidden)| judge.grid.pixels(cell) / pixels.max(1.0) * hidden[channel])
+                    .sum(),
                 size: mean.max(oracle),
-                light: judge.tails.reflected(cell)[channel],
+                light: judge.mean(cells, |cell| judge.tails.light(cell)[channel]),
             }
         })
     }
@@ -123,7 +156,7 @@ impl Oracle {
         let channel = (0..3).max_by(brightest).unwrap_or(1);
         let each = student::sidak(judge.alpha, judge.grid.blocks());
         let scores: Vec<f64> = (0..judge.grid.blocks())
-            .map(|cell| self.estimates(judge, series, cell)[channel])
+            .map(|cell| self.estimates(judge, series, &[cell])[channel])
             .filter(|estimate| estimate.variance > 0.0 && estimate.light > 0.0)
             .filter(|estimate| {
                 let noise = student::quantile(each, estimate.dof) * estimate.variance.sqrt();
@@ -148,17 +181,11 @@ impl Oracle {
         if rms <= bound {
             return row;
         }
-        let names = [series.estimator.name().to_owned(), "oracle".to_owned()];
         let mut row = row.judged(
             Verdict::Fail,
             "the blocks scatter around the oracle by more than their noise",
         );
-        row.evidence = Some(Evidence::of_measured(
-            &series.picture(),
-            &self.pixels,
-            judge.width,
-            names,
-        ));
+        row.evidence = Some(self.evidence(judge, series));
         row
     }
 }

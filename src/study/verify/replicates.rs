@@ -97,16 +97,20 @@ impl Series {
 
     /// The mean of a cell and the variance of that mean.
     pub fn cell(&self, cell: usize, channel: usize) -> (f64, f64) {
-        spread(self.means.iter().map(|means| means[cell][channel]))
+        spread(
+            &self
+                .means
+                .iter()
+                .map(|means| means[cell][channel])
+                .collect::<Vec<f64>>(),
+        )
     }
 }
 
 /// The mean of independent values and the variance of that mean.
-pub fn spread(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
-    let (count, sum) = values
-        .clone()
-        .fold((0.0, 0.0), |(n, sum), value| (n + 1.0, sum + value));
-    let mean = sum / count;
-    let squares: f64 = values.map(|value| (value - mean).powi(2)).sum();
+pub fn spread(values: &[f64]) -> (f64, f64) {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
     (mean, squares / (count * (count - 1.0)))
 }

@@ -119,13 +119,18 @@ impl Row {
             return row.judged(Verdict::NoPower, "there was nothing to compare");
         };
         let visible = family.visible();
+        let [lit, able] = family.power();
         let row = if count > 3 {
             row.figures(
                 format!("{:.2} of bound", worst.ratio),
-                format!(
-                    "1 ({})",
-                    visible.map_or("no light".into(), |v| format!("sees {}", percent(v)))
-                ),
+                match visible {
+                    None => "1 (no light)".to_owned(),
+                    Some(bias) => format!(
+                        "1 (sees {} in {:.0} %)",
+                        percent(bias),
+                        100.0 * able as f64 / lit as f64
+                    ),
+                },
             )
         } else {
             row.figures(format!("{:+.3} %", 100.0 * worst.difference), percent(worst.visible))
@@ -134,7 +139,9 @@ impl Row {
             .number("values", count as f64)
             .number("worst_over_bound", worst.ratio)
             .number("worst_difference", worst.difference)
-            .number("visible_bias", visible.unwrap_or(0.0));
+            .number("visible_bias", visible.unwrap_or(0.0))
+            .number("values_with_light", lit as f64)
+            .number("values_with_power", able as f64);
         if !family.agrees() {
             let beyond = family.judged.iter().filter(|judged| judged.ratio > 1.0).count();
             let sentence =

@@ -99,16 +99,16 @@ impl Tails {
         self.passes += 1.0;
         for event in found {
             let size = event.radiance.iter().fold(0.0_f64, |most, &x| most.max(x));
-            let cells = [self.grid.block_of(event.pixel as usize), self.grid.blocks()];
+            let own = self.grid.block_of(event.pixel as usize);
+            let whole = (own != self.grid.rims()).then(|| self.grid.blocks());
+            let cells = std::iter::once(own).chain(whole);
             match event.way {
-                Way::Seen => cells
-                    .iter()
-                    .for_each(|&cell| put(&mut self.seen[cell], event.radiance, size, 1.0)),
+                Way::Seen => cells.for_each(|cell| put(&mut self.seen[cell], event.radiance, size, 1.0)),
                 Way::Reflected { emitter, light, brdf } => {
                     self.emitters[emitter] += size;
                     for (source, at) in Source::ALL.into_iter().zip(0..) {
                         let factor = source.factor(light, brdf);
-                        for cell in cells {
+                        for cell in cells.clone() {
                             put(&mut self.reflected[cell][at], event.radiance, size, factor);
                         }
                     }
@@ -135,16 +135,29 @@ impl Tails {
         sum.map(|mass| mass / self.probes(cell))
     }
 
+    /// What biases are relative to: light by reflection, in the rims also what is seen.
+    pub fn light(&self, cell: usize) -> [f64; 3] {
+        let mut light = self.reflected(cell);
+        if cell == self.grid.rims() {
+            for bin in self.seen[cell].values() {
+                for channel in 0..3 {
+                    light[channel] += bin.mass[channel] / self.probes(cell);
+                }
+            }
+        }
+        light
+    }
+
     /// The part of a cell's mean that `passes` samples of every pixel may have missed altogether, with probability
-    /// `alpha`. `seen` counts the edges of visible emitters in, which cancel between pictures of the same eye rays.
-    pub fn hidden(&self, source: Source, cell: usize, passes: f64, alpha: f64, seen: bool) -> [f64; 3] {
+    /// `alpha`. In the rims, emitters that are seen may be missed as well; elsewhere they fill their pixels.
+    pub fn hidden(&self, source: Source, cell: usize, passes: f64, alpha: f64) -> [f64; 3] {
         let scale = passes / self.passes;
         let mut left = unseen(alpha);
         let mut bins: Vec<(i32, Bin)> = self.reflected[cell][source.index()]
             .iter()
             .map(|(&k, &v)| (k, v))
             .collect();
-        if seen {
+        if cell == self.grid.rims() {
             bins.extend(self.seen[cell].iter().map(|(&k, &v)| (k, v)));
         }
         bins.sort_by_key(|&(size, _)| std::cmp::Reverse(size));
@@ -191,11 +204,11 @@ mod tests {
         let scene = Scene::load(&path).unwrap();
         let film = FilmSize { width: 1, height: 1 };
         let probe = Probe::new(&scene, film);
-        let mut tails = Tails::new(Grid::new(film), &probe);
+        let mut tails = Tails::new(Grid::new(film, &[false]), &probe);
         (0..500).for_each(|seed| tails.add(&probe.pass(seed)));
         let all = tails.reflected(0)[1];
         assert!(all > 0.0 && tails.passes() == 500.0);
-        let share = |kind, passes| tails.hidden(Source::Renderer(kind), 0, passes, 1e-6, true)[1] / all;
+        let share = |kind, passes| tails.hidden(Source::Renderer(kind), 0, passes, 1e-6)[1] / all;
         assert!((share(EstimatorKind::Uniform, 100.0) - 1.0).abs() < 1e-9);
         assert!(share(EstimatorKind::Uniform, 1e18) < 1e-3);
         assert!(share(EstimatorKind::Light, 1e6) < 1e-3);

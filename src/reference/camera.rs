@@ -56,7 +56,7 @@ impl Pinhole {
         let depth = away.dot(self.forward);
         let along = |axis: DVec3| away.dot(axis) / (depth * axis.length_squared());
         let (x, y) = (along(self.right), along(self.up));
-        (depth > 0.0).then(|| [0.5 * (x + 1.0) * self.width, 0.5 * (1.0 - y) * self.height])
+        (depth > 0.0).then_some([0.5 * (x + 1.0) * self.width, 0.5 * (1.0 - y) * self.height])
     }
 }
 

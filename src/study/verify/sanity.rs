@@ -292,3 +292,105 @@ fn unused(scene: &Scene) -> Option<Row> {
             .judged(Verdict::Note, format!("no shape uses material {}", list(&names)))
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+
+    use super::*;
+    use crate::scene::{Camera, FilmSize, Fov, Material, RenderTable};
+
+    const GLOW: Surface = Surface::Emission(DVec3::ONE);
+
+    fn sphere(x: f64, radius: f64, surface: Surface) -> Sphere {
+        let center = DVec3::new(x, 0.0, 0.0);
+        Sphere {
+            center,
+            radius,
+            surface,
+        }
+    }
+
+    /// The camera is at z = 10.
+    fn scene(spheres: Vec<Sphere>) -> Scene {
+        Scene {
+            name: "test".into(),
+            path: PathBuf::from("test.toml"),
+            camera: Camera {
+                origin: DVec3::Z * 10.0,
+                target: DVec3::ZERO,
+                up: DVec3::Y,
+                fov: Fov::X(40.0),
+            },
+            film: FilmSize { width: 4, height: 4 },
+            render: RenderTable::default(),
+            materials: vec![
+                Material {
+                    name: "grey".into(),
+                    bsdf: Bsdf::Diffuse { rho: DVec3::splat(0.5) },
+                },
+                Material {
+                    name: "hot".into(),
+                    bsdf: Bsdf::Phong {
+                        rho: DVec3::new(0.1, 1.1, 0.1),
+                        alpha: 1.000_000_01,
+                    },
+                },
+            ],
+            spheres,
+            meshes: Vec::new(),
+            notes: vec!["a note".into()],
+        }
+    }
+
+    #[track_caller]
+    fn expect(spheres: Vec<Sphere>, check_name: &str, verdict: Verdict, words: &str) {
+        let rows = check(&scene(spheres));
+        let row = rows.iter().find(|row| row.check == check_name).unwrap();
+        assert!(row.verdict == verdict && row.sentence.contains(words), "{row:?}");
+    }
+
+    #[test]
+    fn each_fault_is_found_and_named() {
+        use Verdict::{Fail, Note, Pass, Warn};
+        let (grey, hot) = (Surface::Material(0), Surface::Material(1));
+        let sound = || vec![sphere(0.0, 1.0, grey), sphere(5.0, 1.0, GLOW)];
+        let with = |more: Sphere| [sound(), vec![more]].concat();
+        expect(sound(), "inside out", Pass, "");
+        expect(sound(), "energy", Warn, "\"hot\" (1.1)");
+        expect(sound(), "materials", Note, "\"hot\"");
+        expect(sound(), "scene", Note, "a note");
+        expect(sound(), "exponents", Warn, "\"hot\"");
+        expect(with(sphere(-5.0, 1.0, hot)), "energy", Fail, "\"hot\" (1.1)");
+        expect(sound()[..1].to_vec(), "lights", Fail, "black");
+        expect(
+            with(sphere(-5.0, 1.0, Surface::Emission(DVec3::ZERO))),
+            "lights",
+            Warn,
+            "sphere 3",
+        );
+        expect(with(sphere(6.5, 1.0, GLOW)), "lights overlap", Warn, "sphere 2 and 3");
+        expect(
+            with(sphere(5.0, 0.2, GLOW)),
+            "inside out",
+            Fail,
+            "sphere 2 has sphere 3 inside",
+        );
+        expect(
+            with(sphere(5.0, 0.2, grey)),
+            "inside out",
+            Fail,
+            "sphere 2 has sphere 3 inside",
+        );
+        expect(
+            with(sphere(5.0, 2.0, grey)),
+            "inside out",
+            Fail,
+            "sphere 2 is closed in by sphere 3",
+        );
+        expect(with(sphere(0.0, 12.0, grey)), "inside out", Pass, "");
+        let half_around = [with(sphere(10.0, 14.5, GLOW)), vec![sphere(60.0, 1.0, grey)]].concat();
+        expect(half_around, "inside out", Fail, "the camera is inside sphere 3");
+        expect(with(sphere(0.0, 50.0, GLOW)), "inside out", Note, "dome");
+    }
+}

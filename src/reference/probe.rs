@@ -164,8 +164,8 @@ impl<'s> Probe<'s> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::render;
     use super::*;
-    use crate::reference::render;
     use std::path::Path;
 
     /// The probe finds the light that the oracle finds.

@@ -39,7 +39,7 @@ pub fn normal_quantile(alpha: f64) -> f64 {
     quantile(alpha, 1e6)
 }
 
-/// A normal deviate as improbable as this `t`, true to 0.02 from 5 degrees of freedom on: Wallace, "Bounds on Normal
+/// A normal deviate as improbable as this `t`, true to 0.05 from 7 degrees of freedom on: Wallace, "Bounds on Normal
 /// Approximations to Student's and the Chi-Square Distributions", 1959.
 pub fn as_normal(t: f64, dof: f64) -> f64 {
     let size = (dof * (t * t / dof).ln_1p()).sqrt() * (8.0 * dof + 1.0) / (8.0 * dof + 3.0);
@@ -91,7 +91,7 @@ fn incomplete_beta(a: f64, b: f64, x: f64) -> f64 {
 }
 
 /// Logarithm of the gamma function for `x > 0`: Stirling's series (DLMF 5.11.1) after a shift beyond 12, where its
-/// first omitted term is below 1e-13.
+/// first omitted term is below 1e-12.
 fn ln_gamma(mut x: f64) -> f64 {
     let mut shift = 0.0;
     while x < 12.0 {
@@ -115,13 +115,13 @@ mod tests {
             (0.05, 15.0, 2.131_450),
             (0.001, 15.0, 4.072_765),
             (0.5, 1.0, 1.0),
-            (1e-6, 2.0, 1_414.212_5),
+            (1e-6, 2.0, 999.999_25),
             (0.05, 1e6, 1.959_966),
         ] {
             let t = quantile(alpha, dof);
             assert!((t / expected - 1.0).abs() < 2e-6, "{alpha} {dof}: {t}");
         }
-        assert!((ln_gamma(0.5) - PI.sqrt().ln()).abs() < 1e-13 && ln_gamma(1.0).abs() < 1e-13);
+        assert!((ln_gamma(0.5) - PI.sqrt().ln()).abs() < 1e-12 && ln_gamma(1.0).abs() < 1e-12);
     }
 
     #[test]
@@ -129,7 +129,7 @@ mod tests {
         for dof in [7.0, 15.0, 60.0] {
             for alpha in [0.3, 0.05, 1e-3, 1e-6] {
                 let z = as_normal(quantile(alpha, dof), dof);
-                assert!((z - normal_quantile(alpha)).abs() < 0.03, "{dof} {alpha}: {z}");
+                assert!((z - normal_quantile(alpha)).abs() < 0.05, "{dof} {alpha}: {z}");
             }
         }
         assert!(as_normal(-2.0, 9.0) < -1.5);

@@ -18,7 +18,13 @@ impl Grid {
     /// Cuts a film; `rims` says of each pixel whether it is one.
     pub fn new(film: FilmSize, rims: &[bool]) -> Self {
         let (width, height) = (film.width as usize, film.height as usize);
-        let side = ((width * height) as f64 / BLOCKS).sqrt().ceil().max(1.0) as usize;
+        let count = |side: usize| width.div_ceil(side) * height.div_ceil(side);
+        let most = 1.4 * BLOCKS;
+        let mut side = ((width * height) as f64 / BLOCKS).sqrt().ceil().max(1.0) as usize;
+        // Films of a few rows have no room for as many squares side by side.
+        while count(side) as f64 > most {
+            side += 1;
+        }
         let per_row = width.div_ceil(side);
         let blocks = per_row * height.div_ceil(side);
         let cell = |i: usize| {

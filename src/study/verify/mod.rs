@@ -1,6 +1,6 @@
 //! Proofs on a user's own scene.
 //!
-//! Three kinds of checks, one a file: what can be wrong with the scene ([`sanity`]); pictures that must be the same to
+//! Three kinds of checks, one a file: what can be wrong with the scene ([`sanity`], [`lights`]); pictures that must be the same to
 //! the last bit ([`exact`]); pictures that must agree in the mean ([`agreement`], [`oracle`]).
 //!
 //! # How means are compared
@@ -20,12 +20,14 @@ pub mod bench;
 pub mod blocks;
 pub mod error;
 pub mod exact;
+pub mod lights;
 pub mod means;
 pub mod oracle;
 pub mod replicates;
 pub mod rims;
 pub mod row;
 pub mod sanity;
+pub mod schedule;
 pub mod tails;
 
 use std::time::Instant;
@@ -38,10 +40,8 @@ use crate::pipeline::Settings;
 use crate::reference::probe::Probe;
 use crate::scene::{EstimatorKind, FilmSize, SamplerKind, Scene};
 use agreement::Judge;
-use bench::Cost;
 use blocks::Grid;
 use oracle::Oracle;
-use replicates::Series;
 use tails::Tails;
 
 /// The probability that any row about means fails on a scene without fault.
@@ -50,18 +50,9 @@ pub const FALSE_ALARMS: f64 = 1e-4;
 /// Rows about means, at most: they share the false alarms.
 const ROWS: usize = 25;
 
-/// Fewer replicates say too little of their own spread.
-const LEAST_REPLICATES: usize = 8;
-
-/// More tighten no quantile any further; time then goes into samples.
-const REPLICATES: usize = 16;
-
 /// Probes of a pixel.
 const LEAST_PROBES: u64 = 16;
 const MOST_PROBES: u64 = 1000;
-
-/// Samples of a pixel in a replicate that the size of the film aims at.
-const SPP: f64 = 64.0;
 
 /// What to verify with.
 #[derive(Clone, Copy, Debug)]
@@ -125,12 +116,12 @@ pub fn run(scene: &Scene, options: Options, watch: &dyn Watch) -> Result<Report,
 
     rows.extend(exact::check(&mut bench, &costs, 0.15 * options.budget)?);
 
-    let film = bench.film(comparable_pixels(&costs, 0.5 * options.budget));
+    let film = bench.film(schedule::comparable_pixels(&costs, 0.5 * options.budget));
     let (grid, tails, probe_s) = probe(&bench, &pool, film)?;
-    rows.push(sanity::reach(scene, &tails.lights_nothing()));
+    rows.push(lights::reach(scene, &tails.lights_nothing()));
     // The oracle traces as many rays as a probe. It gets a fifth.
     let oracle = Oracle::render(&bench, &pool, &grid, film, 0.2 * options.budget / probe_s)?;
-    let (series, other) = replicate(&mut bench, &costs, film, &grid)?;
+    let (series, other) = schedule::replicate(&mut bench, &costs, film, &grid)?;
 
     bench.announce("the verdicts")?;
     let judge = Judge {
@@ -165,22 +156,6 @@ pub fn run(scene: &Scene, options: Options, watch: &dyn Watch) -> Result<Report,
     })
 }
 
-/// Pixels for which the replicates get about [`SPP`] samples in so many seconds.
-fn comparable_pixels(costs: &[Cost], seconds: f64) -> f64 {
-    let (setup, sample) = of_round(costs);
-    let round = (seconds / REPLICATES as f64 - setup).max(0.2 * seconds / REPLICATES as f64);
-    (round / sample / SPP).clamp(256.0, 60_000.0)
-}
-
-/// Seconds of a round of replicates: setting up, and a pass of one pixel. The last estimator runs once more, with the
-/// other sampler.
-fn of_round(costs: &[Cost]) -> (f64, f64) {
-    let all = costs.iter().chain(costs.last());
-    all.fold((0.0, 1e-12), |(setup, sample), cost| {
-        (setup + cost.setup_s, sample + cost.sample_s)
-    })
-}
-
 /// Probes for a twentieth of the budget, 16 passes at least. Also returns the seconds of a pass.
 fn probe(bench: &Bench<'_>, pool: &rayon::ThreadPool, film: FilmSize) -> Result<(Grid, Tails, f64), VerifyError> {
     bench.announce("tails")?;
@@ -199,47 +174,6 @@ fn probe(bench: &Bench<'_>, pool: &rayon::ThreadPool, film: FilmSize) -> Result<
         number += 1;
     }
     Ok((grid, tails, pass_s))
-}
-
-/// Replicates of every estimator with the same seeds, and of the last one with the other sampler, until the budget is
-/// spent; 8 rounds at least.
-fn replicate(
-    bench: &mut Bench<'_>,
-    costs: &[Cost],
-    film: FilmSize,
-    grid: &Grid,
-) -> Result<(Vec<Series>, Series), VerifyError> {
-    let pixels = f64::from(film.width) * f64::from(film.height);
-    let (setup, sample) = of_round(costs);
-    let round = bench.until(0.95).max(0.1 * bench.until(1.0)) / REPLICATES as f64;
-    let spp = ((round - setup).max(0.1 * round) / (sample * pixels)).clamp(4.0, 65_536.0) as u32;
-    let spp = if spp >= 32 { spp / 16 * 16 } else { spp / 2 * 2 };
-    bench.settings.film = film;
-    let mut series: Vec<Series> = costs
-        .iter()
-        .map(|cost| Series::new(cost.estimator, SamplerKind::Sobol, spp))
-        .collect();
-    let best = costs.last().map_or(EstimatorKind::Mis, |cost| cost.estimator);
-    let mut other = Series::new(best, SamplerKind::Independent, spp);
-    let mut longest = 0.0_f64;
-    while other.count() < LEAST_REPLICATES || (other.count() < 2 * REPLICATES && bench.until(0.98) > longest) {
-        let started = Instant::now();
-        // A step that is odd and not small, so that the seeds of another --seed are others.
-        let seed = bench
-            .settings
-            .seed
-            .wrapping_add((other.count() as u32 + 1).wrapping_mul(0x9e37_79b1));
-        for one in series.iter_mut().chain(Some(&mut other)) {
-            bench.announce(&format!(
-                "means of {}, {} of {REPLICATES}",
-                one.estimator.name(),
-                one.count() + 1
-            ))?;
-            one.render(bench, grid, seed)?;
-        }
-        longest = longest.max(started.elapsed().as_secs_f64());
-    }
-    Ok((series, other))
 }
 
 /// Contributions that were thrown away, and values that no picture may hold.

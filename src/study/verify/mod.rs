@@ -13,7 +13,12 @@
 //! apart ([`rims`]). What all samples together may have missed is granted on top ([`tails`]). All rows together raise a false alarm with probability [`FALSE_ALARMS`]
 //! at most: rows share it equally, the values of a row by Šidák.
 //!
-//! A row whose bound exceeds half of the light says `no power`: it has seen nothing wrong, and could hardly have.
+//! A row whose bound exceeds half of the light says `no power`: it has seen nothing wrong, and could hardly have. Before
+//! it does, an estimator too noisy for the whole picture is tested on those blocks together in which little can be
+//! hidden. Where all is black, any light is a difference.
+//!
+//! Measured on Veach's scene with 12 s: a density of `mis` wrong by 3 %, shadows forgotten, the eighth lane dropped and
+//! a missing cosine in `brdf` each fail several rows, and nothing else fails.
 
 pub mod agreement;
 pub mod bench;

@@ -133,7 +133,10 @@ impl Row {
                 },
             )
         } else {
-            row.figures(format!("{:+.3} %", 100.0 * worst.difference), percent(worst.visible))
+            row.figures(
+                format!("{:+.3} %", 100.0 * worst.difference),
+                percent(visible.unwrap_or(worst.visible)),
+            )
         };
         let row = row
             .number("values", count as f64)

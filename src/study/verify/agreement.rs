@@ -88,7 +88,10 @@ impl Judge<'_> {
         };
         let row = |part: &str, family: &Family| {
             let compared = format!("{} and {}, {part}", names[0], names[1]);
-            let mut row = Row::of_means(check, compared, family, self.alpha);
+            let mut row = Row::of_means(check, compared, family, self.alpha)
+                .number("spp_a", f64::from(a.spp))
+                .number("spp_b", f64::from(b.spp))
+                .number("replicates", a.count() as f64);
             if !family.agrees() {
                 row.evidence = Some(Evidence::of_series(a, b, self.width, names.map(str::to_owned)));
             }

@@ -9,7 +9,7 @@
 //! the spread of those replicates, so it needs no assumption about samples, which in a low-discrepancy sequence depend
 //! on each other; but being an estimate from R values it makes the quotient follow Student's t with R - 1 degrees of
 //! freedom, whose tails are far wider than the normal ones ([`super::student`]). Estimators are compared replicate by
-//! replicate at the same seed: the eye rays are then the same and their noise cancels. Rims of visible lights are kept
+//! replicate at the same seed: what noise their eye rays share cancels. Rims of visible lights are kept
 //! apart ([`rims`]). What all samples together may have missed is granted on top ([`tails`]). All rows together raise a false alarm with probability [`FALSE_ALARMS`]
 //! at most: rows share it equally, the values of a row by Šidák.
 //!
@@ -77,7 +77,7 @@ pub struct Report {
     pub rows: Vec<Row>,
     /// The film of the comparisons of means.
     pub film: FilmSize,
-    /// Samples of a pixel in each replicate.
+    /// Samples of a pixel in each replicate of the best estimator; `brdf` gets 2 and `uniform` 4 times those of `mis`.
     pub spp: u32,
     /// Replicates.
     pub replicates: usize,

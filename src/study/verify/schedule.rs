@@ -32,8 +32,20 @@ pub fn comparable_pixels(costs: &[Cost], seconds: f64) -> f64 {
 fn of_round(costs: &[Cost]) -> (f64, f64) {
     let all = costs.iter().chain(costs.last());
     all.fold((0.0, 1e-12), |(setup, sample), cost| {
-        (setup + cost.setup_s, sample + cost.sample_s)
+        (
+            setup + cost.setup_s,
+            sample + f64::from(weight(cost.estimator)) * cost.sample_s,
+        )
     })
+}
+
+/// How many times the samples of `mis` an estimator gets: those with one direction a point cost less and need more.
+const fn weight(estimator: EstimatorKind) -> u32 {
+    match estimator {
+        EstimatorKind::Uniform => 4,
+        EstimatorKind::Brdf => 2,
+        EstimatorKind::Light | EstimatorKind::Mis => 1,
+    }
 }
 
 /// A round that took so many times more or less than it should is done again with other numbers of samples.
@@ -91,11 +103,11 @@ struct Rounds {
 
 impl Rounds {
     fn new(costs: &[Cost], spp: u32) -> Self {
-        let sobol = |cost: &Cost| Series::new(cost.estimator, SamplerKind::Sobol, spp);
+        let sobol = |cost: &Cost| Series::new(cost.estimator, SamplerKind::Sobol, spp * weight(cost.estimator));
         let best = costs.last().map_or(EstimatorKind::Mis, |cost| cost.estimator);
         Self {
             series: costs.iter().map(sobol).collect(),
-            other: Series::new(best, SamplerKind::Independent, spp),
+            other: Series::new(best, SamplerKind::Independent, spp * weight(best)),
         }
     }
 

@@ -36,7 +36,7 @@ Examples:
 Exit codes: 0 well, 2 bad usage or a bad scene, 1 anything else,
 130 interrupted.";
 
-/// Direct illumination in packets of rays, eight at a time.
+/// Direct illumination in packets of rays.
 #[derive(Parser)]
 #[command(name = "octolux", version = build::VERSION_LINE.as_str(), after_help = EXAMPLES, max_term_width = 100)]
 struct Cli {

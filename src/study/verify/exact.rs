@@ -4,7 +4,7 @@ use super::bench::{Bench, Cost};
 use super::error::VerifyError;
 use super::row::{Evidence, Row, Verdict};
 use crate::film::Picture;
-use crate::pipeline::Settings;
+use crate::pipeline::{Settings, widest_lanes};
 use crate::scene::{EstimatorKind, SamplerKind};
 
 /// Passes of each picture; the last look of the longest.
@@ -13,7 +13,7 @@ const PASSES: u32 = 4;
 /// A scalar kernel costs about so many packet kernels.
 const SCALAR: f64 = 6.0;
 
-/// One and eight lanes; one, two and three threads; short and long renders. Spends about `seconds`.
+/// One, eight and, where the processor has them, sixteen lanes; one, two and three threads; short and long renders. Spends about `seconds`.
 ///
 /// # Errors
 /// As [`Bench::render`].
@@ -35,13 +35,25 @@ pub fn check(bench: &mut Bench<'_>, costs: &[Cost], seconds: f64) -> Result<Vec<
             let expected = one(bench, base, PASSES)?;
             let scalar = one(bench, Settings { lanes: 1, ..base }, PASSES)?;
             lanes.compare(&expected, &scalar, "lanes8", "lanes1");
+            if widest_lanes() > 8 {
+                let widest = one(
+                    bench,
+                    Settings {
+                        lanes: widest_lanes(),
+                        ..base
+                    },
+                    PASSES,
+                )?;
+                lanes.compare(&expected, &widest, "lanes8", "lanes16");
+            }
             for (count, name) in [(2, "threads2"), (3, "threads3")] {
                 let other = one(bench, Settings { threads: count, ..base }, PASSES)?;
                 threads.compare(&expected, &other, "threads1", name);
             }
         }
         let name = cost.estimator.name();
-        rows.push(lanes.row("lanes", format!("{name}: 1 and 8, both samplers"), name));
+        let widths = if widest_lanes() > 8 { "1, 8, 16" } else { "1 and 8" };
+        rows.push(lanes.row("lanes", format!("{name}: {widths}, both samplers"), name));
         rows.push(threads.row("threads", format!("{name}: 1, 2, 3, both samplers"), name));
     }
     rows.push(looks(bench, film, costs)?);

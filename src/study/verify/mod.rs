@@ -110,8 +110,9 @@ pub fn run(scene: &Scene, options: Options, watch: &dyn Watch) -> Result<Report,
         estimator: EstimatorKind::Mis,
         sampler: SamplerKind::Sobol,
         seed: options.seed,
-        lanes: 8,
+        lanes: crate::pipeline::widest_lanes(),
         threads: options.threads,
+        accel: None,
     };
     let mut bench = Bench::new(scene, settings, options.budget, watch);
     bench.announce("the scene")?;

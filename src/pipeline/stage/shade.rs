@@ -27,13 +27,17 @@ pub fn lights<L: TraceLane, D: per_light::Density>(chunk: &mut Chunk, scratch: &
                     origin: point.p,
                     direction: found.wi,
                     tfar: found.distance,
-                    value: found.ld,
+                    value: mutate!(found.ld, LightTwice => if i == 0 { found.ld + found.ld } else { found.ld }),
                     index: address.index,
                 };
                 queue.push(found.active, &rays);
             }
         }
-        shadow::visible::<L>(chunk, queue, light.sphere);
+        shadow::visible::<L>(
+            chunk,
+            queue,
+            mutate!(light.sphere, LightBlocksItself => crate::embree::NO_SPHERE),
+        );
     }
 }
 
@@ -75,7 +79,7 @@ fn may_meet<L: Lane>(lights: &[SphereLight], p: Vec3<L>, wi: Vec3<L>) -> L::Mask
         // The chord to the rim, widened by more than unit vectors can be off: |w - wi| is true to 3e-7.
         let rim = (cone.omc + cone.omc).sqrt() + L::splat(1e-6);
         let chord = (cone.axis - wi).length();
-        meets = meets | chord.le(rim);
+        meets = mutate!(meets, LastLightOnly => L::Mask::splat(false)) | chord.le(rim);
     }
     meets
 }

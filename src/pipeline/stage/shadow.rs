@@ -15,7 +15,8 @@ pub fn visible<L: TraceLane>(chunk: &mut Chunk, queue: &RayQueue, light: u32) {
         let (active, rays) = queue.packet::<L>(at);
         let ray = embree_ray(&rays, light);
         let occluded = chunk.world.accel.occluded(active, &ray, Coherence::Incoherent);
-        deposit(chunk.sum, chunk.counters, active & !occluded, rays.value, rays.index);
+        let visible = mutate!(active & !occluded, ShadowsSkipped => active);
+        deposit(chunk.sum, chunk.counters, visible, rays.value, rays.index);
     }
     chunk.counters.shadow_rays += queue.len() as u64;
 }

@@ -22,7 +22,7 @@ use octolux::lane::{Bits, F32x8, Lane, Mask};
 use octolux::light::SphereLight;
 use octolux::math::elementary::{exp, expm1, ln, ln_1m, powcos, sin_cos_turn};
 use octolux::math::{Frame, Vec3};
-use octolux::sampling::{Pair, PassBlock, warp};
+use octolux::sampling::{Pair, PassBlock, Toss, warp};
 use octolux::settings::SamplerKind;
 
 use common::{mixed, uniform};
@@ -170,6 +170,7 @@ fn shading<L: Lane>(x: [L; POINT], alpha: f32) -> (ShadingPoint<L>, Pair<L::Bits
             rho: Vec3::splat([0.35; 3]),
             alpha,
             phong: alpha.gt(L::one()),
+            reach: phong::reach(alpha),
         },
     };
     (point, Pair(a.to_bits(), b.to_bits()))
@@ -245,7 +246,11 @@ fn estimators(c: &mut Criterion) {
             kernel!(g, $name, $inputs, L, |x| {
                 let (point, numbers) = shading::<L>(x, $alpha);
                 let all = <L as Lane>::Mask::splat(true);
-                per_light::sample::<L, $density>(&point, &LIGHT, numbers, all).map_or([L::zero(); 7], |c| {
+                let toss = || Toss {
+                    heads: numbers.0.top_bit(),
+                    pair: Pair(numbers.0.shl(1), numbers.1),
+                };
+                per_light::sample::<L, $density>(&point, &LIGHT, toss, all).map_or([L::zero(); 7], |c| {
                     [c.wi.x, c.wi.y, c.wi.z, c.distance, c.ld.x, c.ld.y, c.ld.z]
                 })
             })
@@ -308,7 +313,7 @@ fn numbers(c: &mut Criterion) {
             pixel,
         ]| {
             let pass = <L as Lane>::Bits::splat(5);
-            <[L; 2]>::from(block.pair(Lane::to_bits(pixel), pass, 3).unit::<L>())
+            <[L; 2]>::from(block.pair(block.key(Lane::to_bits(pixel)), pass, 3).unit::<L>())
         });
         // Packets of several passes: the edges of tiles whose size is no multiple of eight.
         kernel!(
@@ -319,7 +324,7 @@ fn numbers(c: &mut Criterion) {
             |[pixel]| {
                 let pixel = Lane::to_bits(pixel);
                 let pass = pixel & <L as Lane>::Bits::splat(15);
-                <[L; 2]>::from(block.pair(pixel, pass, 3).unit::<L>())
+                <[L; 2]>::from(block.pair(block.key(pixel), pass, 3).unit::<L>())
             }
         );
     }

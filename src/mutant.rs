@@ -29,10 +29,12 @@
 //! | `OnePassOff` | means are divided by one pass too many | exact |
 //! | `LaneShift` | a packet's contributions belong to the next lane's rays | lanes |
 //! | `StaleTail` | behind the tail of a stream, old points count | lanes |
+//! | `OneCornerBehind` | a triangle is culled when one corner is out of sight | accelerators |
+//! | `BallsAsPoints` | a ball is culled when its centre is out of sight | accelerators |
 //!
 //! "density" is the chi-square of directions against densities, "weight" the samples written out again in `f64`,
 //! "numbers" the independence of random numbers, "closed form" and "exact" are the scenes of `scenes/tests`, "oracle" the
-//! agreement of estimators and oracle, "lanes" the bits of eight lanes and one. Most mutants fail several; four
+//! agreement of estimators and oracle, "lanes" the bits of eight lanes and one, "accelerators" the line of shapes against Embree. Most mutants fail several; four
 //! are seen by one alone: `HorizonDropped`, `ReachTooShort`, `PairReused` and `CornersSwapped`.
 
 /// The plain expression; in a test of mutants, the broken one beside it.
@@ -66,8 +68,11 @@ mod tests {
     use octolux::estimator::per_light::{Average, ConeOnly};
     use octolux::lane::F32x8;
     use octolux::pipeline::Settings;
-    use octolux::proof::{self, Family, agreement, closed_forms, pictures, samplers, strategies, weights};
+    use octolux::proof::{
+        self, Family, accelerators, agreement, closed_forms, pictures, samplers, strategies, weights,
+    };
     use octolux::scene::{EstimatorKind, FilmSize, SamplerKind};
+    use octolux::settings::AccelKind;
 
     const VARIABLE: &str = "OCTOLUX_MUTANT";
 
@@ -105,6 +110,8 @@ mod tests {
         OnePassOff "exact",
         LaneShift "lanes",
         StaleTail "lanes",
+        OneCornerBehind "accelerators",
+        BallsAsPoints "accelerators",
     }
 
     /// Whether this process is one of that mutant.
@@ -123,7 +130,7 @@ mod tests {
     }
 
     /// The checks of the proof, at an effort of a second together.
-    const CHECKS: [(&str, fn()); 7] = [
+    const CHECKS: [(&str, fn()); 8] = [
         ("density", density),
         ("weight", weight),
         ("numbers", || samplers::numbers_of_a_sample(1 << 13)),
@@ -131,6 +138,7 @@ mod tests {
         ("exact", closed_forms::noise_free_scenes),
         ("oracle", oracle),
         ("lanes", lanes),
+        ("accelerators", || accelerators::random_scenes("random", &[2.0], 6, 1)),
     ];
 
     fn density() {
@@ -155,11 +163,16 @@ mod tests {
     }
 
     fn closed_form() {
-        closed_forms::test_scenes("closed-form", SamplerKind::Sobol, 10, |scene, estimator| {
-            let hopeless =
-                scene.name == "sphere-tiny" && matches!(estimator, EstimatorKind::Uniform | EstimatorKind::Brdf);
-            (!hopeless).then_some(64)
-        });
+        closed_forms::test_scenes(
+            "closed-form",
+            (SamplerKind::Sobol, AccelKind::Embree),
+            10,
+            |scene, estimator| {
+                let hopeless =
+                    scene.name == "sphere-tiny" && matches!(estimator, EstimatorKind::Uniform | EstimatorKind::Brdf);
+                (!hopeless).then_some(64)
+            },
+        );
     }
 
     fn oracle() {

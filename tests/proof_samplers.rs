@@ -24,7 +24,8 @@ fn coins_are_fair_and_independent_of_each_other_and_of_their_numbers() {
     let mut family = Family::new("coins");
     for kind in SamplerKind::ALL {
         let (early, late) = (PassBlock::new(kind, 8, 0, 2, 9), PassBlock::new(kind, 8, 16, 4096, 9));
-        let ways: [(&str, &PassBlock, &dyn Fn(u32) -> [u32; 3]); 3] = [
+        type Way<'a> = (&'a str, &'a PassBlock, &'a dyn Fn(u32) -> [u32; 3]);
+        let ways: [Way; 3] = [
             ("pixels of pass 1", &early, &|i| [i, 1, i / 256]),
             ("groups", &late, &|i| [i, 3, i]),
             ("passes", &late, &|i| [5, i % 4096, 7]),

@@ -5,6 +5,7 @@
 
 use crate::lane::{Lane, Mask};
 use crate::math::Vec3;
+use crate::sampling::warp;
 
 /// A light, the same for all lanes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,6 +65,12 @@ impl SphereLight {
 }
 
 impl<L: Lane> Cone<L> {
+    /// Density of directions drawn in the cone, per steradian.
+    #[inline(always)]
+    pub fn pdf(&self) -> L {
+        warp::cone_pdf(self.omc)
+    }
+
     /// `1 - cos` between the axis and `wi`, from the chord: true to its last digits close to the axis.
     #[inline(always)]
     pub fn t(&self, wi: Vec3<L>) -> L {

@@ -128,6 +128,14 @@ impl HitStream {
         self.0.put(19, &room, L::from_bits(address.pass));
     }
 
+    /// The points of the packet at `at`; idle lanes repeat the packet's first.
+    #[inline(always)]
+    pub fn points<L: Lane>(&self, at: usize) -> Vec3<L> {
+        let p: Vec3<L> = self.0.get3(0, at);
+        let first = [self.0.columns[0][at], self.0.columns[1][at], self.0.columns[2][at]];
+        Vec3::select(self.0.lanes::<L>(at), p, Vec3::splat(first))
+    }
+
     /// The packet that starts at point `at`.
     #[inline(always)]
     pub fn packet<L: Lane>(&self, at: usize) -> (L::Mask, ShadingPoint<L>, Address<L>) {

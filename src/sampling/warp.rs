@@ -23,7 +23,13 @@ pub fn cone<L: Lane>(u: L, omc: L) -> L {
     mutate!(u, ConeTowardsTheAxis => u * u) * omc
 }
 
-/// Solid angle of the cone, in steradians; the density of [`cone`] inside it is the inverse.
+/// Density of [`cone`] per steradian, inside the cone.
+#[inline(always)]
+pub fn cone_pdf<L: Lane>(omc: L) -> L {
+    L::one() / cone_solid_angle(omc)
+}
+
+/// Solid angle of the cone, in steradians.
 #[inline(always)]
 pub fn cone_solid_angle<L: Lane>(omc: L) -> L {
     L::splat(2.0 * PI) * omc

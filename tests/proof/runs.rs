@@ -40,6 +40,7 @@ pub fn settings(width: u32, height: u32, estimator: EstimatorKind) -> Settings {
         seed: 1,
         lanes: 8,
         threads: 1,
+        accel: None,
     }
 }
 

@@ -8,6 +8,7 @@ use crate::film::Tile;
 use crate::lane::{Bits, Lane, Mask};
 use crate::math::Vec3;
 use crate::pipeline::stream::{Address, HitStream};
+use crate::pipeline::tracer::Tracer;
 use crate::pipeline::world::{SurfaceRecord, World};
 
 /// The pixels of a tile in columns, repeated behind the end so that any packet is one load.
@@ -37,8 +38,9 @@ impl Grid {
 
 /// Traces every sample of a chunk. Emitters that are seen go onto the film, surfaces into the streams.
 #[inline(always)]
-pub fn trace<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
-    let Scratch { grid, hits, .. } = scratch;
+pub fn trace<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
+    let Scratch { grid, hits, set, .. } = scratch;
+    T::face_tile(chunk.world, chunk.tile, set);
     hits.iter_mut().for_each(HitStream::clear);
     grid.fill(chunk.tile, chunk.film_width, L::N);
     let pixels = chunk.tile.pixels.len();
@@ -74,7 +76,7 @@ pub fn trace<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
             tfar: L::splat(f32::INFINITY),
             aims_at: L::Bits::splat(NO_SPHERE),
         };
-        let hit = chunk.world.accel.intersect(active, &ray, Coherence::Coherent);
+        let hit = T::nearest(chunk.world, set, active, &ray, Coherence::Coherent);
         if hit.found.any() {
             settle(
                 chunk,

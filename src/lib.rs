@@ -8,6 +8,15 @@
 //! [`linear`] · [`scene`] ·
 //! [`estimator`] · [`film`] and [`pipeline`] · [`mod@reference`] (of scene data alone) · [`study`] · [`cli`].
 
+#[macro_use]
+mod mutant;
+
+#[cfg(test)]
+extern crate self as octolux; // the checks of `tests/proof` name the crate
+#[cfg(test)]
+#[path = "../tests/proof/mod.rs"]
+mod proof;
+
 pub mod bsdf;
 pub mod cli;
 pub mod cpu;

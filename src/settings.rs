@@ -37,6 +37,9 @@ pub enum AccelKind {
 }
 
 impl AccelKind {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Embree, Self::Linear];
+
     /// The name that the command line uses.
     pub const fn name(self) -> &'static str {
         match self {

@@ -14,6 +14,7 @@ use glam::DVec3;
 use octolux::scene::{
     Bsdf, Camera, EstimatorKind, FilmSize, Fov, Material, Mesh, RenderTable, SamplerKind, Scene, Sphere, Surface,
 };
+use octolux::settings::AccelKind;
 use proof::Family;
 use proof::closed_forms::{noise_free_scenes, test_scenes};
 use proof::runs::{Estimate, Runs, settings};
@@ -32,13 +33,23 @@ fn passes(scene: &Scene, estimator: EstimatorKind) -> Option<u32> {
 }
 
 #[test]
-fn test_scenes_have_the_answers_they_state_by_sobol_points() {
-    test_scenes("closed-forms-sobol", SamplerKind::Sobol, SEEDS, passes);
+fn test_scenes_have_the_answers_they_state_by_sobol_points_and_shapes_in_a_line() {
+    test_scenes(
+        "closed-forms-sobol",
+        (SamplerKind::Sobol, AccelKind::Linear),
+        SEEDS,
+        passes,
+    );
 }
 
 #[test]
-fn test_scenes_have_the_answers_they_state_by_independent_numbers() {
-    test_scenes("closed-forms-independent", SamplerKind::Independent, SEEDS, passes);
+fn test_scenes_have_the_answers_they_state_by_independent_numbers_and_embree() {
+    test_scenes(
+        "closed-forms-independent",
+        (SamplerKind::Independent, AccelKind::Embree),
+        SEEDS,
+        passes,
+    );
 }
 
 #[test]

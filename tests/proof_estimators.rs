@@ -11,51 +11,15 @@
 mod proof;
 
 use octolux::pipeline::Settings;
-use octolux::reference;
 use octolux::scene::{Bsdf, EstimatorKind, FilmSize, SamplerKind, Scene, Surface};
 use proof::Family;
-use proof::runs::{Estimate, Runs, leave, load, names, oracle_estimates, settings};
+use proof::agreement::{self, COLUMNS, ROWS};
+use proof::runs::{Estimate, Runs, leaning_normals, load, names, settings};
 
 const SEEDS: u32 = 32;
-const COLUMNS: u32 = 4;
-const ROWS: u32 = 3;
 /// Of all films here, four to three; parts are 8 x 8 pixels.
 const WIDTH: u32 = 32;
 const HEIGHT: u32 = 24;
-
-/// What single precision and the offset of shading points may move a mean (`proof_closed_forms.rs`).
-const ROUNDING: f64 = 1e-5;
-
-/// Compares all pairs of `[uniform, light, brdf, mis]`, each with its passes a seed (0: left out), and each with the
-/// oracle of `spp` samples a pixel.
-fn agree(scene: &Scene, table: &'static str, passes: [u32; 4], spp: u32) {
-    let film = FilmSize {
-        width: WIDTH,
-        height: HEIGHT,
-    };
-    let oracle = reference::render(scene, film, spp, 99, &|_| ());
-    let mut columns = vec![("oracle", oracle_estimates(&oracle, COLUMNS, ROWS), oracle.to_picture())];
-    for (estimator, passes) in EstimatorKind::ALL
-        .into_iter()
-        .zip(passes)
-        .filter(|(_, passes)| *passes > 0)
-    {
-        let runs = Runs::new(scene, settings(WIDTH, HEIGHT, estimator), passes, 1, SEEDS);
-        columns.push((estimator.name(), runs.estimates(COLUMNS, ROWS), runs.mean_picture()));
-    }
-    for (name, _, picture) in &columns {
-        leave(picture, &format!("{table}-{name}"));
-    }
-    let mut family = Family::new(table);
-    for (i, (a, ours, _)) in columns.iter().enumerate() {
-        for (b, theirs, _) in &columns[..i] {
-            for ((x, y), name) in ours.iter().zip(theirs).zip(names(COLUMNS, ROWS)) {
-                family.add(x.p(*y, ROUNDING), format!("{a} {b} {name}: {}", x.against(*y)));
-            }
-        }
-    }
-    family.judge();
-}
 
 /// No exponent above 50, and no light below a radius of 0.1, at the same power: what single directions over the sphere
 /// and over a lobe find often enough to be compared. (The smallest light of `many-spheres` fills 1e-8 of the sphere and
@@ -76,6 +40,14 @@ fn softened(mut scene: Scene) -> Scene {
     scene
 }
 
+fn agree(scene: &Scene, table: &'static str, passes: [u32; 4], spp: u32) {
+    let film = FilmSize {
+        width: WIDTH,
+        height: HEIGHT,
+    };
+    agreement::agree(scene, table, film, SEEDS, passes, spp);
+}
+
 #[test]
 fn the_four_and_the_oracle_agree_under_large_lights() {
     agree(
@@ -89,6 +61,11 @@ fn the_four_and_the_oracle_agree_under_large_lights() {
 #[test]
 fn the_four_and_the_oracle_agree_on_a_mesh_with_smooth_normals() {
     agree(&load("knot.toml"), "agree-knot", [512, 64, 256, 64], 1024);
+}
+
+#[test]
+fn the_four_and_the_oracle_agree_where_every_pixel_has_a_normal_of_its_own() {
+    agree(&leaning_normals(), "agree-leaning-normals", [256, 32, 128, 32], 512);
 }
 
 #[test]

@@ -14,7 +14,7 @@ use proof::stats::chi_square;
 
 #[test]
 fn numbers_of_a_sample_are_uniform_and_independent() {
-    proof::samplers::numbers_of_a_sample();
+    proof::samplers::numbers_of_a_sample(1 << 16);
 }
 
 /// The coins of two lights, and a coin against the top bits of the numbers that come with it: over groups, over passes

@@ -116,7 +116,7 @@ impl Film {
         let FilmSize { width, height } = self.size;
         let mut pixels = vec![[0.0; 3]; width as usize * height as usize];
         for tile in &self.tiles {
-            let passes = f64::from(tile.passes.max(1));
+            let passes = f64::from(mutate!(tile.passes.max(1), OnePassOff => tile.passes + 1));
             for ([x, y], sum) in tile.pixels.iter().zip(&tile.sums.0) {
                 pixels[*y as usize * width as usize + *x as usize] = sum.map(|s| (s / passes) as f32);
             }

@@ -34,15 +34,14 @@ impl Plane {
     /// Whether the shape lies wholly on the other side.
     fn excludes(&self, triangle: &Triangle) -> bool {
         let n = length(self.normal);
-        triangle
-            .corners
-            .iter()
-            .all(|&c| dot(self.normal, c) < self.offset - MARGIN * (n * length(c) + self.offset.abs()))
+        let behind = |&c: &[f32; 3]| dot(self.normal, c) < self.offset - MARGIN * (n * length(c) + self.offset.abs());
+        let mut corners = triangle.corners.iter();
+        mutate!(corners.all(behind), OneCornerBehind => corners.any(behind))
     }
 
     fn excludes_ball(&self, ball: &Ball) -> bool {
         let n = length(self.normal);
-        let reach = n * ball.radius * (1.0 + MARGIN);
+        let reach = n * mutate!(ball.radius, BallsAsPoints => 0.0) * (1.0 + MARGIN);
         dot(self.normal, ball.center) + reach < self.offset - MARGIN * (n * length(ball.center) + self.offset.abs())
     }
 }

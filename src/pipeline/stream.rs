@@ -140,7 +140,7 @@ impl HitStream {
     #[inline(always)]
     pub fn packet<L: Lane>(&self, at: usize) -> (L::Mask, ShadingPoint<L>, Address<L>) {
         let columns = &self.0;
-        let mask = columns.lanes::<L>(at);
+        let mask = mutate!(columns.lanes::<L>(at), StaleTail => L::Mask::splat(true));
         let alpha: L = columns.get(15, at);
         let bsdf = Bsdf {
             n: columns.get3(6, at),
@@ -219,7 +219,7 @@ impl RayQueue {
             origin: columns.get3(0, at),
             direction: columns.get3(3, at),
             tfar: columns.get(6, at),
-            value: columns.get3(7, at),
+            value: columns.get3(7, mutate!(at, LaneShift => at + usize::from(L::N > 1))),
             index: columns.get::<L>(10, at).to_bits(),
         };
         (columns.lanes::<L>(at), rays)

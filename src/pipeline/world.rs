@@ -181,7 +181,7 @@ impl SurfaceRecord {
             alpha,
             le,
             ball,
-            offset: reach * OFFSET_ULPS,
+            offset: mutate!(reach, OffsetDropped => 0.0) * OFFSET_ULPS,
         }
     }
 }

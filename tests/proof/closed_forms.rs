@@ -2,6 +2,7 @@
 
 use octolux::pipeline::Settings;
 use octolux::scene::{EstimatorKind, FilmSize, SamplerKind, Scene};
+use octolux::settings::AccelKind;
 
 use super::Family;
 use super::runs::{Estimate, Runs, estimators, leave, load, picture, settings};
@@ -37,7 +38,7 @@ pub fn scenes() -> Vec<(Scene, [f64; 3])> {
 /// nothing for are left out.
 pub fn test_scenes(
     table: &'static str,
-    sampler: SamplerKind,
+    (sampler, accel): (SamplerKind, AccelKind),
     seeds: u32,
     passes: impl Fn(&Scene, EstimatorKind) -> Option<u32>,
 ) {
@@ -50,6 +51,7 @@ pub fn test_scenes(
             let FilmSize { width, height } = scene.film;
             let settings = Settings {
                 sampler,
+                accel: Some(accel),
                 ..settings(width, height, estimator)
             };
             let runs = Runs::new(&scene, settings, passes, 1, seeds);
@@ -73,9 +75,13 @@ pub fn noise_free_scenes() {
             "furnace-diffuse" => vec![Brdf],
             _ => continue,
         };
-        for estimator in exact {
+        for (estimator, accel) in exact.iter().flat_map(|e| AccelKind::ALL.map(|accel| (*e, accel))) {
             let FilmSize { width, height } = scene.film;
-            let picture = picture(&scene, settings(width, height, estimator), 5);
+            let settings = Settings {
+                accel: Some(accel),
+                ..settings(width, height, estimator)
+            };
+            let picture = picture(&scene, settings, 5);
             let wrong = picture.pixels.iter().filter(|pixel| {
                 let close = |(x, a): (&f32, f64)| (f64::from(*x) - a).abs() <= 3e-7 * a;
                 !pixel.iter().zip(answer).all(close)

@@ -49,7 +49,7 @@ pub type Place = (f64, f64, f64, f64);
 
 /// Lights from a sine of 1e-4 (below, single directions are coarser than the cells) to the whole horizon and from
 /// inside, and lobes that are wider, as wide and narrower than the light.
-pub const LIGHTS: [Place; 15] = [
+pub const LIGHTS: [Place; 16] = [
     // sine, alpha, off, dip
     (1e-4, 1.0, 0.0, 0.3),
     (1e-4, 1e6, 0.5, 0.0),
@@ -60,6 +60,7 @@ pub const LIGHTS: [Place; 15] = [
     (0.1, 1.5, 0.3, 0.0),
     (0.1, 2000.0, 0.8, 0.0),
     (0.5, 1.0, 0.0, 1.3),
+    (0.5, 1.0, 0.0, 1.8),
     (0.5, 30.0, 0.3, 0.0),
     (0.9, 1.0, 0.0, 0.9),
     (0.9, 8.0, 0.3, 0.3),

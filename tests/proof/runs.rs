@@ -15,6 +15,15 @@ pub fn load(path: &str) -> Scene {
     Scene::load(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
+/// A square plate, all of the picture, whose vertex normals lean different ways: every pixel has a normal of its own.
+pub fn leaning_normals() -> Scene {
+    let mut scene = load("tests/underside-smooth.toml");
+    scene.camera.fov = octolux::scene::Fov::X(25.0);
+    let lean = |x: f64, z: f64| glam::DVec3::new(x, 1.0, z).normalize();
+    scene.meshes[0].normals = Some(vec![lean(0.6, 0.1), lean(-0.3, 0.4), lean(0.1, -0.7), lean(-0.2, -0.1)]);
+    scene
+}
+
 /// The estimators that can render a scene.
 pub fn estimators(scene: &Scene) -> Vec<EstimatorKind> {
     let meshes_emit = octolux::scene::Features::of(scene).mesh_lights > 0;

@@ -31,14 +31,14 @@ fn two_by_two(family: &mut Family, what: &str, samples: &[Sample]) {
 }
 
 /// Pairs of pairs over pixels, over the passes of a pixel and over seeds.
-pub fn numbers_of_a_sample() {
+pub fn numbers_of_a_sample(draws: u32) {
     let mut family = Family::new("samplers");
     for kind in SamplerKind::ALL {
         for pairs in [[0, 1], [1, 2], [2, 6], [3, 4]] {
             let block = PassBlock::new(kind, 5, 0, 8, 7);
             let name = kind.name();
             for pass in [0, 5] {
-                let over_pixels: Vec<Sample> = (0..65_536).map(|pixel| sample(&block, pixel, pass, pairs)).collect();
+                let over_pixels: Vec<Sample> = (0..draws).map(|pixel| sample(&block, pixel, pass, pairs)).collect();
                 two_by_two(
                     &mut family,
                     &format!("{name}, pass {pass} of all pixels, pairs {pairs:?}"),
@@ -54,7 +54,7 @@ pub fn numbers_of_a_sample() {
                     &over_passes,
                 );
             }
-            let over_seeds: Vec<Sample> = (0..65_536)
+            let over_seeds: Vec<Sample> = (0..draws)
                 .map(|seed| sample(&PassBlock::new(kind, seed, 3, 1, 7), 9, 0, pairs))
                 .collect();
             two_by_two(&mut family, &format!("{name}, seeds, pairs {pairs:?}"), &over_seeds);

@@ -229,7 +229,8 @@ fn smooth_normal<L: Lane>(world: &World, hit: &Hit<L>, surfaces: &Surfaces<L>, n
         let Some(mesh) = &world.normals[surfaces.index.lane(lane) as usize] else {
             continue;
         };
-        let (u, v) = (hit.u.lane(lane), hit.v.lane(lane));
+        let barycentric = (hit.u.lane(lane), hit.v.lane(lane));
+        let (u, v) = mutate!(barycentric, CornersSwapped => (barycentric.1, barycentric.0));
         let [a, b, c] = mesh.triangles[hit.primitive.lane(lane) as usize].map(|i| mesh.normals[i as usize]);
         let w = 1.0 - u - v;
         normals[lane] = std::array::from_fn(|k| w * a[k] + u * b[k] + v * c[k]);
@@ -245,5 +246,6 @@ fn smooth_normal<L: Lane>(world: &World, hit: &Hit<L>, surfaces: &Surfaces<L>, n
     );
     // Opposite normals can cancel; then the triangle's own has to do.
     let usable = L::Mask::from_bitmask(smooth) & sum.length_squared().gt(L::splat(1e-12));
-    Vec3::select(usable, face(sum.normalize(), ng), ng)
+    let normal = sum.normalize();
+    Vec3::select(usable, mutate!(face(normal, ng), NormalNotFaced => normal), ng)
 }

@@ -56,7 +56,8 @@ impl<D: per_light::Density> Shade for PerLight<D> {
                 }
                 if queue.len() > 0 {
                     T::face_light(chunk.world, points, light, set);
-                    shadow::visible::<L, T>(chunk, queue, set, light.sphere);
+                    let aim = mutate!(light.sphere, LightBlocksItself => crate::shape::NO_SPHERE);
+                    shadow::visible::<L, T>(chunk, queue, set, aim);
                 }
             }
         }
@@ -104,7 +105,7 @@ fn may_meet<L: Lane>(lights: &[SphereLight], p: Vec3<L>, wi: Vec3<L>) -> L::Mask
         // The chord to the rim, widened by more than unit vectors can be off: |w - wi| is true to 3e-7.
         let rim = (cone.omc + cone.omc).sqrt() + L::splat(1e-6);
         let chord = (cone.axis - wi).length();
-        meets = meets | chord.le(rim);
+        meets = mutate!(meets, LastLightOnly => L::Mask::splat(false)) | chord.le(rim);
     }
     meets
 }

@@ -17,7 +17,8 @@ pub fn visible<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &RayQueue, set
         let (active, rays) = queue.packet::<L>(at);
         let ray = segment(&rays, light);
         let occluded = T::occluded(chunk.world, set, active, &ray);
-        deposit(chunk.sum, chunk.counters, active & !occluded, rays.value, rays.index);
+        let visible = mutate!(active & !occluded, ShadowsSkipped => active);
+        deposit(chunk.sum, chunk.counters, visible, rays.value, rays.index);
     }
     chunk.counters.shadow_rays += queue.len() as u64;
 }

@@ -29,7 +29,7 @@ pub struct Options {
     #[arg(long, value_enum, value_name = "NAME")]
     pub sampler: Option<SamplerKind>,
     /// Seed of every random number, 0 to 4294967295 [default: the scene's, else 0]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub seed: Option<u32>,
     /// Size of the picture in pixels, such as 768x512 [default: the scene's]
     #[arg(long, value_name = "WxH", value_parser = size)]

@@ -41,26 +41,25 @@ impl Plan {
     /// The kernel for a scene with `features`; `accel` is what the user insists on.
     ///
     /// # Errors
-    /// A sentence where no kernel supports what is asked for.
+    /// A sentence where no kernel supports what is asked for, and what would do.
     pub fn choose(
         features: &Features,
         estimator: EstimatorKind,
         lanes: usize,
         accel: Option<AccelKind>,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, (String, &'static str)> {
         let per_light = matches!(estimator, EstimatorKind::Light | EstimatorKind::Mis);
         if per_light && features.mesh_lights > 0 {
-            return Err(format!(
-                "estimator \"{}\" cannot sample lights that are meshes yet, and this scene has {}; use \"brdf\" or \"uniform\"",
-                estimator.name(),
-                features.mesh_lights,
-            ));
+            let (name, count) = (estimator.name(), features.mesh_lights);
+            let what =
+                format!("estimator \"{name}\" cannot sample lights that are meshes yet, and this scene has {count}");
+            return Err((what, "use --estimator brdf, or uniform"));
         }
         match lanes {
             1 | 8 => {}
             16 if has_avx512() => {}
-            16 => return Err("16 lanes need a processor with AVX-512; use 8".to_owned()),
-            other => return Err(format!("there are kernels of 1, 8 and 16 lanes, not of {other}")),
+            16 => return Err(("16 lanes need a processor with AVX-512".to_owned(), "use --lanes 8")),
+            other => return Err((format!("there is no kernel of {other} lanes"), "use --lanes 1, 8 or 16")),
         }
         let few = features.shapes <= IN_LINE;
         let free_choice = if few { AccelKind::Linear } else { AccelKind::Embree };

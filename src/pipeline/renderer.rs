@@ -42,8 +42,13 @@ pub enum SetupError {
     #[error(transparent)]
     Embree(#[from] EmbreeError),
     /// No kernel does what is asked for.
-    #[error("{0}")]
-    Unsupported(String),
+    #[error("{what}")]
+    Unsupported {
+        /// What cannot be done.
+        what: String,
+        /// What would do.
+        remedy: &'static str,
+    },
     /// The threads could not be started.
     #[error("cannot start the threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
@@ -73,7 +78,7 @@ impl Renderer {
     pub fn new(scene: &Scene, settings: Settings) -> Result<Self, SetupError> {
         let features = Features::of(scene);
         let plan = Plan::choose(&features, settings.estimator, settings.lanes, settings.accel)
-            .map_err(SetupError::Unsupported)?;
+            .map_err(|(what, remedy)| SetupError::Unsupported { what, remedy })?;
         let device = Device::new(settings.threads)?;
         layout_canary(&device)?;
         let begin = Instant::now();

@@ -4,6 +4,8 @@
 
 mod canary;
 mod device;
+#[cfg(test)]
+mod fences;
 pub(crate) mod ffi;
 mod packet;
 mod scene;

@@ -26,6 +26,18 @@ pub struct Candidates {
     balls: Vec<u32>,
 }
 
+impl Candidates {
+    /// How many shapes there are.
+    pub fn len(&self) -> usize {
+        self.triangles.len() + self.balls.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
 impl Line {
     /// Sets the spheres; hits name them as primitives of `sphere_geometry`.
     pub fn set_spheres(&mut self, balls: Vec<Ball>, sphere_geometry: u32) {

@@ -1,4 +1,4 @@
-//! Exactness below the renderer: do Embree's packets of eight, under any mask, answer as its single rays do?
+//! Exactness below the renderer: do Embree's packets of eight and sixteen, under any mask, answer as its single rays do?
 //!
 //! Embree has different traversal and intersection kernels for packets and for single rays, and promises nothing. On
 //! the rays here they agree to the bit in geometry, primitive, distance, normal and barycentric coordinates, but for
@@ -7,9 +7,10 @@
 
 mod proof;
 
-use octolux::embree::{Accel, Ball, Coherence, Device, Hit, NO_SPHERE, Ray, SceneBuilder};
-use octolux::lane::{Bits, F32x8, Lane, Mask, Mask8, U32x8, Word};
+use octolux::embree::{Accel, Ball, Coherence, Device, Hit, NO_SPHERE, Ray, SceneBuilder, TraceLane};
+use octolux::lane::{Bits, Lane, Mask};
 use octolux::math::Vec3;
+use proof::lanes::{InLanes, in_all_widths};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
@@ -25,26 +26,36 @@ struct Single {
 /// What a ray met: geometry and primitive, then the bits of `t`, `u`, `v` and of the normal.
 type Met = Option<([u32; 2], [u32; 6])>;
 
-fn eight<const K: usize>(rays: &[Single; 8], part: impl Fn(&Single) -> [f32; K]) -> [F32x8; K] {
-    std::array::from_fn(|k| F32x8::from_fn(|i| part(&rays[i])[k]))
+/// Sixteen rays under a mask.
+struct Queries<'a> {
+    accel: &'a Accel,
+    rays: [Single; 16],
+    mask: u32,
+    coherence: Coherence,
 }
 
-fn packet(rays: &[Single; 8]) -> Ray<F32x8> {
-    let vector = |[x, y, z]: [F32x8; 3]| Vec3 { x, y, z };
-    Ray {
-        origin: vector(eight(rays, |r| r.origin)),
-        direction: vector(eight(rays, |r| r.direction)),
-        tfar: F32x8::from_fn(|i| rays[i].tfar),
-        aims_at: U32x8::from_fn(|i| rays[i].aims_at),
-    }
-}
-
-fn alone(ray: &Single) -> Ray<f32> {
-    Ray {
-        origin: Vec3::splat(ray.origin),
-        direction: Vec3::splat(ray.direction),
-        tfar: ray.tfar,
-        aims_at: Word(ray.aims_at),
+impl InLanes for Queries<'_> {
+    /// What the ray met, and whether anything blocked it.
+    type Said = (Met, bool);
+    fn run<L: TraceLane>(&self, first: usize) -> Vec<Self::Said> {
+        let vector = |part: fn(&Single) -> [f32; 3]| {
+            let column = |k: usize| L::from_fn(|i| part(&self.rays[first + i])[k]);
+            Vec3 {
+                x: column(0),
+                y: column(1),
+                z: column(2),
+            }
+        };
+        let rays = Ray {
+            origin: vector(|r| r.origin),
+            direction: vector(|r| r.direction),
+            tfar: L::from_fn(|i| self.rays[first + i].tfar),
+            aims_at: L::Bits::from_fn(|i| self.rays[first + i].aims_at),
+        };
+        let active = L::Mask::from_bitmask(self.mask >> first & ((1 << L::N) - 1));
+        let hit = self.accel.intersect(active, &rays, self.coherence);
+        let blocked = self.accel.occluded(active, &rays, self.coherence).to_bitmask();
+        (0..L::N).map(|i| (met(&hit, i), blocked >> i & 1 == 1)).collect()
     }
 }
 
@@ -81,40 +92,41 @@ struct Tally {
 }
 
 impl Tally {
-    fn take(&mut self, accel: &Accel, rays: &[Single; 8], mask: u32, coherence: Coherence) {
-        let active = Mask8::from_bitmask(mask);
-        let hit = accel.intersect(active, &packet(rays), coherence);
-        let occluded = accel.occluded(active, &packet(rays), coherence).to_bitmask();
-        for (lane, ray) in rays.iter().enumerate() {
-            let together = met(&hit, lane);
-            if mask >> lane & 1 == 0 {
-                self.leaks += u64::from(together.is_some() || occluded >> lane & 1 == 1);
-                continue;
+    fn take(&mut self, queries: &Queries) {
+        let said = in_all_widths(queries);
+        for (width, together) in &said[1..] {
+            for (lane, (&alone, &together)) in said[0].1.iter().zip(together).enumerate() {
+                self.compare(queries, lane, *width, alone, together);
             }
-            let single = met(&accel.intersect(true, &alone(ray), coherence), 0);
-            let blocked = accel.occluded(true, &alone(ray), coherence);
-            self.rays += 1;
-            self.hits += u64::from(single.is_some());
-            self.blocked += u64::from(blocked);
-            self.shadows += u64::from(blocked != (occluded >> lane & 1 == 1));
-            match (single, together) {
-                _ if single == together => continue,
-                (Some((a, x)), Some((b, y))) => {
-                    let [near, far] = [x[0], y[0]];
-                    *(if a == b {
-                        &mut self.bits
-                    } else if near.abs_diff(far) <= 4 {
-                        &mut self.ties
-                    } else {
-                        &mut self.elsewhere
-                    }) += 1;
-                }
-                _ => self.lost += 1,
+        }
+    }
+
+    fn compare(&mut self, queries: &Queries, lane: usize, width: usize, alone: (Met, bool), together: (Met, bool)) {
+        if queries.mask >> lane & 1 == 0 {
+            self.leaks += u64::from(together.0.is_some() || together.1);
+            return;
+        }
+        self.rays += 1;
+        self.hits += u64::from(alone.0.is_some());
+        self.blocked += u64::from(alone.1);
+        self.shadows += u64::from(alone.1 != together.1);
+        match (alone.0, together.0) {
+            (a, b) if a == b => return,
+            (Some((a, x)), Some((b, y))) => {
+                *(if a == b {
+                    &mut self.bits
+                } else if x[0].abs_diff(y[0]) <= 4 {
+                    &mut self.ties
+                } else {
+                    &mut self.elsewhere
+                }) += 1;
             }
-            if self.examples.len() < 100_000 {
-                self.examples +=
-                    &format!("{ray:?} lane {lane} of {mask:08b}\n alone {single:x?}\n packet {together:x?}\n");
-            }
+            _ => self.lost += 1,
+        }
+        if self.examples.len() < 100_000 {
+            let (ray, mask) = (&queries.rays[lane], queries.mask);
+            self.examples +=
+                &format!("{ray:?} lane {lane} of {width}, {mask:016b}\n alone {alone:x?}\n packet {together:x?}\n");
         }
     }
 
@@ -194,9 +206,14 @@ fn send(field: &Field, packets: u32, mut ray: impl FnMut(&mut Pcg64) -> Single) 
     let mut tally = Tally::default();
     for i in 0..packets {
         let rays = std::array::from_fn(|_| ray(&mut rng));
-        let mask = [0xff, 0xff, rng.next_u32() & 0xff, 1 << (i / 4 % 8)][i as usize % 4];
+        let mask = [0xffff, 0xffff, rng.next_u32() & 0xffff, 1 << (i / 4 % 16)][i as usize % 4];
         let coherence = [Coherence::Coherent, Coherence::Incoherent][(i / 7 % 2) as usize];
-        tally.take(&field.accel, &rays, mask, coherence);
+        tally.take(&Queries {
+            accel: &field.accel,
+            rays,
+            mask,
+            coherence,
+        });
     }
     field.accel.check().unwrap();
     tally
@@ -211,7 +228,7 @@ impl Tally {
 #[test]
 fn packets_answer_random_rays_with_the_bits_of_single_rays() {
     let field = field();
-    let tally = send(&field, 40_000, |rng| {
+    let tally = send(&field, 20_000, |rng| {
         let origin = std::array::from_fn(|_| 3.0 * unit(rng));
         Single {
             // Short rays, long ones and endless ones; some aim at a sphere that must not block them.
@@ -229,7 +246,7 @@ fn packets_answer_random_rays_with_the_bits_of_single_rays() {
 #[test]
 fn packets_answer_axis_parallel_rays_with_the_bits_of_single_rays() {
     let field = field();
-    let tally = send(&field, 20_000, |rng| {
+    let tally = send(&field, 10_000, |rng| {
         let axis = rng.random_range(0..3);
         let mut direction = [0.0, -0.0, 0.0];
         direction[axis] = [1.0, -1.0][rng.random_range(0..2)];
@@ -245,7 +262,7 @@ fn packets_answer_axis_parallel_rays_with_the_bits_of_single_rays() {
 #[test]
 fn packets_answer_rays_at_spheres_with_the_bits_of_single_rays() {
     let field = field();
-    let tally = send(&field, 20_000, |rng| {
+    let tally = send(&field, 10_000, |rng| {
         let ball = field.balls[rng.random_range(0..field.balls.len())];
         let start = [0.5, 1.0, 4.0][rng.random_range(0..3)];
         let shell: [f32; 3] = std::array::from_fn(|_| unit(rng));
@@ -260,7 +277,7 @@ fn packets_answer_rays_at_spheres_with_the_bits_of_single_rays() {
 /// Rays from lattice points at shared vertices and at the middles of shared edges.
 fn aimed(share: f32) -> Tally {
     let field = field();
-    send(&field, 20_000, |rng| {
+    send(&field, 10_000, |rng| {
         let [a, b, _] = field.triangles[rng.random_range(0..field.triangles.len())];
         let [a, b] = [a, b].map(|i| field.vertices[i as usize]);
         let target = std::array::from_fn(|k| a[k] + share * (b[k] - a[k]));
@@ -300,9 +317,9 @@ fn what_idle_lanes_hold_changes_nothing() {
     let field = field();
     let mut rng = Pcg64::seed_from_u64(4);
     let mut tally = Tally::default();
-    for i in 0..10_000_usize {
+    for i in 0..5_000_usize {
         let poison = [f32::NAN, f32::INFINITY, 0.0, f32::MAX][i % 4];
-        let mask = rng.next_u32() & 0xff;
+        let mask = rng.next_u32() & 0xffff;
         let rays = std::array::from_fn(|lane| {
             let mut ray = towards(std::array::from_fn(|_| 3.0 * unit(&mut rng)), [0.0; 3]);
             if mask >> lane & 1 == 0 {
@@ -311,7 +328,12 @@ fn what_idle_lanes_hold_changes_nothing() {
             }
             ray
         });
-        tally.take(&field.accel, &rays, mask, Coherence::Incoherent);
+        tally.take(&Queries {
+            accel: &field.accel,
+            rays,
+            mask,
+            coherence: Coherence::Incoherent,
+        });
     }
     tally.expect("idle", tally.identical() && tally.hits > 30_000);
 }

@@ -5,6 +5,7 @@
 mod proof;
 
 use octolux::bsdf::Bsdf;
+use octolux::embree::TraceLane;
 use octolux::lane::Lane;
 use octolux::light::SphereLight;
 use octolux::math::elementary::{exp, expm1, ln, ln_1m, powcos, sin_cos_turn};
@@ -24,7 +25,7 @@ struct Calls<'a, F>(&'a F, Vec<[f32; 16]>);
 
 impl<F: Numbers> InLanes for Calls<'_, F> {
     type Said = Vec<f32>;
-    fn run<L: Lane>(&self, first: usize) -> Vec<Vec<f32>> {
+    fn run<L: TraceLane>(&self, first: usize) -> Vec<Vec<f32>> {
         let arguments: Vec<L> = self.1.iter().map(|column| L::load(&column[first..])).collect();
         let results = self.0.call(&arguments);
         (0..L::N).map(|i| results.iter().map(|x| x.lane(i)).collect()).collect()

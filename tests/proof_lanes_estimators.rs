@@ -4,6 +4,7 @@
 mod proof;
 
 use octolux::bsdf::Bsdf;
+use octolux::embree::TraceLane;
 use octolux::estimator::{ShadingPoint, per_light, per_point};
 use octolux::lane::{Bits, Lane, Mask};
 use octolux::light::SphereLight;
@@ -108,7 +109,7 @@ struct Estimates<'a>(&'a Case, &'a SphereLight);
 
 impl InLanes for Estimates<'_> {
     type Said = [Option<Vec<u32>>; 4];
-    fn run<L: Lane>(&self, first: usize) -> Vec<Self::Said> {
+    fn run<L: TraceLane>(&self, first: usize) -> Vec<Self::Said> {
         let Self(case, light) = *self;
         let mut said = [
             by_light::<L, per_light::ConeOnly>(case, light, first),
@@ -177,7 +178,7 @@ struct Draws<'a> {
 
 impl InLanes for Draws<'_> {
     type Said = ([u32; 4], bool, [u32; 2]);
-    fn run<L: Lane>(&self, first: usize) -> Vec<Self::Said> {
+    fn run<L: TraceLane>(&self, first: usize) -> Vec<Self::Said> {
         let [pixel, pass] = [self.pixels, self.passes].map(|numbers| L::Bits::from_fn(|i| numbers[first + i]));
         let key = self.block.key(pixel);
         let Pair(a, b) = self.block.pair(key, pass, self.pair);

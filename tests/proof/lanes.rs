@@ -1,5 +1,6 @@
 //! What tests of lanes share: hard numbers, vectors of lanes, and a table of the differences.
 
+use octolux::embree::TraceLane;
 use octolux::lane::{F32x8, F32x16, Lane, Work, has_avx512, with_avx512};
 use octolux::math::Vec3;
 use rand::{Rng, RngExt};
@@ -71,7 +72,7 @@ pub trait InLanes {
     /// What one lane gets.
     type Said;
     /// Takes the inputs from number `first` on, one for each lane.
-    fn run<L: Lane>(&self, first: usize) -> Vec<Self::Said>;
+    fn run<L: TraceLane>(&self, first: usize) -> Vec<Self::Said>;
 }
 
 struct Sixteen<'a, J: InLanes>(&'a J, &'a mut Vec<J::Said>);

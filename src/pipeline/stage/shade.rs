@@ -49,7 +49,7 @@ impl<D: per_light::Density> Shade for PerLight<D> {
                         origin: point.p,
                         direction: found.wi,
                         tfar: found.distance,
-                        value: found.ld,
+                        value: mutate!(found.ld, LightTwice => if i == 0 { found.ld + found.ld } else { found.ld }),
                         index: address.index,
                     };
                     queue.push(found.active, &rays);

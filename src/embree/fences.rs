@@ -9,6 +9,7 @@ use rand_pcg::Pcg64;
 
 use super::canary::Fenced;
 use super::{Accel, Ball, Device, SceneBuilder, ffi};
+use crate::lane::has_avx512;
 
 /// A square of two triangles and twenty spheres before and behind it.
 fn scene() -> Accel {
@@ -100,10 +101,13 @@ fn intersections_stay_inside_their_packets() {
         (*pointer).hit.geomID = [ffi::RTC_INVALID_GEOMETRY_ID; 8];
         ffi::rtcIntersect8(valid.0.as_ptr(), accel.handle(), pointer, ptr::null_mut());
     });
-    every_packet!(16, RTCRayHit16, |p| p.value.ray, |accel, valid, pointer| {
-        (*pointer).hit.geomID = [ffi::RTC_INVALID_GEOMETRY_ID; 16];
-        ffi::rtcIntersect16(valid.0.as_ptr(), accel.handle(), pointer, ptr::null_mut());
-    });
+    // Embree has queries of sixteen rays on processors with AVX-512 only.
+    if has_avx512() {
+        every_packet!(16, RTCRayHit16, |p| p.value.ray, |accel, valid, pointer| {
+            (*pointer).hit.geomID = [ffi::RTC_INVALID_GEOMETRY_ID; 16];
+            ffi::rtcIntersect16(valid.0.as_ptr(), accel.handle(), pointer, ptr::null_mut());
+        });
+    }
 }
 
 #[test]
@@ -114,7 +118,10 @@ fn visibility_queries_stay_inside_their_packets() {
     every_packet!(8, RTCRay8, |p| p.value, |accel, valid, pointer| {
         ffi::rtcOccluded8(valid.0.as_ptr(), accel.handle(), pointer, ptr::null_mut());
     });
-    every_packet!(16, RTCRay16, |p| p.value, |accel, valid, pointer| {
-        ffi::rtcOccluded16(valid.0.as_ptr(), accel.handle(), pointer, ptr::null_mut());
-    });
+    // Embree has queries of sixteen rays on processors with AVX-512 only.
+    if has_avx512() {
+        every_packet!(16, RTCRay16, |p| p.value, |accel, valid, pointer| {
+            ffi::rtcOccluded16(valid.0.as_ptr(), accel.handle(), pointer, ptr::null_mut());
+        });
+    }
 }

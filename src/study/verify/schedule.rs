@@ -20,7 +20,7 @@ const MOST_REPLICATES: usize = 64;
 /// Samples of a pixel in a replicate that the size of the film aims at.
 const SPP: f64 = 64.0;
 
-/// Pixels for which the replicates get about [`SPP`] samples in so many seconds.
+/// Pixels for which the replicates get about `SPP` samples in so many seconds.
 pub fn comparable_pixels(costs: &[Cost], seconds: f64) -> f64 {
     let (setup, sample) = of_round(costs);
     let round = (seconds / REPLICATES as f64 - setup).max(0.2 * seconds / REPLICATES as f64);

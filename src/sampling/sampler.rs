@@ -64,6 +64,11 @@ impl PassBlock {
         }
     }
 
+    /// The first pass.
+    pub fn first(&self) -> u32 {
+        self.first
+    }
+
     /// What stands for a pixel in the addresses below: computed once a sample.
     #[inline(always)]
     pub fn key<B: Bits>(&self, pixel: B) -> B {

@@ -84,7 +84,7 @@ fn lanes_and_threads_change_no_bit() {
             let settings = settings(estimator, sampler);
             let (picture, samples) = adaptive(&scene, settings, 24);
             let (least, most) = (*samples.iter().min().unwrap(), *samples.iter().max().unwrap());
-            assert!(least == 8 && most > 30, "{least} to {most}");
+            assert!(least == 12 && most > 30, "{least} to {most}");
             for (lanes, threads) in [(1, 1), (8, 3), (widest_lanes(), 1), (widest_lanes(), 2)] {
                 let other = adaptive(
                     &scene,

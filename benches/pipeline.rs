@@ -28,6 +28,7 @@ fn renderer(scene: &Scene, estimator: EstimatorKind, lanes: usize, threads: usiz
         seed: 1,
         lanes,
         threads,
+        accel: None,
     };
     Renderer::new(scene, settings).unwrap_or_else(|error| panic!("{}: {error}", scene.name))
 }

@@ -4,8 +4,18 @@
 //! kernel, streams of packets go through Embree and the estimators, and a film collects the sums.
 //!
 //! Layers, lowest first; a module uses only those before it, and `tests/layers.rs` keeps that true:
-//! [`cpu`] and [`settings`] · [`lane`] · [`math`] · [`sampling`] · [`bsdf`] and [`light`] · [`embree`] · [`scene`] ·
+//! [`cpu`] and [`settings`] · [`lane`] · [`math`] · [`sampling`] · [`bsdf`] and [`light`] · [`shape`] · [`embree`] and
+//! [`linear`] · [`scene`] ·
 //! [`estimator`] · [`film`] and [`pipeline`] · [`mod@reference`] (of scene data alone) · [`study`] · [`cli`].
+
+#[macro_use]
+mod mutant;
+
+#[cfg(test)]
+extern crate self as octolux; // the checks of `tests/proof` name the crate
+#[cfg(test)]
+#[path = "../tests/proof/mod.rs"]
+mod proof;
 
 pub mod bsdf;
 pub mod cli;
@@ -15,10 +25,12 @@ pub mod estimator;
 pub mod film;
 pub mod lane;
 pub mod light;
+pub mod linear;
 pub mod math;
 pub mod pipeline;
 pub mod reference;
 pub mod sampling;
 pub mod scene;
 pub mod settings;
+pub mod shape;
 pub mod study;

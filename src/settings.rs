@@ -26,6 +26,29 @@ pub enum SamplerKind {
     Independent,
 }
 
+/// Who answers rays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub enum AccelKind {
+    /// Embree's hierarchy.
+    Embree,
+    /// All shapes in a line, culled per tile and light: for tiny scenes.
+    Linear,
+}
+
+impl AccelKind {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Embree, Self::Linear];
+
+    /// The name that the command line uses.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Embree => "embree",
+            Self::Linear => "linear",
+        }
+    }
+}
+
 impl EstimatorKind {
     /// All four, in the order of the hand-out.
     pub const ALL: [Self; 4] = [Self::Uniform, Self::Light, Self::Brdf, Self::Mis];

@@ -63,6 +63,7 @@ fn settings(estimator: EstimatorKind, sampler: SamplerKind) -> Settings {
         sampler,
         seed: 3,
         lanes: 8,
+        accel: None,
         threads: 1,
     }
 }

@@ -136,7 +136,10 @@ fn triangles_without_area_are_left_out_with_a_note() {
     assert_eq!(scene.meshes[0].triangles, [[0, 1, 2]]);
     assert_eq!(
         scene.notes,
-        ["[[meshes]] 1: 3 triangles of 4 without area are left out"]
+        [
+            "[[meshes]] 1: 3 triangles of 4 without area are left out",
+            "nothing in the scene emits light: the picture will be black"
+        ]
     );
 }
 

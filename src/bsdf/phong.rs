@@ -19,7 +19,7 @@ pub fn eval<L: Lane>(wr: Vec3<L>, wi: Vec3<L>, cos_theta: L, alpha: L) -> Lobe<L
     let t = (wr - wi).length_squared() * L::splat(0.5);
     let pdf = warp::power_pdf(powcos(wr.dot(wi), t, alpha), alpha);
     Lobe {
-        shape: pdf * cos_theta,
+        shape: mutate!(pdf * cos_theta, MissingCosine => pdf),
         pdf,
     }
 }
@@ -28,5 +28,5 @@ pub fn eval<L: Lane>(wr: Vec3<L>, wi: Vec3<L>, cos_theta: L, alpha: L) -> Lobe<L
 /// `t = chord^2 / 2`, and [`exp`](crate::math::elementary::exp) is 0 below −87.34; 90 leaves room for rounding.
 #[inline(always)]
 pub fn reach<L: Lane>(alpha: L) -> L {
-    (L::splat(180.0) / alpha).sqrt()
+    (L::splat(mutate!(180.0, ReachTooShort => 120.0)) / alpha).sqrt()
 }

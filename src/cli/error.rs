@@ -87,7 +87,7 @@ impl CliError {
     pub fn setup(path: &Path, error: &SetupError) -> Self {
         let what = format!("{}: {error}", path.display());
         match error {
-            SetupError::Unsupported(_) => Self::usage(what),
+            SetupError::Unsupported { remedy, .. } => Self::usage(what).with_help(*remedy),
             SetupError::Embree(_) | SetupError::Threads(_) => Self::failed(what),
         }
     }

@@ -56,6 +56,7 @@ struct Explanation {
     phong: usize,
     needs: Vec<&'static str>,
     kernel: String,
+    why: String,
     lanes: usize,
     threads: usize,
     spp: u32,
@@ -82,6 +83,7 @@ impl Explanation {
             phong: of_kind(|bsdf| matches!(bsdf, Bsdf::Phong { .. })),
             needs: renderer.needs(),
             kernel: renderer.kernel().to_owned(),
+            why: renderer.why().to_owned(),
             lanes: settings.lanes,
             threads: settings.threads,
             spp: scene.render.spp.unwrap_or(options::DEFAULT_SPP),
@@ -117,6 +119,7 @@ impl Explanation {
             ),
             format!("  needs      {needs}"),
             format!("  kernel     {}, {rays}, {} threads", self.kernel, self.threads),
+            format!("  because    {}", self.why),
             format!(
                 "  render     {} spp, {}, {}, seed {}",
                 self.spp,

@@ -17,6 +17,8 @@ mod render;
 mod report;
 mod schedule;
 mod stats;
+mod verify;
+mod verify_report;
 
 use std::process::ExitCode;
 
@@ -32,11 +34,13 @@ Examples:
       takes as many samples as 10 seconds allow
   octolux explain scenes/veach-mis.toml
       says what the scene calls for, without rendering it
+  octolux verify scenes/veach-mis.toml
+      proves in a minute that the renderer is right on this scene
 
 Exit codes: 0 well, 2 bad usage or a bad scene, 1 anything else,
 130 interrupted.";
 
-/// Direct illumination in packets of rays, eight at a time.
+/// Direct illumination in packets of rays.
 #[derive(Parser)]
 #[command(name = "octolux", version = build::VERSION_LINE.as_str(), after_help = EXAMPLES, max_term_width = 100)]
 struct Cli {
@@ -54,6 +58,8 @@ enum Command {
     Reference(reference::Args),
     /// Measure the error of one picture against another
     Compare(compare::Args),
+    /// Prove on a scene that lanes, threads, estimators and the oracle agree
+    Verify(verify::Args),
 }
 
 /// Runs the command and says how it went.
@@ -64,6 +70,7 @@ pub fn main() -> ExitCode {
         Command::Explain(args) => explain::run(&args),
         Command::Reference(args) => reference::run(&args),
         Command::Compare(args) => compare::run(&args),
+        Command::Verify(args) => verify::run(&args),
     };
     match outcome {
         Ok(exit) => exit.into(),

@@ -5,6 +5,7 @@ use clap::builder::RangedU64ValueParser;
 use super::{CliError, machine};
 use crate::pipeline::{Settings, widest_lanes};
 use crate::scene::{EstimatorKind, FilmSize, SamplerKind, Scene};
+use crate::settings::AccelKind;
 
 /// Passes where neither the command line nor the scene says.
 pub const DEFAULT_SPP: u32 = 64;
@@ -28,7 +29,7 @@ pub struct Options {
     #[arg(long, value_enum, value_name = "NAME")]
     pub sampler: Option<SamplerKind>,
     /// Seed of every random number, 0 to 4294967295 [default: the scene's, else 0]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub seed: Option<u32>,
     /// Size of the picture in pixels, such as 768x512 [default: the scene's]
     #[arg(long, value_name = "WxH", value_parser = size)]
@@ -37,6 +38,9 @@ pub struct Options {
     /// processor has]
     #[arg(long, value_name = "1|8|16", value_parser = lanes)]
     pub lanes: Option<usize>,
+    /// Who answers rays [default: linear for tiny scenes, else embree]
+    #[arg(long, value_enum, value_name = "NAME")]
+    pub accel: Option<AccelKind>,
     /// Threads, 1 to 1024 [default: as many as the machine offers]
     #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
     pub threads: Option<usize>,
@@ -62,6 +66,7 @@ impl Options {
             sampler: self.sampler.or(scene.render.sampler).unwrap_or(SamplerKind::Sobol),
             seed: self.seed.or(scene.render.seed).unwrap_or(0),
             lanes: self.lanes.unwrap_or_else(widest_lanes),
+            accel: self.accel,
             threads: self
                 .threads
                 .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)),

@@ -40,7 +40,7 @@ pub struct Args {
     #[arg(short, long = "output", value_name = "FILE")]
     outputs: Vec<PathBuf>,
     /// Samples a pixel, at least 1 [default: the scene's, else 64]
-    #[arg(long, value_name = "N", value_parser = options::spp, conflicts_with = "time")]
+    #[arg(long, value_name = "N", value_parser = options::spp, conflicts_with = "time", allow_negative_numbers = true)]
     spp: Option<u32>,
     /// Render for so many seconds instead (loading and writing aside), at least one sample a pixel
     #[arg(long, value_name = "SECONDS", value_parser = options::seconds, allow_negative_numbers = true)]

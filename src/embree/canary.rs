@@ -21,14 +21,14 @@ const GEOMETRY: u32 = 77;
 /// A value between two fences, without gaps: 64 is a multiple of every alignment here, and sizes are multiples of
 /// theirs.
 #[repr(C, align(64))]
-struct Fenced<T> {
+pub(super) struct Fenced<T> {
     before: [u8; FENCE_BYTES],
-    value: T,
+    pub(super) value: T,
     after: [u8; FENCE_BYTES],
 }
 
 impl<T> Fenced<T> {
-    fn new(value: T) -> Self {
+    pub(super) fn new(value: T) -> Self {
         Self {
             before: [FENCE; FENCE_BYTES],
             value,
@@ -37,13 +37,13 @@ impl<T> Fenced<T> {
     }
 
     /// A pointer to the value that may also touch the fences: whether Embree does is the question.
-    fn pointer(&mut self) -> *mut T {
+    pub(super) fn pointer(&mut self) -> *mut T {
         // SAFETY: the offset of a field lies inside `self`, from which the pointer's permission to access comes.
         unsafe { ptr::from_mut(self).byte_add(std::mem::offset_of!(Self, value)).cast() }
     }
 
     /// How many bytes of the fences changed.
-    fn damage(&self) -> usize {
+    pub(super) fn damage(&self) -> usize {
         self.before
             .iter()
             .chain(&self.after)

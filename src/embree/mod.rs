@@ -4,13 +4,15 @@
 
 mod canary;
 mod device;
+#[cfg(test)]
+mod fences;
 pub(crate) mod ffi;
 mod packet;
 mod scene;
 mod spheres;
 
+pub use crate::shape::{Ball, Hit, NO_SPHERE, Ray};
 pub use canary::layout_canary;
 pub use device::{Device, EmbreeError};
-pub use packet::{Coherence, Hit, NO_SPHERE, Ray, TraceLane};
+pub use packet::{Coherence, TraceLane};
 pub use scene::{Accel, SceneBuilder};
-pub use spheres::Ball;

@@ -6,6 +6,7 @@ use super::ffi;
 use super::scene::Accel;
 use crate::lane::{Bits, F32x8, F32x16, Lane, Mask};
 use crate::math::Vec3;
+use crate::shape::{Hit, Ray};
 
 /// How alike the rays of a packet are. It changes the speed (38 % to a factor of 3), never the answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,41 +24,6 @@ impl Coherence {
             Self::Incoherent => ffi::RTC_RAY_QUERY_FLAG_INCOHERENT,
         }
     }
-}
-
-/// For [`Ray::aims_at`]: no sphere in particular.
-pub const NO_SPHERE: u32 = u32::MAX;
-
-/// Rays from `origin` along `direction` (any length but 0), from distance 0 to `tfar` in lengths of `direction`.
-#[derive(Clone, Copy, Debug)]
-pub struct Ray<L: Lane> {
-    /// Where they start.
-    pub origin: Vec3<L>,
-    /// Where they go.
-    pub direction: Vec3<L>,
-    /// Where they end.
-    pub tfar: L,
-    /// A sphere that does not block [`Accel::occluded`], or [`NO_SPHERE`].
-    pub aims_at: L::Bits,
-}
-
-/// What rays meet first. Lanes outside `found` hold nothing of use.
-#[derive(Clone, Copy, Debug)]
-pub struct Hit<L: Lane> {
-    /// Lanes that met something.
-    pub found: L::Mask,
-    /// Distance in lengths of the direction.
-    pub t: L,
-    /// Geometric normal, of any length and side.
-    pub ng: Vec3<L>,
-    /// First barycentric coordinate.
-    pub u: L,
-    /// Second barycentric coordinate.
-    pub v: L,
-    /// The geometry, as [`super::SceneBuilder`] numbered it.
-    pub geometry: L::Bits,
-    /// The triangle of a mesh or the sphere.
-    pub primitive: L::Bits,
 }
 
 /// Lanes that Embree has queries for.

@@ -5,8 +5,9 @@ use std::sync::Arc;
 
 use super::device::{Device, EmbreeError};
 use super::ffi;
-use super::packet::{Coherence, Hit, Ray, TraceLane};
-use super::spheres::{self, Ball, Balls};
+use super::packet::{Coherence, TraceLane};
+use super::spheres::{self, Balls};
+use crate::shape::{Ball, Hit, Ray};
 
 /// A scene that takes geometry; [`commit`](Self::commit) makes it one that answers.
 #[derive(Debug)]

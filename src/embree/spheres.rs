@@ -8,43 +8,7 @@ use std::ffi::c_void;
 use super::ffi;
 use crate::lane::{Bits, F32x8, Lane, Mask, Mask8, U32x8, Word};
 use crate::math::Vec3;
-
-/// A sphere as the accelerator sees it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ball {
-    /// Centre.
-    pub center: [f32; 3],
-    /// Radius.
-    pub radius: f32,
-}
-
-/// Nearest intersection in `[tnear, tfar]` of rays with one sphere, from outside or inside.
-///
-/// The discriminant comes from the point of the ray closest to the centre, so that a small sphere far away keeps its
-/// digits, and the roots from the sum that does not cancel: Haines et al. 2019, "Precision Improvements for Ray/Sphere
-/// Intersection", Ray Tracing Gems chapter 7. Directions need not be unit.
-#[inline(always)]
-pub(crate) fn intersect<L: Lane>(ball: &Ball, origin: Vec3<L>, direction: Vec3<L>, tnear: L, tfar: L) -> (L::Mask, L) {
-    let radius = L::splat(ball.radius);
-    let r2 = radius * radius;
-    let from_center = origin - Vec3::splat(ball.center);
-    let a = direction.length_squared();
-    let b = -from_center.dot(direction);
-    let closest = direction.mul_add(b / a, from_center);
-    let discriminant = r2 - closest.length_squared();
-    let meets = discriminant.ge(L::zero());
-    if meets.none() {
-        return (meets, tfar);
-    }
-    let c = from_center.length_squared() - r2;
-    let root = (a * discriminant).safe_sqrt();
-    let q = b + L::select(b.lt(L::zero()), -root, root);
-    let (t0, t1) = (c / q, q / a);
-    let (near, far) = (t0.min(t1), t0.max(t1));
-    let near_counts = near.ge(tnear) & near.le(tfar);
-    let far_counts = far.ge(tnear) & far.le(tfar);
-    (meets & (near_counts | far_counts), L::select(near_counts, near, far))
-}
+use crate::shape::Ball;
 
 /// Embree's rays of one packet, seen through the addresses of its columns: `N` rays, column `k` at `k * N`.
 ///
@@ -145,7 +109,7 @@ impl Packet {
                 z: self.get(column + 2, first),
             };
             let (origin, direction): (Vec3<L>, Vec3<L>) = (vector(0), vector(DIRECTION));
-            let (hit, t) = intersect(ball, origin, direction, self.get(TNEAR, first), self.get(TFAR, first));
+            let (hit, t) = ball.intersect(origin, direction, self.get(TNEAR, first), self.get(TFAR, first));
             (hit, t, origin, direction)
         }
     }

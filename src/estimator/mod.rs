@@ -32,6 +32,7 @@ impl<L: Lane> ShadingPoint<L> {
     #[inline(always)]
     pub fn above(&self, wi: Vec3<L>) -> (L, L::Mask) {
         let cos_theta = self.bsdf.n.dot(wi);
-        (cos_theta, cos_theta.gt(L::zero()) & self.ng.dot(wi).gt(L::zero()))
+        let above = cos_theta.gt(L::zero()) & self.ng.dot(wi).gt(L::zero());
+        (cos_theta, mutate!(above, HorizonDropped => !above | above))
     }
 }

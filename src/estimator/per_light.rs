@@ -61,7 +61,7 @@ pub fn sample<L: Lane, D: Density>(
     let toss = toss();
     let (u, v) = toss.pair.unit::<L>();
     let by_brdf = if D::MIXED {
-        toss.heads & active
+        mutate!(toss.heads, AlwaysHeads => active) & active
     } else {
         L::Mask::splat(false)
     };
@@ -77,7 +77,7 @@ pub fn sample<L: Lane, D: Density>(
     active = active & above;
     if by_brdf.any() {
         t = L::select(by_brdf, cone.t(wi), t);
-        active = active & (!by_brdf | cone.contains(t));
+        active = active & mutate!(!by_brdf | cone.contains(t), FlippedMask => by_brdf | cone.contains(t));
     }
     if active.none() {
         return None;
@@ -89,9 +89,9 @@ pub fn sample<L: Lane, D: Density>(
         return None;
     }
     // f_cos / pdf with one division: Ω f_cos for the cone alone, 2 Ω f_cos / (1 + Ω p_brdf) for the average.
-    let omega = warp::cone_solid_angle(cone.omc);
+    let omega = warp::cone_solid_angle(mutate!(cone.omc, DoubledDensity => cone.omc * L::splat(0.5)));
     let weight = if D::MIXED {
-        (omega + omega) * lobe.shape / omega.mul_add(lobe.pdf, L::one())
+        mutate!(omega + omega, MixtureWithoutHalf => omega) * lobe.shape / omega.mul_add(lobe.pdf, L::one())
     } else {
         omega * lobe.shape
     };
@@ -112,7 +112,8 @@ pub fn sample<L: Lane, D: Density>(
 #[inline(always)]
 fn may_contribute<L: Lane>(point: &ShadingPoint<L>, cone: &Cone<L>) -> L::Mask {
     let bsdf = &point.bsdf;
-    let highest = bsdf.n.dot(cone.axis).mul_add(L::one() - cone.omc, cone.sine);
+    let rim = mutate!(cone.sine, RimForgotten => L::zero());
+    let highest = bsdf.n.dot(cone.axis).mul_add(L::one() - cone.omc, rim);
     let rises = highest.gt(L::splat(-1e-6)) | cone.inside;
     if bsdf.phong.none() {
         return rises;

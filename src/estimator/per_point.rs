@@ -59,7 +59,10 @@ pub fn sample<L: Lane, D: Density>(
     }
     let (weight, active) = if D::UNIFORM {
         let shape = bsdf.eval(wi, cos_theta).shape;
-        (shape * L::splat(1.0 / warp::SPHERE_PDF), active & shape.gt(L::zero()))
+        (
+            shape * L::splat(mutate!(1.0, HemisphereForSphere => 0.5) / warp::SPHERE_PDF),
+            active & shape.gt(L::zero()),
+        )
     } else {
         (bsdf.weight(cos_theta), active)
     };

@@ -198,7 +198,8 @@ impl Film {
     pub fn picture(&self) -> Picture {
         let FilmSize { width, height } = self.size;
         let mean = |tile: &Tile, pixel| {
-            let samples = f64::from(tile.samples(pixel).max(1));
+            let samples = tile.samples(pixel);
+            let samples = f64::from(mutate!(samples.max(1), OnePassOff => samples + 1));
             tile.sums.0[pixel].map(|sum| (sum / samples) as f32)
         };
         let pixels = self.rows(mean);

@@ -6,6 +6,7 @@ mod progress;
 mod renderer;
 mod stage;
 mod stream;
+mod tracer;
 mod world;
 
 pub use plan::widest_lanes;

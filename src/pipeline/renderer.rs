@@ -14,6 +14,7 @@ use crate::embree::{Device, EmbreeError, layout_canary};
 use crate::film::{Film, Noise, Picture, Tile, allocation};
 use crate::sampling::PassBlock;
 use crate::scene::{EstimatorKind, Features, FilmSize, SamplerKind, Scene};
+use crate::settings::AccelKind;
 
 /// Every choice that makes a picture, resolved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,6 +31,8 @@ pub struct Settings {
     pub lanes: usize,
     /// Threads; at least 1.
     pub threads: usize,
+    /// Who answers rays; `None` leaves it to the plan.
+    pub accel: Option<AccelKind>,
 }
 
 /// Why a render cannot start.
@@ -39,8 +42,13 @@ pub enum SetupError {
     #[error(transparent)]
     Embree(#[from] EmbreeError),
     /// No kernel does what is asked for.
-    #[error("{0}")]
-    Unsupported(String),
+    #[error("{what}")]
+    Unsupported {
+        /// What cannot be done.
+        what: String,
+        /// What would do.
+        remedy: &'static str,
+    },
     /// The threads could not be started.
     #[error("cannot start the threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
@@ -76,11 +84,12 @@ impl Renderer {
     /// [`SetupError`] where the scene cannot be rendered so.
     pub fn new(scene: &Scene, settings: Settings) -> Result<Self, SetupError> {
         let features = Features::of(scene);
-        let plan = Plan::choose(&features, settings.estimator, settings.lanes).map_err(SetupError::Unsupported)?;
+        let plan = Plan::choose(&features, settings.estimator, settings.lanes, settings.accel)
+            .map_err(|(what, remedy)| SetupError::Unsupported { what, remedy })?;
         let device = Device::new(settings.threads)?;
         layout_canary(&device)?;
         let begin = Instant::now();
-        let world = World::build(scene, settings.film, &device)?;
+        let world = World::build(scene, settings.film, &device, plan.accel)?;
         let build_seconds = begin.elapsed().as_secs_f64();
         Ok(Self {
             settings,
@@ -103,6 +112,11 @@ impl Renderer {
     /// The name of the kernel that the plan chose.
     pub fn kernel(&self) -> &str {
         &self.plan.name
+    }
+
+    /// Why the plan chose it, in a sentence.
+    pub fn why(&self) -> &str {
+        &self.plan.why
     }
 
     /// What the scene calls for, in words.

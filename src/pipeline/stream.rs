@@ -128,11 +128,19 @@ impl HitStream {
         self.0.put(19, &room, L::from_bits(address.pass));
     }
 
+    /// The points of the packet at `at`; idle lanes repeat the packet's first.
+    #[inline(always)]
+    pub fn points<L: Lane>(&self, at: usize) -> Vec3<L> {
+        let p: Vec3<L> = self.0.get3(0, at);
+        let first = [self.0.columns[0][at], self.0.columns[1][at], self.0.columns[2][at]];
+        Vec3::select(self.0.lanes::<L>(at), p, Vec3::splat(first))
+    }
+
     /// The packet that starts at point `at`.
     #[inline(always)]
     pub fn packet<L: Lane>(&self, at: usize) -> (L::Mask, ShadingPoint<L>, Address<L>) {
         let columns = &self.0;
-        let mask = columns.lanes::<L>(at);
+        let mask = mutate!(columns.lanes::<L>(at), StaleTail => L::Mask::splat(true));
         let alpha: L = columns.get(15, at);
         let bsdf = Bsdf {
             n: columns.get3(6, at),
@@ -211,7 +219,7 @@ impl RayQueue {
             origin: columns.get3(0, at),
             direction: columns.get3(3, at),
             tfar: columns.get(6, at),
-            value: columns.get3(7, at),
+            value: columns.get3(7, mutate!(at, LaneShift => at + usize::from(L::N > 1))),
             index: columns.get::<L>(10, at).to_bits(),
         };
         (columns.lanes::<L>(at), rays)

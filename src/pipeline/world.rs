@@ -5,17 +5,22 @@
 
 use glam::DVec3;
 
-use crate::embree::{Accel, Ball, Device, EmbreeError, SceneBuilder};
+use crate::embree::{Accel, Device, EmbreeError, SceneBuilder};
 use crate::lane::Lane;
 use crate::light::SphereLight;
+use crate::linear::Line;
 use crate::math::Vec3;
 use crate::scene::{Bsdf, FilmSize, Fov, Scene, Surface};
+use crate::settings::AccelKind;
+use crate::shape::Ball;
 
 /// Everything that is the same for all rays.
 #[derive(Debug)]
 pub struct World {
-    /// Answers rays.
+    /// Answers rays, unless the line does.
     pub accel: Accel,
+    /// The shapes in a line; empty unless it answers rays.
+    pub line: Line,
     /// What surfaces do, meshes first, then spheres.
     pub surfaces: Vec<SurfaceRecord>,
     /// The geometry that the spheres are, and so also the number of meshes.
@@ -82,14 +87,18 @@ impl World {
     ///
     /// # Errors
     /// [`EmbreeError`] if Embree cannot build.
-    pub fn build(scene: &Scene, film: FilmSize, device: &Device) -> Result<Self, EmbreeError> {
+    pub fn build(scene: &Scene, film: FilmSize, device: &Device, accel: AccelKind) -> Result<Self, EmbreeError> {
         let origin = scene.camera.origin;
         let mut builder = SceneBuilder::new(device, true)?;
+        let mut line = Line::default();
         let mut surfaces = Vec::with_capacity(scene.meshes.len() + scene.spheres.len());
         let mut normals = Vec::with_capacity(scene.meshes.len());
         for mesh in &scene.meshes {
             let vertices: Vec<[f32; 3]> = mesh.vertices.iter().map(|&v| narrow(v - origin)).collect();
-            builder.add_mesh(&vertices, &mesh.triangles)?;
+            match accel {
+                AccelKind::Embree => _ = builder.add_mesh(&vertices, &mesh.triangles)?,
+                AccelKind::Linear => line.add_mesh(normals.len() as u32, &vertices, &mesh.triangles),
+            }
             let reach = vertices.iter().flatten().fold(0.0_f32, |m, x| m.max(x.abs()));
             let none = Ball {
                 center: [0.0; 3],
@@ -125,12 +134,17 @@ impl World {
             }
             surfaces.push(record);
         }
-        let sphere_geometry = builder.set_spheres(balls)?;
+        let sphere_geometry = scene.meshes.len() as u32;
+        match accel {
+            AccelKind::Embree => _ = builder.set_spheres(balls)?,
+            AccelKind::Linear => line.set_spheres(balls, sphere_geometry),
+        }
         let mesh_lights = surfaces[..scene.meshes.len()]
             .iter()
             .any(|s| s.le.is_some_and(|le| le.iter().any(|&x| x > 0.0)));
         Ok(Self {
             accel: builder.commit()?,
+            line,
             surfaces,
             sphere_geometry,
             smooth: normals.iter().any(Option::is_some),
@@ -167,7 +181,7 @@ impl SurfaceRecord {
             alpha,
             le,
             ball,
-            offset: reach * OFFSET_ULPS,
+            offset: mutate!(reach, OffsetDropped => 0.0) * OFFSET_ULPS,
         }
     }
 }

@@ -48,6 +48,16 @@ impl Pinhole {
             direction: direction.normalize(),
         }
     }
+
+    /// Where a point of the scene lies on the film, in pixels as for [`ray`](Self::ray), be it inside or not; `None`
+    /// behind the camera.
+    pub fn project(&self, point: DVec3) -> Option<[f64; 2]> {
+        let away = point - self.origin;
+        let depth = away.dot(self.forward);
+        let along = |axis: DVec3| away.dot(axis) / (depth * axis.length_squared());
+        let (x, y) = (along(self.right), along(self.up));
+        (depth > 0.0).then_some([0.5 * (x + 1.0) * self.width, 0.5 * (1.0 - y) * self.height])
+    }
 }
 
 #[cfg(test)]
@@ -67,6 +77,11 @@ mod tests {
         assert!((by_x.ray(2.0, 1.0).direction + DVec3::Z).length() < 1e-15);
         let top_left = DVec3::new(-1.0, 0.5, -1.0).normalize();
         assert!((by_x.ray(0.0, 0.0).direction - top_left).length() < 1e-15);
+        let [x, y] = by_x
+            .project(camera.origin + 7.0 * by_x.ray(3.5, 0.25).direction)
+            .unwrap();
+        assert!((x - 3.5).abs() < 1e-12 && (y - 0.25).abs() < 1e-12);
+        assert!(by_x.project(camera.origin + DVec3::Z).is_none());
         let by_y = Pinhole::new(
             &Camera {
                 fov: Fov::Y(2.0 * 0.5_f64.atan().to_degrees()),

@@ -13,6 +13,7 @@ mod camera;
 mod emitter;
 mod estimate;
 mod geometry;
+pub mod probe;
 mod statistics;
 mod world;
 

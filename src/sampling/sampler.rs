@@ -75,7 +75,8 @@ impl PassBlock {
         if self.table.is_empty() {
             return pixel;
         }
-        let [key, ..] = pcg4d([pixel, B::splat(self.seed), B::splat(0x5bd1_e995), B::splat(0x1b87_3593)]);
+        let address = [pixel, B::splat(self.seed), B::splat(0x5bd1_e995), B::splat(0x1b87_3593)];
+        let [key, ..] = pcg4d(mutate!(address, SharedKey => [B::splat(0); 4]));
         key
     }
 

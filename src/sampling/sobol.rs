@@ -38,7 +38,7 @@ pub fn sobol_2d(index: u32) -> [u32; 2] {
 
 /// Point `pass` of the pair `pair` under `seed`, shuffled and scrambled.
 pub fn scrambled_point(pass: u32, pair: u32, seed: u32) -> [u32; 2] {
-    let key = mix(mix(seed).wrapping_add(pair.wrapping_mul(0x85eb_ca6b)));
+    let key = mix(mix(seed).wrapping_add(mutate!(pair, PairReused => 0).wrapping_mul(0x85eb_ca6b)));
     // A nested scramble of the index maps every aligned run of 2^m indices onto another one.
     let index = owen_scramble(pass, key ^ 0x68bc_21eb);
     let [a, b] = sobol_2d(index);

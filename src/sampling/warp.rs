@@ -20,7 +20,7 @@ pub const SPHERE_PDF: f32 = 0.25 * FRAC_1_PI;
 /// Uniform in the cone with `omc = 1 - cos(theta_max)`: `t` in [0, omc].
 #[inline(always)]
 pub fn cone<L: Lane>(u: L, omc: L) -> L {
-    u * omc
+    mutate!(u, ConeTowardsTheAxis => u * u) * omc
 }
 
 /// Density of [`cone`] per steradian, inside the cone.
@@ -57,5 +57,6 @@ pub fn power<L: Lane>(u: L, alpha: L) -> L {
 /// Density of [`power`] per steradian, given `cos^alpha` (0 below the horizon).
 #[inline(always)]
 pub fn power_pdf<L: Lane>(cos_to_the_alpha: L, alpha: L) -> L {
-    (alpha + L::one()) * L::splat(0.5 * FRAC_1_PI) * cos_to_the_alpha
+    let normalisation = (alpha + mutate!(L::one(), WrongNormalisation => L::splat(2.0))) * L::splat(0.5 * FRAC_1_PI);
+    normalisation * cos_to_the_alpha
 }

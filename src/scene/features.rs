@@ -19,6 +19,8 @@ pub struct Features {
     pub mesh_lights: usize,
     /// Meshes with smooth normals.
     pub smooth_normals: usize,
+    /// Triangles and spheres of any kind.
+    pub shapes: usize,
 }
 
 impl Features {
@@ -40,6 +42,7 @@ impl Features {
             found.spheres += usize::from(reflects(&mut found, &sphere.surface));
             found.sphere_lights += usize::from(emits(&sphere.surface));
         }
+        found.shapes = scene.spheres.len() + scene.meshes.iter().map(|m| m.triangles.len()).sum::<usize>();
         for mesh in &scene.meshes {
             let reflecting = reflects(&mut found, &mesh.surface);
             found.meshes += usize::from(reflecting);

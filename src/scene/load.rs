@@ -9,7 +9,7 @@ use toml::de::DeTable;
 use super::error::Fault;
 use super::materials::Materials;
 use super::table::Table;
-use super::{Scene, SceneError, materials, shapes, view};
+use super::{Mesh, Scene, SceneError, Surface, materials, shapes, view};
 
 /// The longest scene file, in bytes. What needs more belongs into a mesh file, which takes a tenth of the room.
 const LONGEST_FILE: u64 = 64 << 20;
@@ -109,6 +109,14 @@ fn scene(text: &str, path: &Path) -> Result<Scene, Fault> {
             meshes.push(mesh);
             notes.extend(note);
         }
+    }
+
+    let mut surfaces = spheres
+        .iter()
+        .map(|s| s.surface)
+        .chain(meshes.iter().map(|m: &Mesh| m.surface));
+    if !surfaces.any(|s| matches!(s, Surface::Emission(le) if le.max_element() > 0.0)) {
+        notes.push("nothing in the scene emits light: the picture will be black".to_owned());
     }
 
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();

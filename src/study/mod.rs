@@ -2,3 +2,5 @@
 
 pub mod error;
 pub mod significance;
+pub mod student;
+pub mod verify;

@@ -45,6 +45,7 @@ fn means(sampler: SamplerKind, first_seed: u32, allocate: Option<Allocate>) -> V
             sampler,
             seed,
             lanes: 8,
+            accel: None,
             threads: 1,
         };
         let mut renderer = Renderer::new(&scene, settings).unwrap();

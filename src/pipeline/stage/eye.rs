@@ -8,6 +8,7 @@ use crate::film::Tile;
 use crate::lane::{Bits, Lane, Mask};
 use crate::math::Vec3;
 use crate::pipeline::stream::{Address, HitStream};
+use crate::pipeline::tracer::Tracer;
 use crate::pipeline::world::{SurfaceRecord, World};
 
 /// What eye packets are loaded from, in columns, repeated behind the end so that any packet is one load: the pixels of a
@@ -106,8 +107,9 @@ impl Grid {
 
 /// Traces every sample of a chunk. Emitters that are seen go onto the film, surfaces into the streams.
 #[inline(always)]
-pub fn trace<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
-    let Scratch { grid, hits, .. } = scratch;
+pub fn trace<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
+    let Scratch { grid, hits, set, .. } = scratch;
+    T::face_tile(chunk.world, chunk.tile, set);
     hits.iter_mut().for_each(HitStream::clear);
     let listed = chunk.tile.measures_noise() || !chunk.tile.goals().is_empty();
     let (length, samples) = if listed {
@@ -150,7 +152,7 @@ pub fn trace<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
             tfar: L::splat(f32::INFINITY),
             aims_at: L::Bits::splat(NO_SPHERE),
         };
-        let hit = chunk.world.accel.intersect(active, &ray, Coherence::Coherent);
+        let hit = T::nearest(chunk.world, set, active, &ray, Coherence::Coherent);
         if hit.found.any() {
             settle(
                 chunk,
@@ -303,7 +305,8 @@ fn smooth_normal<L: Lane>(world: &World, hit: &Hit<L>, surfaces: &Surfaces<L>, n
         let Some(mesh) = &world.normals[surfaces.index.lane(lane) as usize] else {
             continue;
         };
-        let (u, v) = (hit.u.lane(lane), hit.v.lane(lane));
+        let barycentric = (hit.u.lane(lane), hit.v.lane(lane));
+        let (u, v) = mutate!(barycentric, CornersSwapped => (barycentric.1, barycentric.0));
         let [a, b, c] = mesh.triangles[hit.primitive.lane(lane) as usize].map(|i| mesh.normals[i as usize]);
         let w = 1.0 - u - v;
         normals[lane] = std::array::from_fn(|k| w * a[k] + u * b[k] + v * c[k]);
@@ -319,5 +322,6 @@ fn smooth_normal<L: Lane>(world: &World, hit: &Hit<L>, surfaces: &Surfaces<L>, n
     );
     // Opposite normals can cancel; then the triangle's own has to do.
     let usable = L::Mask::from_bitmask(smooth) & sum.length_squared().gt(L::splat(1e-12));
-    Vec3::select(usable, face(sum.normalize(), ng), ng)
+    let normal = sum.normalize();
+    Vec3::select(usable, mutate!(face(normal, ng), NormalNotFaced => normal), ng)
 }

@@ -9,6 +9,8 @@ use super::Counters;
 use super::stream::{HitStream, RayQueue};
 use super::world::World;
 use crate::film::{Tile, TileSum};
+use crate::linear::Candidates;
+use crate::linear::cull::Points;
 use crate::sampling::PassBlock;
 
 /// What a thread works with; made once, used for chunk after chunk.
@@ -20,6 +22,10 @@ pub struct Scratch {
     pub hits: [HitStream; 2],
     /// Rays that wait for their visibility.
     pub queue: RayQueue,
+    /// Where the points of a stream are.
+    pub points: Points,
+    /// Shapes that rays at hand may meet.
+    pub set: Candidates,
 }
 
 impl Default for Scratch {
@@ -28,6 +34,8 @@ impl Default for Scratch {
             grid: eye::Grid::default(),
             hits: [HitStream::new(), HitStream::new()],
             queue: RayQueue::new(),
+            points: Points::default(),
+            set: Candidates::default(),
         }
     }
 }

@@ -1,5 +1,7 @@
 //! Shading: from hit streams to rays that carry what they are worth.
 
+use std::marker::PhantomData;
+
 use super::{Chunk, Scratch, pairs, shadow};
 use crate::embree::TraceLane;
 use crate::estimator::{per_light, per_point};
@@ -7,63 +9,91 @@ use crate::lane::{Lane, Mask};
 use crate::light::SphereLight;
 use crate::math::Vec3;
 use crate::pipeline::stream::QueuedRays;
+use crate::pipeline::tracer::Tracer;
 
-/// `light` and `mis`. The light is the outer loop: it is the same for a whole stream, and its shadow rays are as alike as
-/// they can be.
-#[inline(always)]
-pub fn lights<L: TraceLane, D: per_light::Density>(chunk: &mut Chunk, scratch: &mut Scratch) {
-    let Scratch { hits, queue, .. } = scratch;
-    let group = chunk.tile.number();
-    for (i, light) in chunk.world.lights.iter().enumerate() {
+/// How hits become light.
+pub trait Shade {
+    /// Shades the hits of a chunk.
+    fn shade<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch);
+}
+
+/// `light` and `mis`: a direction for every light.
+pub struct PerLight<D>(PhantomData<D>);
+
+/// `uniform` and `brdf`: one direction for the point.
+pub struct PerPoint<D>(PhantomData<D>);
+
+impl<D: per_light::Density> Shade for PerLight<D> {
+    /// The light is the outer loop: it is the same for a whole stream, and its shadow rays are as alike as they can be.
+    #[inline(always)]
+    fn shade<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
+        let Scratch {
+            hits,
+            queue,
+            points,
+            set,
+            ..
+        } = scratch;
+        let group = chunk.tile.number();
+        for stream in hits.iter().filter(|stream| stream.len() > 0) {
+            T::survey::<L>(chunk.world, stream, points);
+            for (i, light) in chunk.world.lights.iter().enumerate() {
+                queue.clear();
+                for at in (0..stream.len()).step_by(L::N) {
+                    let (active, point, address) = stream.packet::<L>(at);
+                    let toss = || chunk.numbers.toss(address.key, address.pass, pairs::light(i), group);
+                    let Some(found) = per_light::sample::<L, D>(&point, light, toss, active) else {
+                        continue;
+                    };
+                    let rays = QueuedRays {
+                        origin: point.p,
+                        direction: found.wi,
+                        tfar: found.distance,
+                        value: mutate!(found.ld, LightTwice => if i == 0 { found.ld + found.ld } else { found.ld }),
+                        index: address.index,
+                    };
+                    queue.push(found.active, &rays);
+                }
+                if queue.len() > 0 {
+                    T::face_light(chunk.world, points, light, set);
+                    let aim = mutate!(light.sphere, LightBlocksItself => crate::shape::NO_SPHERE);
+                    shadow::visible::<L, T>(chunk, queue, set, aim);
+                }
+            }
+        }
+    }
+}
+
+impl<D: per_point::Density> Shade for PerPoint<D> {
+    /// Where only spheres emit, a direction that misses them all is dropped before it costs a ray.
+    #[inline(always)]
+    fn shade<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
+        let Scratch { hits, queue, set, .. } = scratch;
         queue.clear();
         for stream in hits.iter() {
             for at in (0..stream.len()).step_by(L::N) {
                 let (active, point, address) = stream.packet::<L>(at);
-                let toss = || chunk.numbers.toss(address.key, address.pass, pairs::light(i), group);
-                let Some(found) = per_light::sample::<L, D>(&point, light, toss, active) else {
+                let numbers = chunk.numbers.pair(address.key, address.pass, pairs::DIRECTION);
+                let Some(found) = per_point::sample::<L, D>(&point, numbers, active) else {
                     continue;
                 };
+                let mut wanted = found.active;
+                if !chunk.world.mesh_lights {
+                    wanted = wanted & may_meet(&chunk.world.lights, point.p, found.wi);
+                }
                 let rays = QueuedRays {
                     origin: point.p,
                     direction: found.wi,
-                    tfar: found.distance,
-                    value: found.ld,
+                    tfar: L::splat(f32::INFINITY),
+                    value: found.throughput,
                     index: address.index,
                 };
-                queue.push(found.active, &rays);
+                queue.push(wanted, &rays);
             }
         }
-        shadow::visible::<L>(chunk, queue, light.sphere);
+        T::face_all(chunk.world, set);
+        shadow::emitted::<L, T>(chunk, queue, set);
     }
-}
-
-/// `uniform` and `brdf`. Where only spheres emit, a direction that misses them all is dropped before it costs a ray.
-#[inline(always)]
-pub fn directions<L: TraceLane, D: per_point::Density>(chunk: &mut Chunk, scratch: &mut Scratch) {
-    let Scratch { hits, queue, .. } = scratch;
-    queue.clear();
-    for stream in hits.iter() {
-        for at in (0..stream.len()).step_by(L::N) {
-            let (active, point, address) = stream.packet::<L>(at);
-            let numbers = chunk.numbers.pair(address.key, address.pass, pairs::DIRECTION);
-            let Some(found) = per_point::sample::<L, D>(&point, numbers, active) else {
-                continue;
-            };
-            let mut wanted = found.active;
-            if !chunk.world.mesh_lights {
-                wanted = wanted & may_meet(&chunk.world.lights, point.p, found.wi);
-            }
-            let rays = QueuedRays {
-                origin: point.p,
-                direction: found.wi,
-                tfar: L::splat(f32::INFINITY),
-                value: found.throughput,
-                index: address.index,
-            };
-            queue.push(wanted, &rays);
-        }
-    }
-    shadow::emitted::<L>(chunk, queue);
 }
 
 /// Lanes whose direction may meet any of the lights. The accelerator decides; this only must never say no too early.
@@ -75,7 +105,7 @@ fn may_meet<L: Lane>(lights: &[SphereLight], p: Vec3<L>, wi: Vec3<L>) -> L::Mask
         // The chord to the rim, widened by more than unit vectors can be off: |w - wi| is true to 3e-7.
         let rim = (cone.omc + cone.omc).sqrt() + L::splat(1e-6);
         let chord = (cone.axis - wi).length();
-        meets = meets | chord.le(rim);
+        meets = mutate!(meets, LastLightOnly => L::Mask::splat(false)) | chord.le(rim);
     }
     meets
 }

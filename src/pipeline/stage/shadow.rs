@@ -4,29 +4,32 @@ use super::Chunk;
 use crate::embree::{Coherence, NO_SPHERE, Ray, TraceLane};
 use crate::film::TileSum;
 use crate::lane::{Bits, Lane, Mask};
+use crate::linear::Candidates;
 use crate::math::Vec3;
 use crate::pipeline::Counters;
 use crate::pipeline::stream::{QueuedRays, RayQueue};
+use crate::pipeline::tracer::Tracer;
 
 /// Adds the contribution of every ray with nothing but the sphere `light` before its end.
 #[inline(always)]
-pub fn visible<L: TraceLane>(chunk: &mut Chunk, queue: &RayQueue, light: u32) {
+pub fn visible<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &RayQueue, set: &Candidates, light: u32) {
     for at in (0..queue.len()).step_by(L::N) {
         let (active, rays) = queue.packet::<L>(at);
-        let ray = embree_ray(&rays, light);
-        let occluded = chunk.world.accel.occluded(active, &ray, Coherence::Incoherent);
-        deposit(chunk.sum, chunk.counters, active & !occluded, rays.value, rays.index);
+        let ray = segment(&rays, light);
+        let occluded = T::occluded(chunk.world, set, active, &ray);
+        let visible = mutate!(active & !occluded, ShadowsSkipped => active);
+        deposit(chunk.sum, chunk.counters, visible, rays.value, rays.index);
     }
     chunk.counters.shadow_rays += queue.len() as u64;
 }
 
 /// Adds, for every ray that meets an emitter first, its throughput times the radiance there.
 #[inline(always)]
-pub fn emitted<L: TraceLane>(chunk: &mut Chunk, queue: &RayQueue) {
+pub fn emitted<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &RayQueue, set: &Candidates) {
     for at in (0..queue.len()).step_by(L::N) {
         let (active, rays) = queue.packet::<L>(at);
-        let ray = embree_ray(&rays, NO_SPHERE);
-        let hit = chunk.world.accel.intersect(active, &ray, Coherence::Incoherent);
+        let ray = segment(&rays, NO_SPHERE);
+        let hit = T::nearest(chunk.world, set, active, &ray, Coherence::Incoherent);
         let mut le = [[0.0_f32; 3]; 16];
         let mut emits = 0_u32;
         for lane in hit.found.lanes() {
@@ -56,7 +59,7 @@ pub fn emitted<L: TraceLane>(chunk: &mut Chunk, queue: &RayQueue) {
 }
 
 #[inline(always)]
-fn embree_ray<L: Lane>(rays: &QueuedRays<L>, aims_at: u32) -> Ray<L> {
+fn segment<L: Lane>(rays: &QueuedRays<L>, aims_at: u32) -> Ray<L> {
     Ray {
         origin: rays.origin,
         direction: rays.direction,

@@ -1,0 +1,215 @@
+//! `octolux verify`: proofs on the user's own scene.
+
+use std::fs;
+use std::io::{self, IsTerminal};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+use clap::builder::RangedU64ValueParser;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use super::interrupt::Interrupt;
+use super::verify_report::{self, Circumstances};
+use super::{CliError, Exit, options, report};
+use crate::film::{Attributes, Value, replace, write_picture};
+use crate::pipeline::Progress;
+use crate::scene::Scene;
+use crate::study::verify::{self, Options, Report, Verdict, VerifyError, Watch};
+
+const EXAMPLES: &str = "\
+What is checked:
+  the scene     energy gain, lights without power, emitters inside out
+  bits          1 and 8 lanes, 1 to 3 threads, looks on the way: the same bits
+  means         estimators, samplers, seeds and numbers of samples agree with
+                each other and with the independent f64 oracle
+
+Verdicts: pass; note and warn (worth a look); no power (nothing is wrong, but
+the budget was too small to see it; the bound says what would be seen); FAIL.
+On a scene without fault, a row of means fails in 1 of 10000 runs at most.
+
+Examples:
+  octolux verify scene.toml
+      a minute of checks, and a table
+  octolux verify scene.toml --budget 600 --stats proof.json -o proof
+      ten minutes, every figure in proof.json; pictures of what fails in proof/
+
+Exit codes: 0 nothing failed, 1 something failed, 2 bad usage or a bad scene,
+130 interrupted.";
+
+/// Prove on a scene that lanes, threads, estimators and the oracle agree
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Args {
+    /// The scene file
+    #[arg(value_name = "SCENE")]
+    scene: PathBuf,
+    /// Seconds to spend, to within about a tenth; small budgets see large faults only
+    #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = options::seconds, allow_negative_numbers = true)]
+    budget: f64,
+    /// A folder for what fails: both pictures (.exr) and their difference in standard errors (.png, blue where the
+    /// first is darker, red where it is brighter); nothing is written if nothing fails
+    #[arg(short, long = "output", value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Write every figure and its circumstances to this .json file
+    #[arg(long, value_name = "FILE")]
+    stats: Option<PathBuf>,
+    /// Print the same on standard output instead of the table
+    #[arg(long)]
+    json: bool,
+    /// Seed of every random number, 0 to 4294967295
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u32,
+    /// Threads, 1 to 1024 [default: as many as the machine offers]
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
+    threads: Option<usize>,
+    /// No progress, and nothing but errors on standard error; the table is printed all the same
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+/// Verifies and prints the table on standard output.
+///
+/// # Errors
+/// A scene that cannot be loaded or rendered; files that cannot be written.
+pub fn run(args: &Args) -> Result<Exit, CliError> {
+    check_targets(args)?;
+    let interrupt = Interrupt::listen(true)?;
+    let scene = Scene::load(&args.scene).map_err(CliError::scene)?;
+    let options = Options {
+        budget: args.budget,
+        threads: args
+            .threads
+            .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)),
+        seed: args.seed,
+    };
+    let looker = Looker::new(interrupt, args.quiet);
+    let outcome = verify::run(&scene, options, &looker);
+    looker.bar.finish_and_clear();
+    let result = match outcome {
+        Ok(result) => result,
+        Err(VerifyError::Stopped) => {
+            if !args.quiet {
+                report::note(&format!("{}: stopped before the verdicts", args.scene.display()));
+            }
+            return Ok(Exit::Interrupted);
+        }
+        Err(VerifyError::Setup(error)) => return Err(CliError::setup(&args.scene, &error)),
+        Err(error @ VerifyError::Threads(_)) => return Err(CliError::failed(error.to_string())),
+    };
+    let circumstances = Circumstances::new(&args.scene, &scene, options, &result);
+    report::data(&if args.json {
+        circumstances.json()?
+    } else {
+        verify_report::table(&args.scene, options, &result)
+    })?;
+    if let Some(path) = &args.stats {
+        let json = circumstances.pretty()?;
+        replace::replace(path, |file| io::Write::write_all(file, json.as_bytes()))?;
+    }
+    if let Some(folder) = &args.output {
+        write_evidence(folder, &args.scene, &result, args.quiet)?;
+    }
+    let failed = result.count(Verdict::Fail) > 0;
+    Ok(if failed { Exit::Failed } else { Exit::Well })
+}
+
+/// What could not be written is told before the work, not after it.
+fn check_targets(args: &Args) -> Result<(), CliError> {
+    if let Some(path) = &args.stats {
+        if path.extension().is_none_or(|ending| ending != "json") {
+            let what = format!("{}: the file for --stats ends in .json", path.display());
+            return Err(CliError::usage(what));
+        }
+        replace::check(path).map_err(|error| CliError::bad_path(&error))?;
+    }
+    if let Some(folder) = &args.output {
+        if folder.is_dir() {
+            replace::check(&folder.join("z.png")).map_err(|error| CliError::bad_path(&error))?;
+        } else if folder.exists() {
+            return Err(CliError::usage(format!(
+                "{}: is a file, not a folder",
+                folder.display()
+            )));
+        } else {
+            // It is created only if something fails; whether it could be shows its own folder.
+            replace::check(folder).map_err(|error| CliError::bad_path(&error))?;
+        }
+    }
+    Ok(())
+}
+
+/// `3-light-mis_light.exr`, `_mis.exr` and `_z.png` for row 3.
+fn write_evidence(folder: &Path, scene: &Path, result: &Report, quiet: bool) -> Result<(), CliError> {
+    let mut written = Vec::new();
+    for (number, row) in (1..).zip(&result.rows) {
+        let Some(evidence) = &row.evidence else {
+            continue;
+        };
+        fs::create_dir_all(folder).map_err(|error| CliError::failed(format!("{}: {error}", folder.display())))?;
+        let attributes = Attributes {
+            settings: vec![
+                ("scene", Value::Text(scene.display().to_string())),
+                ("check", Value::Text(format!("{}: {}", row.check, row.compared))),
+            ],
+            ..Attributes::default()
+        };
+        let [a, b] = &evidence.names;
+        let stem = format!("{number:02}-{a}-{b}");
+        let [first, second] = &evidence.pictures;
+        for (picture, ending) in [
+            (first, format!("{a}.exr")),
+            (second, format!("{b}.exr")),
+            (&evidence.z, "z.png".into()),
+        ] {
+            let path = folder.join(format!("{stem}_{ending}"));
+            write_picture(&path, picture, &attributes)?;
+            written.push(path);
+        }
+    }
+    if !quiet && !written.is_empty() {
+        report::print(&format!("wrote {} pictures into {}\n", written.len(), folder.display()));
+    }
+    Ok(())
+}
+
+/// The bar on the terminal, and ctrl-c.
+struct Looker {
+    interrupt: Interrupt,
+    bar: ProgressBar,
+}
+
+impl Looker {
+    fn new(interrupt: Interrupt, quiet: bool) -> Self {
+        let bar = if quiet || !io::stderr().is_terminal() {
+            ProgressBar::hidden()
+        } else {
+            ProgressBar::with_draw_target(Some(1000), ProgressDrawTarget::stderr_with_hz(20))
+        };
+        let blocks = if report::unicode() {
+            "█▉▊▋▌▍▎▏ "
+        } else {
+            "##-"
+        };
+        if let Ok(style) = ProgressStyle::with_template("verify [{wide_bar}] {elapsed}, {msg}") {
+            bar.set_style(style.progress_chars(blocks));
+        }
+        bar.enable_steady_tick(Duration::from_millis(200));
+        Self { interrupt, bar }
+    }
+}
+
+impl Watch for Looker {
+    fn renders(&self, progress: Arc<Progress>) {
+        self.interrupt.watch(progress);
+    }
+
+    fn stopped(&self) -> bool {
+        self.interrupt.asked()
+    }
+
+    fn doing(&self, share: f64, what: &str) {
+        self.bar.set_position((share * 1000.0) as u64);
+        self.bar.set_message(what.to_owned());
+    }
+}

@@ -1,0 +1,215 @@
+//! Which shapes rays from a tile can meet at all, decided once for thousands of rays. Every test here is one-sided: a
+//! shape that could be met is never left out.
+
+use super::{Candidates, Line};
+use crate::shape::{Ball, Triangle};
+
+/// A plane's share of rounding: what is nearer to it than this part of the largest number involved counts as both sides.
+const MARGIN: f32 = 1e-5;
+
+fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn length(a: [f32; 3]) -> f32 {
+    dot(a, a).sqrt()
+}
+
+fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+/// A half space `dot(normal, x) >= offset` that holds every ray.
+#[derive(Clone, Copy, Debug)]
+struct Plane {
+    normal: [f32; 3],
+    offset: f32,
+}
+
+impl Plane {
+    /// Whether the shape lies wholly on the other side.
+    fn excludes(&self, triangle: &Triangle) -> bool {
+        let n = length(self.normal);
+        let behind = |&c: &[f32; 3]| dot(self.normal, c) < self.offset - MARGIN * (n * length(c) + self.offset.abs());
+        let mut corners = triangle.corners.iter();
+        mutate!(corners.all(behind), OneCornerBehind => corners.any(behind))
+    }
+
+    fn excludes_ball(&self, ball: &Ball) -> bool {
+        let n = length(self.normal);
+        let reach = n * mutate!(ball.radius, BallsAsPoints => 0.0) * (1.0 + MARGIN);
+        dot(self.normal, ball.center) + reach < self.offset - MARGIN * (n * length(ball.center) + self.offset.abs())
+    }
+}
+
+impl Line {
+    /// The shapes that rays from the origin between four directions may meet; `corners` go round the tile.
+    pub fn in_frustum(&self, corners: [[f32; 3]; 4], set: &mut Candidates) {
+        let middle: [f32; 3] = std::array::from_fn(|k| corners.iter().map(|c| c[k]).sum());
+        let planes: [Plane; 4] = std::array::from_fn(|i| {
+            let normal = cross(corners[i], corners[(i + 1) % 4]);
+            let inward = if dot(normal, middle) < 0.0 {
+                normal.map(|x| -x)
+            } else {
+                normal
+            };
+            Plane {
+                normal: inward,
+                offset: 0.0,
+            }
+        });
+        self.select(
+            set,
+            |triangle| !planes.iter().any(|p| p.excludes(triangle)),
+            |ball| !planes.iter().any(|p| p.excludes_ball(ball)),
+        );
+    }
+
+    /// The shapes that may stand between points and a ball: `points` are their bounds, `light` is what they look at.
+    ///
+    /// The segments lie in the convex hull of both. It is bounded by planes along one axis through a corner of one box
+    /// and the same corner of the other, wherever both boxes lie on one side (the shafts of Haines and Wallace 1994), and
+    /// by the box around both. A triangle with points and light strictly on one side of its plane stands between none.
+    pub fn in_shaft(&self, points: &Points, light: &Ball, set: &mut Candidates) {
+        let target = Bounds::of_ball(light);
+        let shaft = Shaft::between(&points.bounds, &target);
+        let sides = points.sides.iter();
+        set.triangles.clear();
+        set.balls.clear();
+        for ((i, (triangle, _)), &[low, high]) in (0..).zip(&self.triangles).zip(sides) {
+            let normal = triangle.normal;
+            let plane = dot(normal, triangle.corners[0]);
+            let center = dot(normal, light.center) - plane;
+            let reach = length(normal) * light.radius * (1.0 + MARGIN)
+                + MARGIN * (length(normal) * length(light.center) + plane.abs());
+            let one_side = (low > 0.0 && center > reach) || (high < 0.0 && center < -reach);
+            if !one_side && !shaft.excludes(&Bounds::of_triangle(triangle), |p| p.excludes(triangle)) {
+                set.triangles.push(i);
+            }
+        }
+        for (i, ball) in (0..).zip(&self.balls) {
+            if !shaft.excludes(&Bounds::of_ball(ball), |p| p.excludes_ball(ball)) {
+                set.balls.push(i);
+            }
+        }
+    }
+
+    /// The planes of all triangles, normal and offset: what [`Points::sides`] is measured against.
+    pub fn planes(&self) -> impl Iterator<Item = ([f32; 3], f32)> + '_ {
+        self.triangles
+            .iter()
+            .map(|(t, _)| (t.normal, dot(t.normal, t.corners[0])))
+    }
+}
+
+/// What is known of a set of points.
+#[derive(Clone, Debug, Default)]
+pub struct Points {
+    /// A box around them.
+    pub bounds: Bounds,
+    /// For each triangle of the line: the lowest and highest of `dot(normal, p) - offset` over the points.
+    pub sides: Vec<[f32; 2]>,
+}
+
+/// A box along the axes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Bounds {
+    /// Smallest coordinates.
+    pub low: [f32; 3],
+    /// Largest coordinates.
+    pub high: [f32; 3],
+}
+
+impl Bounds {
+    fn of_ball(ball: &Ball) -> Self {
+        let reach = ball.radius * (1.0 + MARGIN);
+        Self {
+            low: ball.center.map(|c| c - reach),
+            high: ball.center.map(|c| c + reach),
+        }
+    }
+
+    fn of_triangle(triangle: &Triangle) -> Self {
+        let [a, b, c] = triangle.corners;
+        Self {
+            low: std::array::from_fn(|k| a[k].min(b[k]).min(c[k])),
+            high: std::array::from_fn(|k| a[k].max(b[k]).max(c[k])),
+        }
+    }
+
+    fn around(self, other: &Self) -> Self {
+        Self {
+            low: std::array::from_fn(|k| self.low[k].min(other.low[k])),
+            high: std::array::from_fn(|k| self.high[k].max(other.high[k])),
+        }
+    }
+
+    fn apart(&self, other: &Self) -> bool {
+        (0..3).any(|k| {
+            let margin = MARGIN * (self.low[k].abs() + self.high[k].abs());
+            other.high[k] < self.low[k] - margin || other.low[k] > self.high[k] + margin
+        })
+    }
+}
+
+/// The hull of two boxes, from outside.
+struct Shaft {
+    bounds: Bounds,
+    planes: [Option<Plane>; 12],
+}
+
+impl Shaft {
+    fn between(a: &Bounds, b: &Bounds) -> Self {
+        let mut planes = [None; 12];
+        for (axis, slots) in planes.chunks_exact_mut(4).enumerate() {
+            let (x, y) = ((axis + 1) % 3, (axis + 2) % 3);
+            for (corner, slot) in slots.iter_mut().enumerate() {
+                let pick = |b: &Bounds| {
+                    [
+                        if corner & 1 == 0 { b.low[x] } else { b.high[x] },
+                        if corner & 2 == 0 { b.low[y] } else { b.high[y] },
+                    ]
+                };
+                *slot = support(pick(a), pick(b), a, b, x, y);
+            }
+        }
+        Self {
+            bounds: a.around(b),
+            planes,
+        }
+    }
+
+    fn excludes(&self, bounds: &Bounds, by_plane: impl Fn(&Plane) -> bool) -> bool {
+        self.bounds.apart(bounds) || self.planes.iter().flatten().any(by_plane)
+    }
+}
+
+/// The plane along the third axis through `p` and `q` in the plane of the axes `x` and `y`, if both boxes lie on one side.
+fn support(p: [f32; 2], q: [f32; 2], a: &Bounds, b: &Bounds, x: usize, y: usize) -> Option<Plane> {
+    let mut normal = [0.0; 3];
+    (normal[x], normal[y]) = (p[1] - q[1], q[0] - p[0]);
+    let offset = normal[x] * p[0] + normal[y] * p[1];
+    let lowest = |b: &Bounds, sign: f32| {
+        let (nx, ny) = (sign * normal[x], sign * normal[y]);
+        nx * if nx > 0.0 { b.low[x] } else { b.high[x] } + ny * if ny > 0.0 { b.low[y] } else { b.high[y] }
+    };
+    if normal == [0.0; 3] {
+        return None;
+    }
+    for sign in [1.0, -1.0] {
+        let low = lowest(a, sign).min(lowest(b, sign));
+        let largest = [p[0], p[1], q[0], q[1]].iter().fold(0.0_f32, |m, v| m.max(v.abs()));
+        let slack = MARGIN * length(normal) * largest;
+        if low >= sign * offset - slack {
+            return Some(Plane {
+                normal: normal.map(|n| sign * n),
+                offset: low.min(sign * offset),
+            });
+        }
+    }
+    None
+}

@@ -1,0 +1,153 @@
+//! Tiny scenes need no hierarchy: all shapes in a line, and per tile and light only those that can matter.
+//!
+//! A handful of shapes tested eight or sixteen rays at a time is faster than any tree, above all when most of them are
+//! ruled out for a whole tile ([`cull`]). The plan decides by their number.
+
+pub mod cull;
+
+use crate::lane::{Bits, Lane, Mask};
+use crate::math::Vec3;
+use crate::shape::{Ball, Hit, Ray, Triangle};
+
+/// All shapes of a scene.
+#[derive(Clone, Debug, Default)]
+pub struct Line {
+    /// Triangles with the mesh and the place in it.
+    triangles: Vec<(Triangle, [u32; 2])>,
+    balls: Vec<Ball>,
+    /// The geometry that hits name for spheres.
+    sphere_geometry: u32,
+}
+
+/// The shapes that a set of rays may meet.
+#[derive(Clone, Debug, Default)]
+pub struct Candidates {
+    triangles: Vec<u32>,
+    balls: Vec<u32>,
+}
+
+impl Candidates {
+    /// How many shapes there are.
+    pub fn len(&self) -> usize {
+        self.triangles.len() + self.balls.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+impl Line {
+    /// Sets the spheres; hits name them as primitives of `sphere_geometry`.
+    pub fn set_spheres(&mut self, balls: Vec<Ball>, sphere_geometry: u32) {
+        self.balls = balls;
+        self.sphere_geometry = sphere_geometry;
+    }
+
+    /// Adds the triangles of a mesh.
+    pub fn add_mesh(&mut self, geometry: u32, vertices: &[[f32; 3]], triangles: &[[u32; 3]]) {
+        let corners = triangles.iter().map(|t| t.map(|i| vertices[i as usize]));
+        self.triangles.extend(
+            corners
+                .zip(0..)
+                .map(|(c, primitive)| (Triangle::new(c), [geometry, primitive])),
+        );
+    }
+
+    /// How many shapes there are.
+    pub fn len(&self) -> usize {
+        self.triangles.len() + self.balls.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Keeps the shapes that `keep` says may be met.
+    fn select(&self, set: &mut Candidates, triangle: impl Fn(&Triangle) -> bool, ball: impl Fn(&Ball) -> bool) {
+        set.triangles.clear();
+        set.balls.clear();
+        set.triangles.extend(
+            (0..)
+                .zip(&self.triangles)
+                .filter(|(_, t)| triangle(&t.0))
+                .map(|(i, _)| i),
+        );
+        set.balls
+            .extend((0..).zip(&self.balls).filter(|(_, b)| ball(b)).map(|(i, _)| i));
+    }
+
+    /// Every shape.
+    pub fn all(&self, set: &mut Candidates) {
+        self.select(set, |_| true, |_| true);
+    }
+
+    /// What active rays meet first among the candidates; of shapes at the same distance, the first in the line.
+    #[inline(always)]
+    pub fn intersect<L: Lane>(&self, set: &Candidates, active: L::Mask, ray: &Ray<L>) -> Hit<L> {
+        let mut ray = *ray;
+        let mut hit = Hit {
+            found: L::Mask::splat(false),
+            t: ray.tfar,
+            ng: Vec3::zero(),
+            u: L::zero(),
+            v: L::zero(),
+            geometry: L::Bits::splat(u32::MAX),
+            primitive: L::Bits::splat(u32::MAX),
+        };
+        for &i in &set.triangles {
+            let (triangle, [geometry, primitive]) = &self.triangles[i as usize];
+            let met = triangle.intersect(&ray);
+            let nearer = met.found & active & met.t.lt(hit.t);
+            if nearer.none() {
+                continue;
+            }
+            hit.found = hit.found | nearer;
+            hit.t = L::select(nearer, met.t, hit.t);
+            hit.u = L::select(nearer, met.u, hit.u);
+            hit.v = L::select(nearer, met.v, hit.v);
+            hit.ng = Vec3::select(nearer, Vec3::splat(triangle.normal), hit.ng);
+            hit.geometry = L::Bits::select(nearer, L::Bits::splat(*geometry), hit.geometry);
+            hit.primitive = L::Bits::select(nearer, L::Bits::splat(*primitive), hit.primitive);
+            ray.tfar = hit.t;
+        }
+        for &i in &set.balls {
+            let ball = &self.balls[i as usize];
+            let (met, t) = ball.intersect(ray.origin, ray.direction, L::zero(), ray.tfar);
+            let nearer = met & active & t.lt(hit.t);
+            if nearer.none() {
+                continue;
+            }
+            hit.found = hit.found | nearer;
+            hit.t = L::select(nearer, t, hit.t);
+            let outward = ray.direction.mul_add(t, ray.origin - Vec3::splat(ball.center));
+            hit.ng = Vec3::select(nearer, outward, hit.ng);
+            hit.geometry = L::Bits::select(nearer, L::Bits::splat(self.sphere_geometry), hit.geometry);
+            hit.primitive = L::Bits::select(nearer, L::Bits::splat(i), hit.primitive);
+            ray.tfar = hit.t;
+        }
+        hit
+    }
+
+    /// Which active rays meet any candidate but the sphere that they aim at.
+    #[inline(always)]
+    pub fn occluded<L: Lane>(&self, set: &Candidates, active: L::Mask, ray: &Ray<L>) -> L::Mask {
+        let mut open = active;
+        for &i in &set.triangles {
+            open = open & !self.triangles[i as usize].0.intersect(ray).found;
+            if open.none() {
+                return active;
+            }
+        }
+        for &i in &set.balls {
+            let (met, _) = self.balls[i as usize].intersect(ray.origin, ray.direction, L::zero(), ray.tfar);
+            open = open & (!met | ray.aims_at.eq(L::Bits::splat(i)));
+            if open.none() {
+                return active;
+            }
+        }
+        active & !open
+    }
+}

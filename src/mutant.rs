@@ -1,0 +1,276 @@
+//! Code broken on purpose: what the proof must reject, or it proves little.
+//!
+//! `mutate!(plain, Name => broken)` is `plain`. Only in the crate's own tests, and only in a process that
+//! `OCTOLUX_MUTANT=Name` was given to, it is `broken`. The test below starts such a process for every mutant and asks which
+//! checks of `tests/proof` reject it; they are the checks of the proof itself with less effort.
+//!
+//! | mutant | what is broken | the check that must catch it |
+//! | --- | --- | --- |
+//! | `MissingCosine` | a Phong lobe without the foreshortening of its surface | weight |
+//! | `DoubledDensity` | cones that say they are half as large | weight |
+//! | `MixtureWithoutHalf` | the mixture's density as the sum of two, not their average | weight |
+//! | `HemisphereForSphere` | `uniform` weighed as if it drew from a hemisphere | weight |
+//! | `HorizonDropped` | directions below the surface count (in a picture the surface blocks them) | weight |
+//! | `FlippedMask` | BRDF directions count where they miss the light | density |
+//! | `AlwaysHeads` | the mixture never draws from the cone | density |
+//! | `ReachTooShort` | lobes are taken for dark where they are 1e-26 of their peak | weight |
+//! | `RimForgotten` | a light is dropped when its centre sets, not its rim | density |
+//! | `ConeTowardsTheAxis` | cones denser towards their axis | density |
+//! | `WrongNormalisation` | lobes normalised by alpha + 2 | density |
+//! | `PairReused` | all pairs of a sample are one Sobol sequence | numbers |
+//! | `SharedKey` | all pixels have the same numbers | numbers |
+//! | `LightTwice` | the first light counts twice | closed form |
+//! | `LightBlocksItself` | a light is not left out of its own shadow test | closed form |
+//! | `OffsetDropped` | shading points stay on their surface | closed form |
+//! | `NormalNotFaced` | a smooth normal is not turned to the eye's side | closed form |
+//! | `LastLightOnly` | `uniform` and `brdf` ask for the last light alone | closed form |
+//! | `CornersSwapped` | smooth normals with two corners of the triangle exchanged | oracle |
+//! | `ShadowsSkipped` | nothing blocks any light | exact |
+//! | `OnePassOff` | means are divided by one pass too many | exact |
+//! | `LaneShift` | a packet's contributions belong to the next lane's rays | lanes |
+//! | `StaleTail` | behind the tail of a stream, old points count | lanes |
+//! | `OneCornerBehind` | a triangle is culled when one corner is out of sight | accelerators |
+//! | `BallsAsPoints` | a ball is culled when its centre is out of sight | accelerators |
+//!
+//! "density" is the chi-square of directions against densities, "weight" the samples written out again in `f64`,
+//! "numbers" the independence of random numbers, "closed form" and "exact" are the scenes of `scenes/tests`, "oracle" the
+//! agreement of estimators and oracle, "lanes" the bits of eight lanes and one, "accelerators" the line of shapes against Embree. Most mutants fail several; four
+//! are seen by one alone: `HorizonDropped`, `ReachTooShort`, `PairReused` and `CornersSwapped`.
+
+/// The plain expression; in a test of mutants, the broken one beside it.
+#[cfg(not(test))]
+macro_rules! mutate {
+    ($plain:expr, $name:ident => $broken:expr) => {
+        $plain
+    };
+}
+
+#[cfg(test)]
+macro_rules! mutate {
+    ($plain:expr, $name:ident => $broken:expr) => {
+        if $crate::mutant::is($crate::mutant::Mutant::$name) {
+            $broken
+        } else {
+            $plain
+        }
+    };
+}
+
+#[cfg(test)]
+pub(crate) use tests::{Mutant, is};
+
+#[cfg(test)]
+mod tests {
+    use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
+    use std::process::Command;
+    use std::sync::LazyLock;
+
+    use octolux::estimator::per_light::{Average, ConeOnly};
+    use octolux::lane::F32x8;
+    use octolux::pipeline::Settings;
+    use octolux::proof::{
+        self, Family, accelerators, agreement, closed_forms, pictures, samplers, strategies, weights,
+    };
+    use octolux::scene::{EstimatorKind, FilmSize, SamplerKind};
+    use octolux::settings::AccelKind;
+
+    const VARIABLE: &str = "OCTOLUX_MUTANT";
+
+    macro_rules! mutants {
+        ($($name:ident $check:literal,)*) => {
+            /// Which code is broken.
+            #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+            pub(crate) enum Mutant { $($name,)* }
+            /// Each with the check that must catch it.
+            const MUTANTS: &[(Mutant, &str)] = &[$((Mutant::$name, $check),)*];
+        };
+    }
+
+    mutants! {
+        MissingCosine "weight",
+        DoubledDensity "weight",
+        MixtureWithoutHalf "weight",
+        HemisphereForSphere "weight",
+        HorizonDropped "weight",
+        FlippedMask "density",
+        AlwaysHeads "density",
+        ReachTooShort "weight",
+        RimForgotten "density",
+        ConeTowardsTheAxis "density",
+        WrongNormalisation "density",
+        PairReused "numbers",
+        SharedKey "numbers",
+        LightTwice "closed form",
+        LightBlocksItself "closed form",
+        OffsetDropped "closed form",
+        NormalNotFaced "closed form",
+        LastLightOnly "closed form",
+        CornersSwapped "oracle",
+        ShadowsSkipped "exact",
+        OnePassOff "exact",
+        LaneShift "lanes",
+        StaleTail "lanes",
+        OneCornerBehind "accelerators",
+        BallsAsPoints "accelerators",
+    }
+
+    /// Whether this process is one of that mutant.
+    #[inline]
+    pub(crate) fn is(mutant: Mutant) -> bool {
+        static ACTIVE: LazyLock<Option<Mutant>> = LazyLock::new(|| {
+            let name = std::env::var(VARIABLE).ok()?;
+            let known = MUTANTS.iter().find(|(mutant, _)| format!("{mutant:?}") == name);
+            Some(
+                known
+                    .unwrap_or_else(|| panic!("{VARIABLE}: no mutant is called {name}"))
+                    .0,
+            )
+        });
+        *ACTIVE == Some(mutant)
+    }
+
+    /// The checks of the proof, at an effort of a second together.
+    const CHECKS: [(&str, fn()); 8] = [
+        ("density", density),
+        ("weight", weight),
+        ("numbers", || samplers::numbers_of_a_sample(1 << 13)),
+        ("closed form", closed_form),
+        ("exact", closed_forms::noise_free_scenes),
+        ("oracle", oracle),
+        ("lanes", lanes),
+        ("accelerators", || accelerators::random_scenes("random", &[2.0], 6, 1)),
+    ];
+
+    fn density() {
+        const LIGHTS: [proof::places::Place; 5] = [
+            (0.1, 1.5, 0.3, 0.0),
+            (0.5, 1.0, 0.0, 1.3),
+            (0.5, 1.0, 0.0, 1.8),
+            (0.5, 30.0, 0.3, 0.0),
+            (0.01, 1.0, 0.0, 1.5608),
+        ];
+        let mut family = Family::new("density");
+        strategies::lobes::<F32x8>(&mut family, &[1.0, 1.5, 300.0], 1 << 14);
+        strategies::mixtures::<F32x8, Average>(&mut family, &LIGHTS, 1, 1 << 14);
+        strategies::mixtures::<F32x8, ConeOnly>(&mut family, &LIGHTS, 2, 1 << 14);
+        family.judge();
+    }
+
+    fn weight() {
+        weights::samples_of_lights();
+        weights::samples_of_points();
+        weights::nothing_is_dropped();
+    }
+
+    fn closed_form() {
+        closed_forms::test_scenes(
+            "closed-form",
+            (SamplerKind::Sobol, AccelKind::Embree),
+            10,
+            |scene, estimator| {
+                let hopeless =
+                    scene.name == "sphere-tiny" && matches!(estimator, EstimatorKind::Uniform | EstimatorKind::Brdf);
+                (!hopeless).then_some(64)
+            },
+        );
+    }
+
+    fn oracle() {
+        let film = FilmSize { width: 12, height: 9 };
+        agreement::agree(
+            &proof::runs::leaning_normals(),
+            "oracle-normals",
+            film,
+            10,
+            [64, 16, 64, 16],
+            256,
+        );
+        agreement::agree(
+            &proof::runs::load("large-lights.toml"),
+            "oracle",
+            film,
+            10,
+            [256, 64, 128, 64],
+            256,
+        );
+    }
+
+    fn lanes() {
+        for name in ["tests/two-lights.toml", "large-lights.toml"] {
+            let scene = proof::runs::load(name);
+            for estimator in EstimatorKind::ALL {
+                for (width, height) in [(1, 7), (9, 1), (17, 18)] {
+                    let eight = proof::runs::settings(width, height, estimator);
+                    pictures::both(
+                        &scene,
+                        eight,
+                        Settings { lanes: 1, ..eight },
+                        5,
+                        &format!("{width}x{height}"),
+                    );
+                }
+            }
+        }
+    }
+
+    /// Also what a mutant's process runs; it then says by name which checks failed.
+    #[test]
+    fn unbroken_code_passes_every_check() {
+        let hook = take_hook();
+        let mutant = std::env::var(VARIABLE);
+        if mutant.is_ok() {
+            set_hook(Box::new(|_| ())); // dozens of expected failures
+        }
+        let failed: Vec<&str> = CHECKS
+            .iter()
+            .filter(|(_, check)| catch_unwind(AssertUnwindSafe(check)).is_err())
+            .map(|(name, _)| *name)
+            .collect();
+        set_hook(hook);
+        println!("\ncaught by: {}", failed.join(", "));
+        assert!(failed.is_empty(), "{mutant:?} fails {failed:?}");
+    }
+
+    #[test]
+    fn every_mutant_is_rejected_by_the_check_meant_for_it() {
+        let (mut faults, mut table) = (vec![], String::new());
+        // Two at a time.
+        for some in MUTANTS.chunks(2) {
+            let running: Vec<_> = some
+                .iter()
+                .map(|(mutant, _)| {
+                    let mut process = Command::new(std::env::current_exe().expect("this program has a path"));
+                    process.args([
+                        "--exact",
+                        "mutant::tests::unbroken_code_passes_every_check",
+                        "--nocapture",
+                    ]);
+                    process
+                        .env(VARIABLE, format!("{mutant:?}"))
+                        .stdout(std::process::Stdio::piped());
+                    process
+                        .stderr(std::process::Stdio::piped())
+                        .spawn()
+                        .expect("this program can start itself")
+                })
+                .collect();
+            for ((mutant, check), process) in some.iter().zip(running) {
+                let output = process.wait_with_output().expect("a process ends");
+                let said = String::from_utf8_lossy(&output.stdout).into_owned();
+                let caught = said.lines().find_map(|line| line.strip_prefix("caught by: "));
+                table += &format!("{mutant:?}: {}\n", caught.unwrap_or("no answer"));
+                if !caught.is_some_and(|checks| checks.split(", ").any(|c| c == *check)) {
+                    faults.push(format!("{mutant:?}: not by {check:?}, but {caught:?}"));
+                }
+            }
+        }
+        let path = proof::artefact("mutants.txt");
+        std::fs::write(&path, &table).expect("a table can be written");
+        assert!(
+            faults.is_empty(),
+            "{}\nall in {}:\n{table}",
+            faults.join("\n"),
+            path.display()
+        );
+    }
+}

@@ -1,0 +1,151 @@
+//! Who answers rays: Embree's hierarchy, or all shapes in a line. Kernels are compiled for each.
+
+use super::stream::HitStream;
+use super::world::World;
+use crate::embree::{Coherence, TraceLane};
+use crate::film::Tile;
+use crate::lane::{Lane, Mask};
+use crate::light::SphereLight;
+use crate::linear::Candidates;
+use crate::linear::cull::{Bounds, Points};
+use crate::math::Vec3;
+use crate::shape::{Ball, Hit, Ray};
+
+/// Answers the rays of a chunk.
+pub trait Tracer {
+    /// Prepares for the eye rays of a tile.
+    fn face_tile(world: &World, tile: &Tile, set: &mut Candidates);
+    /// Looks at the points of a stream.
+    fn survey<L: Lane>(world: &World, stream: &HitStream, points: &mut Points);
+    /// Prepares for rays from these points to a light.
+    fn face_light(world: &World, points: &Points, light: &SphereLight, set: &mut Candidates);
+    /// Prepares for any rays.
+    fn face_all(world: &World, set: &mut Candidates);
+    /// What active rays meet first.
+    fn nearest<L: TraceLane>(
+        world: &World,
+        set: &Candidates,
+        active: L::Mask,
+        ray: &Ray<L>,
+        coherence: Coherence,
+    ) -> Hit<L>;
+    /// Which active rays meet anything but what they aim at.
+    fn occluded<L: TraceLane>(world: &World, set: &Candidates, active: L::Mask, ray: &Ray<L>) -> L::Mask;
+}
+
+/// By Embree.
+pub struct ByEmbree;
+
+/// One shape after the other.
+pub struct InLine;
+
+impl Tracer for ByEmbree {
+    #[inline(always)]
+    fn face_tile(_: &World, _: &Tile, _: &mut Candidates) {}
+    #[inline(always)]
+    fn survey<L: Lane>(_: &World, _: &HitStream, _: &mut Points) {}
+    #[inline(always)]
+    fn face_light(_: &World, _: &Points, _: &SphereLight, _: &mut Candidates) {}
+    #[inline(always)]
+    fn face_all(_: &World, _: &mut Candidates) {}
+
+    #[inline(always)]
+    fn nearest<L: TraceLane>(
+        world: &World,
+        _: &Candidates,
+        active: L::Mask,
+        ray: &Ray<L>,
+        coherence: Coherence,
+    ) -> Hit<L> {
+        world.accel.intersect(active, ray, coherence)
+    }
+
+    #[inline(always)]
+    fn occluded<L: TraceLane>(world: &World, _: &Candidates, active: L::Mask, ray: &Ray<L>) -> L::Mask {
+        world.accel.occluded(active, ray, Coherence::Incoherent)
+    }
+}
+
+impl Tracer for InLine {
+    fn face_tile(world: &World, tile: &Tile, set: &mut Candidates) {
+        let column = |x: fn(&[u32; 2]) -> u32| {
+            let (low, high) = tile
+                .pixels
+                .iter()
+                .map(x)
+                .fold((u32::MAX, 0), |(l, h), x| (l.min(x), h.max(x)));
+            // A pixel's far side, and a little for the rounding of points in it.
+            (low as f32 - 0.01, high as f32 + 1.01)
+        };
+        let (left, right) = column(|p| p[0]);
+        let (top, bottom) = column(|p| p[1]);
+        let corners = [(left, top), (right, top), (right, bottom), (left, bottom)];
+        world
+            .line
+            .in_frustum(corners.map(|(x, y)| world.camera.direction::<f32>(x, y).lane(0)), set);
+    }
+
+    #[inline(always)]
+    fn survey<L: Lane>(world: &World, stream: &HitStream, points: &mut Points) {
+        let far: Vec3<L> = Vec3::splat([f32::INFINITY; 3]);
+        let (mut low, mut high) = (far, -far);
+        for at in (0..stream.len()).step_by(L::N) {
+            let p = stream.points::<L>(at);
+            low = Vec3::new(low.x.min(p.x), low.y.min(p.y), low.z.min(p.z));
+            high = Vec3::new(high.x.max(p.x), high.y.max(p.y), high.z.max(p.z));
+        }
+        points.bounds = Bounds {
+            low: least(low),
+            high: least(-high),
+        };
+        points.bounds.high = [-points.bounds.high[0], -points.bounds.high[1], -points.bounds.high[2]];
+        points.sides.clear();
+        for (normal, offset) in world.line.planes() {
+            let (normal, offset) = (Vec3::splat(normal), L::splat(offset));
+            let (mut low, mut high) = (L::splat(f32::INFINITY), L::splat(f32::NEG_INFINITY));
+            for at in (0..stream.len()).step_by(L::N) {
+                let side = stream.points::<L>(at).dot(normal) - offset;
+                low = low.min(side);
+                high = high.max(side);
+            }
+            let [low, high, _] = least(Vec3::new(low, -high, low));
+            points.sides.push([low, -high]);
+        }
+    }
+
+    fn face_light(world: &World, points: &Points, light: &SphereLight, set: &mut Candidates) {
+        world.line.in_shaft(
+            points,
+            &Ball {
+                center: light.center,
+                radius: light.radius,
+            },
+            set,
+        );
+    }
+
+    fn face_all(world: &World, set: &mut Candidates) {
+        world.line.all(set);
+    }
+
+    #[inline(always)]
+    fn nearest<L: TraceLane>(world: &World, set: &Candidates, active: L::Mask, ray: &Ray<L>, _: Coherence) -> Hit<L> {
+        world.line.intersect(set, active, ray)
+    }
+
+    #[inline(always)]
+    fn occluded<L: TraceLane>(world: &World, set: &Candidates, active: L::Mask, ray: &Ray<L>) -> L::Mask {
+        world.line.occluded(set, active, ray)
+    }
+}
+
+/// The smallest number of all lanes, component by component.
+#[inline(always)]
+fn least<L: Lane>(v: Vec3<L>) -> [f32; 3] {
+    let mut least = [f32::INFINITY; 3];
+    for lane in L::Mask::splat(true).lanes() {
+        let v = v.lane(lane);
+        least = [least[0].min(v[0]), least[1].min(v[1]), least[2].min(v[2])];
+    }
+    least
+}

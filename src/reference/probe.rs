@@ -1,0 +1,187 @@
+//! What any estimator could meet: directions that bring light, with the density that each strategy has there.
+//!
+//! An estimator that draws `wi` with density `p` counts `F / p` where the integrand is `F`. The oracle's own samples
+//! carry `F / (p_light + p_brdf)`, so that from them one can say what every other strategy would have met, and how
+//! seldom: this is how `study::verify` knows the tails of an estimator that its few samples never reached.
+
+use glam::DVec3;
+use rand_pcg::Pcg64;
+use rayon::prelude::*;
+
+use super::brdf::Shading;
+use super::camera::Pinhole;
+use super::geometry::Ray;
+use super::stream;
+use super::world::{Sight, World};
+use crate::scene::{FilmSize, Scene};
+use rand::RngExt;
+
+/// Light that one sample of the oracle found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Found {
+    /// The pixel, row by row from the top.
+    pub pixel: u32,
+    /// What the oracle counts for it: over samples, its mean is the pixel's radiance.
+    pub radiance: [f64; 3],
+    /// Where it came from.
+    pub way: Way,
+}
+
+/// How light comes to the eye.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Way {
+    /// The emitter itself is seen.
+    Seen,
+    /// By one reflection.
+    Reflected {
+        /// Number of the emitter: spheres that emit in the order of the scene, then meshes that do.
+        emitter: usize,
+        /// Density of the direction if drawn from the emitter, sr⁻¹.
+        light: f64,
+        /// Density of the direction if drawn from the BRDF, sr⁻¹.
+        brdf: f64,
+    },
+}
+
+/// A scene ready to be probed.
+#[derive(Debug)]
+pub struct Probe<'s> {
+    world: World<'s>,
+    camera: Pinhole,
+    film: FilmSize,
+}
+
+impl<'s> Probe<'s> {
+    /// Sorts the scene.
+    pub fn new(scene: &'s Scene, film: FilmSize) -> Self {
+        Self {
+            world: World::new(scene),
+            camera: Pinhole::new(&scene.camera, film),
+            film,
+        }
+    }
+
+    /// How many emitters there are, dark ones too.
+    pub fn emitters(&self) -> usize {
+        self.world.emitters().len()
+    }
+
+    /// Where a point of the scene lies on the film, in pixels; `None` behind the camera.
+    pub fn project(&self, point: DVec3) -> Option<[f64; 2]> {
+        self.camera.project(point)
+    }
+
+    /// One sample of every pixel, on the threads of the current rayon pool. Seeds give independent passes.
+    pub fn pass(&self, seed: u64) -> Vec<Found> {
+        let pixels = self.film.width as usize * self.film.height as usize;
+        (0..pixels)
+            .into_par_iter()
+            .flat_map_iter(|pixel| self.sample(pixel, seed))
+            .collect()
+    }
+
+    fn sample(&self, pixel: usize, seed: u64) -> Vec<Found> {
+        // Numbers of their own: the oracle's pictures use the even seeds' streams as they are.
+        let mut rng = stream(seed ^ 0x5bd1_e995_0000_0000, pixel as u64);
+        let width = self.film.width as usize;
+        let (x, y) = ((pixel % width) as f64, (pixel / width) as f64);
+        let eye = self.camera.ray(x + rng.random::<f64>(), y + rng.random::<f64>());
+        let mut found = Vec::new();
+        let mut add = |radiance: DVec3, way| {
+            if radiance.max_element() > 0.0 {
+                let radiance = radiance.to_array();
+                found.push(Found {
+                    pixel: pixel as u32,
+                    radiance,
+                    way,
+                });
+            }
+        };
+        match self.world.look(&eye) {
+            None => {}
+            Some(Sight::Emitter { emitter, .. }) => add(emitter.le, Way::Seen),
+            Some(Sight::Reflector { shading, point }) => {
+                for emitter in 0..self.emitters() {
+                    if let Some((radiance, way)) = self.by_light(emitter, &shading, point, &mut rng) {
+                        add(radiance, way);
+                    }
+                }
+                if let Some((radiance, way)) = self.by_brdf(&shading, point, &mut rng) {
+                    add(radiance, way);
+                }
+            }
+        }
+        found
+    }
+
+    fn by_light(&self, emitter: usize, shading: &Shading, point: DVec3, rng: &mut Pcg64) -> Option<(DVec3, Way)> {
+        let source = &self.world.emitters()[emitter];
+        let sample = source.sample(point, self.world.shapes(), rng)?;
+        let value = source.le * shading.value_cos(sample.wi);
+        let ray = Ray {
+            origin: point,
+            direction: sample.wi,
+        };
+        if value == DVec3::ZERO || self.world.blocked(&ray, sample.distance, sample.index) {
+            return None;
+        }
+        let (light, brdf) = (sample.density, shading.density(sample.wi));
+        Some((value / (light + brdf), Way::Reflected { emitter, light, brdf }))
+    }
+
+    fn by_brdf(&self, shading: &Shading, point: DVec3, rng: &mut Pcg64) -> Option<(DVec3, Way)> {
+        let wi = shading.sample(rng);
+        let value = shading.value_cos(wi);
+        let ray = Ray {
+            origin: point,
+            direction: wi,
+        };
+        if value == DVec3::ZERO {
+            return None;
+        }
+        let Some(Sight::Emitter {
+            emitter,
+            shape,
+            distance,
+        }) = self.world.look(&ray)
+        else {
+            return None;
+        };
+        let (light, brdf) = (emitter.density(&ray, shape, distance), shading.density(wi));
+        let number = self
+            .world
+            .emitters()
+            .iter()
+            .position(|other| std::ptr::eq(other, emitter))?;
+        let way = Way::Reflected {
+            emitter: number,
+            light,
+            brdf,
+        };
+        Some((emitter.le * value / (light + brdf), way))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::render;
+    use super::*;
+    use std::path::Path;
+
+    /// The probe finds the light that the oracle finds.
+    #[test]
+    fn its_mean_is_the_oracles() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/tests/two-lights.toml");
+        let scene = Scene::load(&path).unwrap();
+        let film = FilmSize { width: 1, height: 1 };
+        let probe = Probe::new(&scene, film);
+        let passes = 20_000;
+        let sum: f64 = (0..passes)
+            .flat_map(|seed| probe.pass(seed))
+            .map(|found| found.radiance[1])
+            .sum();
+        let oracle = render(&scene, film, passes as u32, 3, &|_| {});
+        let noise = 6.0 * 2.0_f64.sqrt() * oracle.stderr[0][1];
+        assert!((sum / passes as f64 - oracle.picture[0][1]).abs() < noise + 1e-12);
+    }
+}

@@ -1,0 +1,9 @@
+//! Rays, and the shapes that they meet, over lanes: pure functions that know no accelerator.
+
+mod ball;
+mod ray;
+mod triangle;
+
+pub use ball::Ball;
+pub use ray::{Hit, NO_SPHERE, Ray};
+pub use triangle::Triangle;

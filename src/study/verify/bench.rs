@@ -1,0 +1,178 @@
+//! Renders for the checks: counted, timed and ready to stop.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use crate::film::Picture;
+use crate::pipeline::{Counters, Progress, Renderer, Settings};
+use crate::scene::{EstimatorKind, FilmSize, SamplerKind, Scene};
+use crate::study::error::Invalid;
+
+use super::blocks::shrink;
+use super::error::VerifyError;
+
+/// Who looks on: a progress bar, and ctrl-c.
+pub trait Watch: Sync {
+    /// A render starts; passing a stop on to it makes the verification end soon.
+    fn renders(&self, progress: Arc<Progress>);
+    /// Whether to stop.
+    fn stopped(&self) -> bool;
+    /// What is being done, at `share` of the time.
+    fn doing(&self, share: f64, what: &str);
+}
+
+/// What a render takes.
+#[derive(Clone, Copy, Debug)]
+pub struct Cost {
+    /// The estimator.
+    pub estimator: EstimatorKind,
+    /// Seconds before the first pass.
+    pub setup_s: f64,
+    /// Seconds of a pass of one pixel.
+    pub sample_s: f64,
+}
+
+/// The scene on the bench.
+pub struct Bench<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// What all renders share unless a check says otherwise.
+    pub settings: Settings,
+    /// What was traced in all renders.
+    pub counters: Counters,
+    /// Values of pictures that no picture may hold.
+    pub invalid: Invalid,
+    /// Renders so far.
+    pub renders: u64,
+    /// The version of Embree.
+    pub embree_version: String,
+    watch: &'a dyn Watch,
+    started: Instant,
+    budget: f64,
+}
+
+impl<'a> Bench<'a> {
+    /// Starts the clock.
+    pub fn new(scene: &'a Scene, settings: Settings, budget: f64, watch: &'a dyn Watch) -> Self {
+        Self {
+            scene,
+            settings,
+            counters: Counters::default(),
+            invalid: Invalid::default(),
+            renders: 0,
+            embree_version: String::new(),
+            watch,
+            started: Instant::now(),
+            budget,
+        }
+    }
+
+    /// Seconds to spend.
+    pub fn budget(&self) -> f64 {
+        self.budget
+    }
+
+    /// Seconds since the start.
+    pub fn elapsed(&self) -> f64 {
+        self.started.elapsed().as_secs_f64()
+    }
+
+    /// Seconds until `share` of the budget is spent; may be negative.
+    pub fn until(&self, share: f64) -> f64 {
+        share * self.budget - self.elapsed()
+    }
+
+    /// Says what comes next.
+    ///
+    /// # Errors
+    /// If a stop was asked for.
+    pub fn announce(&self, what: &str) -> Result<(), VerifyError> {
+        if self.watch.stopped() {
+            return Err(VerifyError::Stopped);
+        }
+        self.watch.doing((self.elapsed() / self.budget).min(1.0), what);
+        Ok(())
+    }
+
+    /// Renders up to the last of `looks` passes, which ascend, and returns the picture at each.
+    ///
+    /// # Errors
+    /// Where the render cannot start, or a stop was asked for.
+    pub fn render(&mut self, settings: Settings, looks: &[u32]) -> Result<Vec<Picture>, VerifyError> {
+        if self.watch.stopped() {
+            return Err(VerifyError::Stopped);
+        }
+        let mut renderer = Renderer::new(self.scene, settings)?;
+        self.watch.renders(renderer.progress());
+        let mut pictures = Vec::with_capacity(looks.len());
+        for &look in looks {
+            while renderer.passes() < look {
+                renderer.next_block(look);
+                if self.watch.stopped() {
+                    return Err(VerifyError::Stopped);
+                }
+            }
+            let picture = renderer.picture();
+            let invalid = Invalid::count(&picture.pixels);
+            self.invalid.nan += invalid.nan;
+            self.invalid.infinite += invalid.infinite;
+            self.invalid.negative += invalid.negative;
+            pictures.push(picture);
+        }
+        self.counters += renderer.counters();
+        self.renders += 1;
+        renderer.embree_version().clone_into(&mut self.embree_version);
+        Ok(pictures)
+    }
+
+    /// The estimators that the scene allows, best last.
+    pub fn estimators(&self) -> Vec<EstimatorKind> {
+        let mesh_lights = crate::scene::Features::of(self.scene).mesh_lights > 0;
+        let allowed =
+            |kind: &EstimatorKind| !mesh_lights || matches!(kind, EstimatorKind::Uniform | EstimatorKind::Brdf);
+        EstimatorKind::ALL.into_iter().filter(allowed).collect()
+    }
+
+    /// Measures what each estimator takes, on a small film.
+    ///
+    /// # Errors
+    /// As [`render`](Self::render).
+    pub fn costs(&mut self) -> Result<Vec<Cost>, VerifyError> {
+        let film = shrink(self.settings.film, 4096.0);
+        let pixels = f64::from(film.width) * f64::from(film.height);
+        let mut costs = Vec::new();
+        for estimator in self.estimators() {
+            let settings = Settings {
+                estimator,
+                film,
+                sampler: SamplerKind::Sobol,
+                ..self.settings
+            };
+            // The first pass warms caches up; so a render is longer than a hundredth of the budget, or eight times as long.
+            let (mut passes, mut before) = (2, 0.0);
+            costs.push(loop {
+                let started = Instant::now();
+                self.render(settings, &[passes])?;
+                let seconds = started.elapsed().as_secs_f64();
+                if passes > 2 && (seconds > 0.004 * self.budget || passes >= 512) {
+                    // Twice measured: what does not grow with passes is the setting-up.
+                    let short = f64::from(passes / 4) * pixels;
+                    let sample_s = ((seconds - before) / (3.0 * short)).max(0.1 * seconds / (4.0 * short));
+                    let setup_s = (seconds - sample_s * 4.0 * short).max(0.0);
+                    break Cost {
+                        estimator,
+                        setup_s,
+                        sample_s,
+                    };
+                }
+                (passes, before) = (passes * 4, seconds);
+            });
+        }
+        Ok(costs)
+    }
+
+    /// A film of the scene's shape and at most so many pixels.
+    pub fn film(&self, pixels: f64) -> FilmSize {
+        shrink(self.settings.film, pixels)
+    }
+}

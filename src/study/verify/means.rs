@@ -1,0 +1,228 @@
+//! Whether two means agree, and what bias would have been seen.
+//!
+//! A difference is held against `t * stderr + hidden + rounding`: the quantile of Student's t at the false-alarm rate
+//! of the row, shared among its values by Šidák; what the samples may never have met ([`super::tails`]); and 1e-4 of
+//! the larger mean, which is granted to single precision. The same sum is the bias that would have been seen.
+
+use crate::study::student;
+
+/// What single precision is granted, relative.
+pub const ROUNDING: f64 = 1e-4;
+
+/// Above this bias, relative, a test says that it has no power.
+pub const POWER: f64 = 0.5;
+
+/// Two means of the same expectation, or so it is claimed.
+#[derive(Clone, Copy, Debug)]
+pub struct Estimate {
+    /// The one minus the other.
+    pub difference: f64,
+    /// Variance of the difference.
+    pub variance: f64,
+    /// Degrees of freedom of that variance.
+    pub dof: f64,
+    /// Share that the samples of both may have missed.
+    pub hidden: f64,
+    /// The larger mean.
+    pub size: f64,
+    /// What biases are relative to: the light that comes by reflection.
+    pub light: f64,
+}
+
+/// An estimate against its bound.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Judged {
+    /// Difference over bound; beyond 1 the two disagree.
+    pub ratio: f64,
+    /// The difference, relative to the light; 0 where there is none.
+    pub difference: f64,
+    /// The bound, relative to the light: the bias that would be seen.
+    pub visible: f64,
+    /// Whether reflected light is there at all.
+    pub lit: bool,
+}
+
+/// A family of estimates that share one false-alarm rate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Family {
+    /// Each, in order.
+    pub judged: Vec<Judged>,
+}
+
+impl Family {
+    /// Judges all with a false alarm in any of them at the rate `alpha`.
+    pub fn new(estimates: &[Estimate], alpha: f64) -> Self {
+        let each = student::sidak(alpha, estimates.len());
+        let mut known: Option<(f64, f64)> = None;
+        let mut quantile = |dof: f64| match known {
+            Some((at, value)) if at == dof => value,
+            _ => known.insert((dof, student::quantile(each, dof))).1,
+        };
+        let judged = estimates.iter().map(|estimate| estimate.judge(quantile(estimate.dof)));
+        Self {
+            judged: judged.collect(),
+        }
+    }
+
+    /// The one nearest to its bound, or farthest beyond.
+    pub fn worst(&self) -> Option<Judged> {
+        self.judged.iter().copied().max_by(|a, b| a.ratio.total_cmp(&b.ratio))
+    }
+
+    /// Whether none is beyond its bound.
+    pub fn agrees(&self) -> bool {
+        self.judged.iter().all(|judged| judged.ratio <= 1.0)
+    }
+
+    /// The bias that is seen: the largest visible one of up to 3 values, else the median of those blocks that have
+    /// power, if these are a quarter of all with light (and 1 or more). `None` where there is no light.
+    pub fn visible(&self) -> Option<f64> {
+        let mut visible: Vec<f64> = self.judged.iter().filter(|j| j.lit).map(|j| j.visible).collect();
+        visible.sort_by(f64::total_cmp);
+        let able = visible.partition_point(|&bias| bias <= POWER);
+        match visible.len() {
+            0..=3 => visible.last().copied(),
+            all if 4 * able >= all => Some(visible[able / 2]),
+            all => Some(visible[all / 4]),
+        }
+    }
+
+    /// Values that have light, and those among them in which a bias below [`POWER`] would be seen.
+    pub fn power(&self) -> [usize; 2] {
+        let lit = self.judged.iter().filter(|judged| judged.lit);
+        [
+            lit.clone().count(),
+            lit.filter(|judged| judged.visible <= POWER).count(),
+        ]
+    }
+}
+
+impl Estimate {
+    fn judge(&self, quantile: f64) -> Judged {
+        let bound = quantile * self.variance.max(0.0).sqrt() + self.hidden + ROUNDING * self.size + 1e-37;
+        let relative = |value: f64| if self.light > 0.0 { value / self.light } else { 0.0 };
+        // What is not a number agrees with nothing.
+        let ratio = self.difference.abs() / bound;
+        Judged {
+            ratio: if ratio.is_nan() { f64::INFINITY } else { ratio },
+            difference: relative(self.difference),
+            visible: relative(bound),
+            lit: self.light > 0.0,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64;
+
+    use super::super::replicates::spread;
+    use super::*;
+
+    /// Means of 16 replicates of light that comes seldom and strongly, as renders bring it, times `bias`.
+    fn estimates(rng: &mut Pcg64, cells: usize, bias: f64) -> Vec<Estimate> {
+        let mut replicate = |factor: f64| {
+            let hits = (0..60).filter(|_| rng.random::<f64>() < 0.25).count();
+            factor * hits as f64 / 15.0
+        };
+        let mut cell = || {
+            let differences: Vec<f64> = (0..16).map(|_| replicate(1.0 + bias) - replicate(1.0)).collect();
+            let (difference, variance) = spread(&differences);
+            Estimate {
+                difference,
+                variance,
+                dof: 15.0,
+                hidden: 0.0,
+                size: 1.0,
+                light: 1.0,
+            }
+        };
+        (0..cells).map(|_| cell()).collect()
+    }
+
+    /// 2000 families of 6 at a rate of 2 %: 40 false alarms are expected, 15 to 65 within four deviations.
+    #[test]
+    fn false_alarms_are_as_rare_as_stated() {
+        let mut rng = Pcg64::seed_from_u64(20);
+        let alarms = (0..2000)
+            .filter(|_| !Family::new(&estimates(&mut rng, 6, 0.0), 0.02).agrees())
+            .count();
+        assert!((15..=65).contains(&alarms), "{alarms}");
+    }
+
+    /// The mean of a replicate is true to 22 %, a difference of two to 32 %, and the mean of 16 to 8 %.
+    #[test]
+    fn a_bias_is_found_where_the_bound_says_so() {
+        let mut rng = Pcg64::seed_from_u64(21);
+        let family = Family::new(&estimates(&mut rng, 3, 1.5), 1e-4);
+        assert!(family.visible().unwrap() < 1.5 && !family.agrees());
+    }
+
+    /// 1 % of a mean whose replicates differ by 0.2 %.
+    #[test]
+    fn a_planted_bias_of_one_percent_is_found() {
+        let mut rng = Pcg64::seed_from_u64(22);
+        let mut found = [0, 0];
+        for _ in 0..200 {
+            for (bias, found) in [0.0, 0.01].into_iter().zip(&mut found) {
+                let values: Vec<f64> = (0..16).map(|_| bias + 0.004 * (rng.random::<f64>() - 0.5)).collect();
+                let (difference, variance) = spread(&values);
+                let estimate = Estimate {
+                    difference,
+                    variance,
+                    dof: 15.0,
+                    hidden: 0.0,
+                    size: 1.0,
+                    light: 1.0,
+                };
+                let family = Family::new(&[estimate], 1e-6);
+                assert!(family.visible().unwrap() < 0.01);
+                *found += usize::from(!family.agrees());
+            }
+        }
+        assert_eq!(found, [0, 200]);
+    }
+
+    #[test]
+    fn what_may_be_hidden_is_granted_and_nan_never() {
+        let estimate = Estimate {
+            difference: 0.3,
+            variance: 0.0,
+            dof: 7.0,
+            hidden: 0.4,
+            size: 1.0,
+            light: 1.0,
+        };
+        assert!(Family::new(&[estimate], 1e-4).agrees());
+        assert!(
+            !Family::new(
+                &[Estimate {
+                    hidden: 0.0,
+                    ..estimate
+                }],
+                1e-4
+            )
+            .agrees()
+        );
+        assert!(
+            !Family::new(
+                &[Estimate {
+                    difference: f64::NAN,
+                    ..estimate
+                }],
+                1e-4
+            )
+            .agrees()
+        );
+        let dark = Estimate {
+            difference: 0.0,
+            hidden: 0.0,
+            size: 0.0,
+            light: 0.0,
+            ..estimate
+        };
+        let family = Family::new(&[dark], 1e-4);
+        assert!(family.agrees() && family.visible().is_none());
+    }
+}

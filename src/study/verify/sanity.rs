@@ -1,0 +1,227 @@
+//! What can be wrong with a scene that is well formed.
+
+use super::lights;
+use super::row::{Row, Verdict};
+use crate::scene::{Bsdf, Scene, Surface};
+
+/// Names at most so many culprits in a sentence.
+const NAMED: usize = 3;
+
+/// Below this exponent Phong's model rounds to the diffuse one in single precision.
+const LEAST_EXPONENT: f64 = 1.000_000_1;
+
+/// Every check of the scene alone.
+pub fn check(scene: &Scene) -> Vec<Row> {
+    let mut rows = vec![
+        energy(scene),
+        exponents(scene),
+        lights::lights(scene),
+        lights::overlaps(scene),
+        lights::inside_out(scene),
+    ];
+    rows.extend(unused(scene));
+    let row = |note: &String| Row::pass("scene", "reading").judged(Verdict::Note, note.clone());
+    rows.extend(scene.notes.iter().map(row));
+    rows
+}
+
+/// "a, b, c and 4 more".
+pub fn list(names: &[String]) -> String {
+    let shown = names.iter().take(NAMED).cloned().collect::<Vec<_>>().join(", ");
+    match names.len().saturating_sub(NAMED) {
+        0 => shown,
+        more => format!("{shown} and {more} more"),
+    }
+}
+
+/// "1 light", "2 lights".
+pub fn plural(count: usize, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}
+
+fn used(scene: &Scene) -> Vec<bool> {
+    let mut used = vec![false; scene.materials.len()];
+    let surfaces = scene
+        .spheres
+        .iter()
+        .map(|s| s.surface)
+        .chain(scene.meshes.iter().map(|m| m.surface));
+    for surface in surfaces {
+        if let Surface::Material(index) = surface {
+            used[index] = true;
+        }
+    }
+    used
+}
+
+fn energy(scene: &Scene) -> Row {
+    let rho = |bsdf: &Bsdf| match *bsdf {
+        Bsdf::Diffuse { rho } | Bsdf::Phong { rho, .. } => rho.max_element(),
+    };
+    let most = scene
+        .materials
+        .iter()
+        .map(|material| rho(&material.bsdf))
+        .fold(0.0, f64::max);
+    let gains = scene
+        .materials
+        .iter()
+        .zip(used(scene))
+        .filter(|(material, _)| rho(&material.bsdf) > 1.0);
+    let names: Vec<String> = gains
+        .clone()
+        .map(|(material, _)| format!("\"{}\" ({})", material.name, rho(&material.bsdf)))
+        .collect();
+    let row = Row::pass("energy", plural(scene.materials.len(), "material"))
+        .figures(format!("reflectance up to {most:.4}"), "1")
+        .number("largest_reflectance", most);
+    let verdict = match (names.is_empty(), gains.clone().any(|(_, used)| used)) {
+        (true, _) => return row,
+        (false, true) => Verdict::Fail,
+        (false, false) => Verdict::Warn,
+    };
+    row.judged(
+        verdict,
+        format!(
+            "material {} reflects more light than it gets: keep it at or below 1",
+            list(&names)
+        ),
+    )
+}
+
+fn exponents(scene: &Scene) -> Row {
+    let flat = scene.materials.iter().filter(|material| match material.bsdf {
+        Bsdf::Phong { alpha, .. } => alpha < LEAST_EXPONENT,
+        Bsdf::Diffuse { .. } => false,
+    });
+    let names: Vec<String> = flat.map(|material| format!("\"{}\"", material.name)).collect();
+    let row = Row::pass("exponents", plural(scene.materials.len(), "material"))
+        .figures(format!("{} next to 1", names.len()), "0");
+    if names.is_empty() {
+        return row;
+    }
+    let what = format!(
+        "material {}: single precision cannot tell its exponent from 1; write 1.001 or more",
+        list(&names)
+    );
+    row.judged(Verdict::Warn, what)
+}
+
+fn unused(scene: &Scene) -> Option<Row> {
+    let names: Vec<String> = scene
+        .materials
+        .iter()
+        .zip(used(scene))
+        .filter(|(_, used)| !used)
+        .map(|(material, _)| format!("\"{}\"", material.name))
+        .collect();
+    let row = Row::pass("materials", plural(scene.materials.len(), "material"));
+    (!names.is_empty()).then(|| {
+        row.figures(format!("{} unused", names.len()), "")
+            .judged(Verdict::Note, format!("no shape uses material {}", list(&names)))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+
+    use glam::DVec3;
+
+    use super::*;
+    use crate::scene::{Camera, FilmSize, Fov, Material, RenderTable, Sphere};
+
+    const GLOW: Surface = Surface::Emission(DVec3::ONE);
+
+    fn sphere(x: f64, radius: f64, surface: Surface) -> Sphere {
+        let center = DVec3::new(x, 0.0, 0.0);
+        Sphere {
+            center,
+            radius,
+            surface,
+        }
+    }
+
+    /// The camera is at z = 10.
+    fn scene(spheres: Vec<Sphere>) -> Scene {
+        Scene {
+            name: "test".into(),
+            path: PathBuf::from("test.toml"),
+            camera: Camera {
+                origin: DVec3::Z * 10.0,
+                target: DVec3::ZERO,
+                up: DVec3::Y,
+                fov: Fov::X(40.0),
+            },
+            film: FilmSize { width: 4, height: 4 },
+            render: RenderTable::default(),
+            materials: vec![
+                Material {
+                    name: "grey".into(),
+                    bsdf: Bsdf::Diffuse { rho: DVec3::splat(0.5) },
+                },
+                Material {
+                    name: "hot".into(),
+                    bsdf: Bsdf::Phong {
+                        rho: DVec3::new(0.1, 1.1, 0.1),
+                        alpha: 1.000_000_01,
+                    },
+                },
+            ],
+            spheres,
+            meshes: Vec::new(),
+            notes: vec!["a note".into()],
+        }
+    }
+
+    #[track_caller]
+    fn expect(spheres: Vec<Sphere>, check_name: &str, verdict: Verdict, words: &str) {
+        let rows = check(&scene(spheres));
+        let row = rows.iter().find(|row| row.check == check_name).unwrap();
+        assert!(row.verdict == verdict && row.sentence.contains(words), "{row:?}");
+    }
+
+    #[test]
+    fn each_fault_is_found_and_named() {
+        use Verdict::{Fail, Note, Pass, Warn};
+        let (grey, hot) = (Surface::Material(0), Surface::Material(1));
+        let sound = || vec![sphere(0.0, 1.0, grey), sphere(5.0, 1.0, GLOW)];
+        let with = |more: Sphere| [sound(), vec![more]].concat();
+        expect(sound(), "inside out", Pass, "");
+        expect(sound(), "energy", Warn, "\"hot\" (1.1)");
+        expect(sound(), "materials", Note, "\"hot\"");
+        expect(sound(), "scene", Note, "a note");
+        expect(sound(), "exponents", Warn, "\"hot\"");
+        expect(with(sphere(-5.0, 1.0, hot)), "energy", Fail, "\"hot\" (1.1)");
+        expect(sound()[..1].to_vec(), "lights", Fail, "black");
+        expect(
+            with(sphere(-5.0, 1.0, Surface::Emission(DVec3::ZERO))),
+            "lights",
+            Warn,
+            "sphere 3",
+        );
+        expect(with(sphere(6.5, 1.0, GLOW)), "lights overlap", Warn, "sphere 2 and 3");
+        expect(
+            with(sphere(5.0, 0.2, GLOW)),
+            "inside out",
+            Fail,
+            "sphere 2 has sphere 3 inside",
+        );
+        expect(
+            with(sphere(5.0, 0.2, grey)),
+            "inside out",
+            Fail,
+            "sphere 2 has sphere 3 inside",
+        );
+        expect(
+            with(sphere(5.0, 2.0, grey)),
+            "inside out",
+            Fail,
+            "sphere 2 is closed in by sphere 3",
+        );
+        expect(with(sphere(0.0, 12.0, grey)), "inside out", Pass, "");
+        let half_around = [with(sphere(10.0, 14.5, GLOW)), vec![sphere(60.0, 1.0, grey)]].concat();
+        expect(half_around, "inside out", Fail, "the camera is inside sphere 3");
+        expect(with(sphere(0.0, 50.0, GLOW)), "inside out", Note, "dome");
+    }
+}

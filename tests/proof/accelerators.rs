@@ -1,0 +1,120 @@
+//! Shapes in a line, culled by tile and light, against Embree's hierarchy: the same samples, so the same pictures but for
+//! rays that graze an edge.
+
+use glam::DVec3;
+use octolux::film::Picture;
+use octolux::pipeline::Settings;
+use octolux::scene::{Bsdf, Camera, EstimatorKind, FilmSize, Fov, Material, Mesh, RenderTable, Scene, Sphere, Surface};
+use octolux::settings::AccelKind;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+
+use super::runs::{leave, picture, settings};
+
+/// Pixels whose two values differ by more than 1 % in any channel.
+fn apart(a: &Picture, b: &Picture) -> usize {
+    let differ = |(x, y): (&f32, &f32)| (x - y).abs() > 0.01 * x.abs().max(y.abs());
+    let pixels = a.pixels.iter().zip(&b.pixels);
+    pixels.filter(|(a, b)| a.iter().zip(*b).any(differ)).count()
+}
+
+/// Renders with both; says how many pixels differ and where to look at it.
+pub fn compare(scene: &Scene, base: Settings, passes: u32, name: &str) -> (usize, Vec<String>) {
+    let [embree, line] = AccelKind::ALL.map(|accel| {
+        let settings = Settings {
+            accel: Some(accel),
+            ..base
+        };
+        picture(scene, settings, passes)
+    });
+    let count = apart(&embree, &line);
+    let files = if count > 0 {
+        [(&embree, "embree"), (&line, "line")]
+            .map(|(p, accel)| leave(p, &format!("{name}-{accel}")))
+            .to_vec()
+    } else {
+        vec![]
+    };
+    (count, files)
+}
+
+/// A dozen triangles and spheres of all sizes about the origin, a few of them lights, seen from `distance` away through a
+/// film that they fill.
+pub fn random_scene(rng: &mut Pcg64, distance: f64) -> Scene {
+    let mut near = |size: f64| DVec3::from_array(std::array::from_fn(|_| size * (2.0 * rng.random::<f64>() - 1.0)));
+    let material = Surface::Material(0);
+    let triangle = |a: DVec3, b: DVec3, c: DVec3| Mesh {
+        vertices: vec![a, a + b, a + c],
+        triangles: vec![[0, 1, 2]],
+        normals: None,
+        surface: material,
+    };
+    let mut meshes: Vec<Mesh> = (0..8)
+        .map(|i| triangle(near(1.0), near(0.1 + 0.2 * f64::from(i)), near(1.0)))
+        .collect();
+    let floor = -DVec3::Y - 4.0 * (DVec3::X + DVec3::Z);
+    meshes.push(triangle(floor, 16.0 * DVec3::Z, 16.0 * DVec3::X));
+    let balls = [0.02, 0.05, 0.1, 0.3, 0.5];
+    let mut spheres: Vec<Sphere> = balls
+        .iter()
+        .map(|&radius| Sphere {
+            center: near(1.0),
+            radius,
+            surface: material,
+        })
+        .collect();
+    spheres.extend([0.03, 0.2, 0.6].map(|radius| Sphere {
+        center: near(1.0) + 1.5 * DVec3::Y,
+        radius,
+        surface: Surface::Emission(DVec3::splat(1.0 / (radius * radius))),
+    }));
+    let origin = distance * (near(1.0) + 0.5 * DVec3::Y).normalize();
+    Scene {
+        name: "random".into(),
+        path: "random.toml".into(),
+        camera: Camera {
+            origin,
+            target: near(0.3),
+            up: DVec3::new(0.1, 1.0, 0.2),
+            fov: Fov::X(2.0 * (1.2 / distance).atan().to_degrees()),
+        },
+        film: FilmSize { width: 48, height: 33 },
+        render: RenderTable::default(),
+        materials: vec![Material {
+            name: "grey".into(),
+            bsdf: Bsdf::Diffuse { rho: DVec3::splat(0.5) },
+        }],
+        spheres,
+        meshes,
+        notes: vec![],
+    }
+}
+
+/// Random scenes from `distances`, and the most pixels in a thousand that may differ.
+///
+/// # Panics
+/// Where more do.
+pub fn random_scenes(name: &str, distances: &[f64], scenes: u64, most: usize) {
+    let mut worst = vec![];
+    let (mut differ, mut pixels) = (0, 0);
+    for &distance in distances {
+        for seed in 0..scenes {
+            let scene = random_scene(&mut Pcg64::seed_from_u64(seed), distance);
+            for estimator in [EstimatorKind::Light, EstimatorKind::Brdf] {
+                let base = settings(scene.film.width, scene.film.height, estimator);
+                let what = format!("{name}-{distance}-{seed}-{}", estimator.name());
+                let (count, files) = compare(&scene, base, 2, &what);
+                differ += count;
+                pixels += 48 * 33;
+                worst.push((count, files.join(", ")));
+            }
+        }
+    }
+    worst.sort_by_key(|(count, _)| std::cmp::Reverse(*count));
+    assert!(
+        differ * 1000 <= most * pixels,
+        "{name}: {differ} of {pixels} pixels differ; the worst, {} in one picture: {}",
+        worst[0].0,
+        worst[0].1
+    );
+}

@@ -1,0 +1,43 @@
+//! Estimators against each other and against the oracle.
+
+use octolux::reference;
+use octolux::scene::{EstimatorKind, FilmSize, Scene};
+
+use super::Family;
+use super::runs::{Runs, leave, names, oracle_estimates, settings};
+
+/// Parts of a film that are compared each.
+pub const COLUMNS: u32 = 4;
+/// Rows of them.
+pub const ROWS: u32 = 3;
+
+/// What single precision and the offset of shading points may move a mean (`proof_closed_forms.rs`).
+const ROUNDING: f64 = 1e-5;
+
+/// Compares all pairs of `[uniform, light, brdf, mis]`, each with its passes a seed (0: left out), and each with the
+/// oracle of `spp` samples a pixel.
+pub fn agree(scene: &Scene, table: &'static str, film: FilmSize, seeds: u32, passes: [u32; 4], spp: u32) {
+    let FilmSize { width, height } = film;
+    let oracle = reference::render(scene, film, spp, 99, &|_| ());
+    let mut columns = vec![("oracle", oracle_estimates(&oracle, COLUMNS, ROWS), oracle.to_picture())];
+    for (estimator, passes) in EstimatorKind::ALL
+        .into_iter()
+        .zip(passes)
+        .filter(|(_, passes)| *passes > 0)
+    {
+        let runs = Runs::new(scene, settings(width, height, estimator), passes, 1, seeds);
+        columns.push((estimator.name(), runs.estimates(COLUMNS, ROWS), runs.mean_picture()));
+    }
+    for (name, _, picture) in &columns {
+        leave(picture, &format!("{table}-{name}"));
+    }
+    let mut family = Family::new(table);
+    for (i, (a, ours, _)) in columns.iter().enumerate() {
+        for (b, theirs, _) in &columns[..i] {
+            for ((x, y), name) in ours.iter().zip(theirs).zip(names(COLUMNS, ROWS)) {
+                family.add(x.p(*y, ROUNDING), format!("{a} {b} {name}: {}", x.against(*y)));
+            }
+        }
+    }
+    family.judge();
+}

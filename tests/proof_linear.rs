@@ -1,0 +1,206 @@
+//! Shapes in a line answer as Embree does, and culling changes no answer at all.
+
+use octolux::embree::{Coherence, Device, SceneBuilder};
+use octolux::lane::{Bits, F32x8, Lane, Mask, U32x8};
+use octolux::linear::cull::{Bounds, Points};
+use octolux::linear::{Candidates, Line};
+use octolux::math::Vec3;
+use octolux::shape::{Ball, NO_SPHERE, Ray};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+
+/// A dozen triangles and five spheres, anywhere within 4 units of a point 6 units away from the origin.
+struct World {
+    line: Line,
+    vertices: Vec<[f32; 3]>,
+    triangles: Vec<[u32; 3]>,
+    balls: Vec<Ball>,
+}
+
+fn point(rng: &mut Pcg64, reach: f32) -> [f32; 3] {
+    std::array::from_fn(|k| rng.random_range(-reach..reach) + if k == 2 { 6.0 } else { 0.0 })
+}
+
+fn world(rng: &mut Pcg64) -> World {
+    let vertices: Vec<[f32; 3]> = (0..36).map(|_| point(rng, 4.0)).collect();
+    let triangles: Vec<[u32; 3]> = (0..12).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    let balls: Vec<Ball> = (0..5)
+        .map(|_| Ball {
+            center: point(rng, 4.0),
+            radius: rng.random_range(0.05..0.9),
+        })
+        .collect();
+    let mut line = Line::default();
+    line.add_mesh(0, &vertices, &triangles);
+    line.set_spheres(balls.clone(), 1);
+    World {
+        line,
+        vertices,
+        triangles,
+        balls,
+    }
+}
+
+fn lanes(mut f: impl FnMut() -> [f32; 3]) -> Vec3<F32x8> {
+    let eight: [[f32; 3]; 8] = std::array::from_fn(|_| f());
+    Vec3::new(
+        F32x8::from_fn(|i| eight[i][0]),
+        F32x8::from_fn(|i| eight[i][1]),
+        F32x8::from_fn(|i| eight[i][2]),
+    )
+}
+
+#[test]
+fn a_line_and_embree_name_the_same_shapes() {
+    let mut rng = Pcg64::seed_from_u64(1);
+    let device = Device::new(1).unwrap();
+    let (mut rays, mut different) = (0_u32, 0_u32);
+    for _ in 0..20 {
+        let world = world(&mut rng);
+        let mut builder = SceneBuilder::new(&device, true).unwrap();
+        builder.add_mesh(&world.vertices, &world.triangles).unwrap();
+        builder.set_spheres(world.balls.clone()).unwrap();
+        let accel = builder.commit().unwrap();
+        let mut all = Candidates::default();
+        world.line.all(&mut all);
+        for _ in 0..2_000 {
+            let ray = Ray {
+                origin: lanes(|| point(&mut rng, 5.0)),
+                direction: lanes(|| std::array::from_fn(|_| rng.random_range(-1.0..1.0))),
+                tfar: F32x8::splat(f32::INFINITY),
+                aims_at: U32x8::splat(NO_SPHERE),
+            };
+            let active = Mask::splat(true);
+            let ours = world.line.intersect(&all, active, &ray);
+            let theirs = accel.intersect(active, &ray, Coherence::Incoherent);
+            let blocked = world.line.occluded(&all, active, &ray);
+            assert_eq!(
+                blocked.to_bitmask(),
+                ours.found.to_bitmask(),
+                "a ray that meets something is blocked by it"
+            );
+            rays += 8;
+            for lane in 0..8 {
+                let found = |bits: u32| bits >> lane & 1 == 1;
+                let (a, b) = (found(ours.found.to_bitmask()), found(theirs.found.to_bitmask()));
+                let same = a == b
+                    && (!a
+                        || (ours.geometry.lane(lane), ours.primitive.lane(lane))
+                            == (theirs.geometry.lane(lane), theirs.primitive.lane(lane)));
+                if !same {
+                    different += 1;
+                } else if a {
+                    let (s, t) = (ours.t.lane(lane), theirs.t.lane(lane));
+                    assert!((s - t).abs() <= 2e-4 * t.abs().max(1e-2), "distances {s} and {t}");
+                }
+            }
+        }
+    }
+    // What is left are rays within rounding of an edge: about 1e-6 of random rays.
+    assert!(
+        different * 10_000 < rays,
+        "{different} of {rays} rays meet another shape"
+    );
+}
+
+#[test]
+fn culling_for_a_light_changes_no_answer() {
+    let mut rng = Pcg64::seed_from_u64(2);
+    let (mut kept, mut of, mut blocked) = (0_usize, 0_usize, 0_usize);
+    for _ in 0..400 {
+        let world = world(&mut rng);
+        let mut all = Candidates::default();
+        world.line.all(&mut all);
+        // Points of a tile: a patch on a triangle, a hair above it, or anywhere in a small box.
+        let corner = point(&mut rng, 4.0);
+        let size = 10.0_f32.powf(rng.random_range(-3.0..0.3));
+        let light = world.balls[rng.random_range(0..5)];
+        let mut patch = || -> [f32; 3] { std::array::from_fn(|k| corner[k] + size * rng.random_range(0.0..1.0)) };
+        let points: Vec<Vec3<F32x8>> = (0..16).map(|_| lanes(&mut patch)).collect();
+        let each = || points.iter().flat_map(|p| (0..8).map(|i| p.lane(i)));
+        let bounds = Bounds {
+            low: std::array::from_fn(|k| each().map(|p| p[k]).fold(f32::INFINITY, f32::min)),
+            high: std::array::from_fn(|k| each().map(|p| p[k]).fold(f32::NEG_INFINITY, f32::max)),
+        };
+        let sides = world.line.planes().map(|(normal, offset)| {
+            let side = |p: [f32; 3]| Vec3::<f32>::splat(p).dot(Vec3::splat(normal)) - offset;
+            [
+                each().map(side).fold(f32::INFINITY, f32::min),
+                each().map(side).fold(f32::NEG_INFINITY, f32::max),
+            ]
+        });
+        let survey = Points {
+            bounds,
+            sides: sides.collect(),
+        };
+        let mut set = Candidates::default();
+        world.line.in_shaft(&survey, &light, &mut set);
+        kept += set.len();
+        of += all.len();
+        for origin in points {
+            // To points in the light, surface and inside.
+            let to = lanes(|| {
+                let v: [f32; 3] = std::array::from_fn(|_| rng.random_range(-1.0..1.0));
+                let length = v.iter().map(|x| x * x).sum::<f32>().sqrt().max(1.0);
+                std::array::from_fn(|k| light.center[k] + light.radius * v[k] / length)
+            });
+            let ray = Ray {
+                origin,
+                direction: to - origin,
+                tfar: F32x8::one(),
+                aims_at: U32x8::splat(NO_SPHERE),
+            };
+            let active = Mask::splat(true);
+            let full = world.line.occluded(&all, active, &ray).to_bitmask();
+            assert_eq!(
+                world.line.occluded(&set, active, &ray).to_bitmask(),
+                full,
+                "points at {corner:?} + {size}"
+            );
+            blocked += full.count_ones() as usize;
+        }
+    }
+    assert!(kept * 2 < of, "{kept} of {of} shapes kept: culling does nothing");
+    assert!(blocked > 10_000, "only {blocked} rays blocked: the test sees nothing");
+}
+
+#[test]
+fn culling_for_a_tile_changes_no_answer() {
+    let mut rng = Pcg64::seed_from_u64(3);
+    let (mut kept, mut of, mut met) = (0_usize, 0_usize, 0_usize);
+    for _ in 0..400 {
+        let world = world(&mut rng);
+        let mut all = Candidates::default();
+        world.line.all(&mut all);
+        let (x, y) = (rng.random_range(-0.9..0.9_f32), rng.random_range(-0.9..0.9_f32));
+        let size = 10.0_f32.powf(rng.random_range(-3.0..0.0));
+        let at = |u: f32, v: f32| [x + u * size, y + v * size, 1.0];
+        let mut set = Candidates::default();
+        world
+            .line
+            .in_frustum([at(0.0, 0.0), at(1.0, 0.0), at(1.0, 1.0), at(0.0, 1.0)], &mut set);
+        kept += set.len();
+        of += all.len();
+        for _ in 0..64 {
+            let ray = Ray {
+                origin: Vec3::zero(),
+                direction: lanes(|| at(rng.random_range(0.0..1.0), rng.random_range(0.0..1.0))),
+                tfar: F32x8::splat(f32::INFINITY),
+                aims_at: U32x8::splat(NO_SPHERE),
+            };
+            let active = Mask::splat(true);
+            let (a, b) = (
+                world.line.intersect(&all, active, &ray),
+                world.line.intersect(&set, active, &ray),
+            );
+            assert_eq!(a.found.to_bitmask(), b.found.to_bitmask());
+            for lane in a.found.lanes() {
+                assert_eq!(a.t.lane(lane).to_bits(), b.t.lane(lane).to_bits());
+                assert_eq!(a.primitive.lane(lane), b.primitive.lane(lane));
+            }
+            met += a.found.count();
+        }
+    }
+    assert!(kept * 2 < of, "{kept} of {of} shapes kept: culling does nothing");
+    assert!(met > 10_000, "only {met} rays meet anything: the test sees nothing");
+}

@@ -61,7 +61,7 @@ fn the_statistics_have_every_key() {
     assert_eq!(printed, written);
     let keys = "scene width height spp estimator sampler seed lanes threads target_features embree_version commit load_s \
                 build_s render_s write_s samples eye_rays shadow_rays samples_per_s rays_per_s invalid_samples kernel \
-                needs cpu first_pass_s peak_rss_bytes octolux_version interrupted";
+                needs cpu first_pass_s peak_rss_bytes octolux_version interrupted adaptive spp_min spp_mean spp_max";
     for key in keys.split_whitespace() {
         assert!(printed.get(key).is_some(), "{key}");
     }
@@ -110,6 +110,37 @@ fn a_time_limit_renders_at_least_one_pass() {
     let output = place.succeeds("render in/small.toml --time 0.000001 --json");
     let stats: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert!(stats["spp"].as_u64() >= Some(1), "{stats}");
+}
+
+#[test]
+fn an_adaptive_render_tells_where_its_samples_went() {
+    let place = Place::new();
+    let output = place.succeeds("render in/small.toml --adaptive --spp 32 --json -o a.exr");
+    let stats: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(stats["adaptive"], true);
+    assert_eq!((&stats["spp"], &stats["spp_mean"]), (&32.into(), &32.0.into()));
+    assert_eq!(stats["samples"], 8 * 6 * 32);
+    assert!(
+        stats["spp_min"].as_u64() >= Some(8) && stats["spp_max"].as_u64() > Some(32),
+        "{stats}"
+    );
+    let image = exr::prelude::read_first_flat_layer_from_file(place.path().join("a.exr")).unwrap();
+    let samples = &image.layer_data.channel_data.list[3];
+    assert_eq!(samples.name.to_string(), "samples.N");
+    let most = samples.sample_data.values_as_f32().fold(0.0, f32::max);
+    assert_eq!(Some(most as u64), stats["spp_max"].as_u64());
+}
+
+#[test]
+fn an_adaptive_render_has_a_number_of_samples_not_a_time() {
+    let place = Place::new();
+    for option in ["--time 1", "--snapshots"] {
+        let output = place.octolux(&format!("render in/small.toml --adaptive {option}"));
+        assert_eq!(output.status.code(), Some(2));
+        let said = stderr(&output);
+        assert!(said.contains("cannot be used with"), "{said}");
+    }
+    assert!(place.files().is_empty());
 }
 
 #[test]

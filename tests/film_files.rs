@@ -25,7 +25,7 @@ fn settings() -> Attributes {
             ("spp", Value::Number(64.0)),
             ("seed", Value::Number(4_294_967_295.0)),
         ],
-        exposure: 0.0,
+        ..Attributes::default()
     }
 }
 
@@ -50,6 +50,25 @@ fn exr_and_npy_come_back_bit_for_bit() {
         3,
         "no temporary file is left"
     );
+}
+
+#[test]
+fn samples_are_a_layer_behind_the_colours() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.exr");
+    let samples: Vec<u32> = (0..37 * 19).map(|i| 2 * i).collect();
+    let attributes = Attributes {
+        samples: Some(samples.clone()),
+        ..settings()
+    };
+    write_picture(&path, &sample(), &attributes).unwrap();
+    assert_eq!(read_picture(&path).unwrap(), sample());
+    let image = exr::prelude::read_first_flat_layer_from_file(&path).unwrap();
+    let channels = image.layer_data.channel_data.list;
+    let names: Vec<String> = channels.iter().map(|channel| channel.name.to_string()).collect();
+    assert_eq!(names, ["B", "G", "R", "samples.N"]);
+    let stored: Vec<u32> = channels[3].sample_data.values_as_f32().map(|n| n as u32).collect();
+    assert_eq!(stored, samples);
 }
 
 #[test]

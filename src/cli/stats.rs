@@ -16,8 +16,15 @@ pub struct Stats {
     pub scene: String,
     pub width: u32,
     pub height: u32,
-    /// Passes that the picture holds, be it by `--spp`, `--time` or ctrl-c.
+    /// Passes that the picture holds, be it by `--spp`, `--time` or ctrl-c; the mean over pixels where they differ.
     pub spp: u32,
+    /// The fewest samples of a pixel.
+    pub spp_min: u32,
+    pub spp_mean: f64,
+    /// The most.
+    pub spp_max: u32,
+    /// Samples go where error is.
+    pub adaptive: bool,
     pub estimator: EstimatorKind,
     pub sampler: SamplerKind,
     pub seed: u32,
@@ -38,7 +45,7 @@ pub struct Stats {
     pub load_s: f64,
     /// Building the accelerator.
     pub build_s: f64,
-    /// The first of the passes, a part of `render_s`.
+    /// The first block of passes (one pass; two if adaptive), a part of `render_s`.
     pub first_pass_s: f64,
     /// Rendering alone.
     pub render_s: f64,
@@ -90,7 +97,14 @@ pub struct Times {
 
 impl Stats {
     /// The figures of a render as it stands.
-    pub fn new(scene: &Path, settings: Settings, renderer: &Renderer, times: Times, interrupted: bool) -> Self {
+    pub fn new(
+        scene: &Path,
+        settings: Settings,
+        adaptive: bool,
+        renderer: &Renderer,
+        times: Times,
+        interrupted: bool,
+    ) -> Self {
         let Counters {
             samples,
             eye_rays,
@@ -99,6 +113,9 @@ impl Stats {
             invalid_inf,
             invalid_negative,
         } = renderer.counters();
+        let per_pixel = renderer.samples();
+        let total: u64 = per_pixel.iter().map(|&n| u64::from(n)).sum();
+        let spp_mean = total as f64 / per_pixel.len() as f64;
         // JSON has no infinity: nothing was rendered in no time.
         let per_s = |count: u64| {
             if times.render_s > 0.0 {
@@ -111,7 +128,15 @@ impl Stats {
             scene: scene.to_string_lossy().into_owned(),
             width: settings.film.width,
             height: settings.film.height,
-            spp: renderer.passes(),
+            spp: if adaptive {
+                spp_mean.round() as u32
+            } else {
+                renderer.passes()
+            },
+            spp_min: per_pixel.iter().copied().min().unwrap_or(0),
+            spp_mean,
+            spp_max: per_pixel.iter().copied().max().unwrap_or(0),
+            adaptive,
             estimator: settings.estimator,
             sampler: settings.sampler,
             seed: settings.seed,
@@ -150,6 +175,7 @@ impl Stats {
         let settings = vec![
             ("scene", text(&self.scene)),
             ("spp", Value::Number(self.spp.into())),
+            ("adaptive", text(if self.adaptive { "true" } else { "false" })),
             ("estimator", text(self.estimator.name())),
             ("sampler", text(self.sampler.name())),
             ("seed", Value::Number(self.seed.into())),
@@ -160,7 +186,11 @@ impl Stats {
             ("target_features", text(self.target_features)),
             ("embree_version", text(&self.embree_version)),
         ];
-        Attributes { settings, exposure }
+        Attributes {
+            settings,
+            exposure,
+            samples: None,
+        }
     }
 
     /// The object on one line.
@@ -185,11 +215,16 @@ impl Stats {
     /// One or two lines for people.
     pub fn summary(&self) -> String {
         format!(
-            "{}: {} x {}, {} spp, {}, {} in {:.2} s ({:.2} Msamples/s, {:.2} Mrays/s)",
+            "{}: {} x {}, {} spp{}, {}, {} in {:.2} s ({:.2} Msamples/s, {:.2} Mrays/s)",
             self.scene,
             self.width,
             self.height,
             self.spp,
+            if self.adaptive {
+                format!(" ({} to {})", self.spp_min, self.spp_max)
+            } else {
+                String::new()
+            },
             self.estimator.name(),
             self.sampler.name(),
             self.render_s,

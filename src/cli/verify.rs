@@ -152,7 +152,7 @@ fn write_evidence(folder: &Path, scene: &Path, result: &Report, quiet: bool) -> 
                 ("scene", Value::Text(scene.display().to_string())),
                 ("check", Value::Text(format!("{}: {}", row.check, row.compared))),
             ],
-            exposure: 0.0,
+            ..Attributes::default()
         };
         let [a, b] = &evidence.names;
         let stem = format!("{number:02}-{a}-{b}");

@@ -13,16 +13,18 @@ use super::{Attributes, Picture, PictureError, Value};
 /// and is not allowed to fill the memory.
 const MOST_PIXELS_A_BYTE: u64 = 1032;
 
-/// One part, scan lines, `B G R` in f32, lossless: ZIP of 16 lines.
+/// One part, scan lines, `B G R` in f32 and `samples.N` where samples differ, lossless: ZIP of 16 lines. The samples are
+/// f32 too, exact up to 2^24: many readers take no picture of two types of numbers.
 ///
 /// A grainy picture of 768 x 512 takes 53 ms and 3.6 MB with ZIP16 (36 ms and 3.8 MB line by line, 72 ms and 3.5 MB with
 /// PIZ, 6 ms and 4.7 MB as it is; 2 cores): nearly as small as can be, and every reader has it, small ones too.
 pub(super) fn write(file: impl Write + Seek, picture: &Picture, attributes: &Attributes) -> io::Result<()> {
     let width = picture.width as usize;
-    let channels = SpecificChannels::rgb(|at: Vec2<usize>| {
-        let [r, g, b] = picture.pixels[at.y() * width + at.x()];
+    let index = |at: Vec2<usize>| at.y() * width + at.x();
+    let rgb = |at: Vec2<usize>| {
+        let [r, g, b] = picture.pixels[index(at)];
         (r, g, b)
-    });
+    };
     let encoding = Encoding {
         compression: Compression::ZIP16,
         blocks: Blocks::ScanLines,
@@ -36,8 +38,27 @@ pub(super) fn write(file: impl Write + Seek, picture: &Picture, attributes: &Att
         let name = text(&format!("octolux.{name}"));
         about.other.insert(name, attribute(value));
     }
-    let image = Image::from_layer(Layer::new((width, picture.height as usize), about, encoding, channels));
-    image.write().to_buffered(file).map_err(|error| match error {
+    let size = (width, picture.height as usize);
+    let written = match &attributes.samples {
+        None => {
+            let layer = Layer::new(size, about, encoding, SpecificChannels::rgb(rgb));
+            Image::from_layer(layer).write().to_buffered(file)
+        }
+        Some(samples) => {
+            let channels = SpecificChannels::build()
+                .with_channel::<f32>("R")
+                .with_channel::<f32>("G")
+                .with_channel::<f32>("B")
+                .with_channel::<f32>("samples.N")
+                .with_pixel_fn(|at: Vec2<usize>| {
+                    let (r, g, b) = rgb(at);
+                    (r, g, b, samples[index(at)] as f32)
+                });
+            let layer = Layer::new(size, about, encoding, channels);
+            Image::from_layer(layer).write().to_buffered(file)
+        }
+    };
+    written.map_err(|error| match error {
         Error::Io(error) => error,
         other => io::Error::other(other.to_string()),
     })

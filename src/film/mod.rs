@@ -3,6 +3,7 @@
 //! [`write_picture`] and [`read_picture`] choose the format by the file's ending; each format has one file here and
 //! knows nothing of files that stand half-written: [`replace`] sees to that.
 
+pub mod allocation;
 mod error;
 mod exr_file;
 mod npy_file;
@@ -13,6 +14,7 @@ mod sums;
 
 use std::path::Path;
 
+pub use allocation::Noise;
 pub use error::PictureError;
 pub use picture::Picture;
 pub use sums::{Film, TILE, Tile, TileSum};
@@ -25,6 +27,8 @@ pub struct Attributes {
     pub settings: Vec<(&'static str, Value)>,
     /// Stops by which a PNG is brightened (2 to that power); EXR and NPY keep the radiances as they are.
     pub exposure: f64,
+    /// Samples of each pixel, row by row, where they differ; an EXR file keeps them as the layer `samples`.
+    pub samples: Option<Vec<u32>>,
 }
 
 /// The value of one attribute.

@@ -1,17 +1,17 @@
 //! One render from its setting-up to its picture.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 use rayon::prelude::*;
 
+use super::job::Job;
 use super::plan::Plan;
-use super::stage::{Chunk, Scratch};
-use super::stream::CAPACITY;
+use super::stage::Scratch;
 use super::world::World;
 use super::{Counters, Progress};
 use crate::embree::{Device, EmbreeError, layout_canary};
-use crate::film::{Film, Picture, Tile, TileSum};
+use crate::film::{Film, Noise, Picture, Tile, allocation};
 use crate::sampling::PassBlock;
 use crate::scene::{EstimatorKind, Features, FilmSize, SamplerKind, Scene};
 use crate::settings::AccelKind;
@@ -68,7 +68,14 @@ pub struct Renderer {
     build_seconds: f64,
     embree_version: String,
     passes: u32,
+    /// From the noise of every pixel and samples a pixel on average to the samples of every pixel.
+    allocate: fn(FilmSize, &[Noise], u32) -> Vec<u32>,
+    /// The most samples of a pixel, once they are allocated.
+    most: Option<u32>,
 }
+
+/// Passes in a block are no more than this, for the memory that the tables of random numbers take.
+const MOST_PASSES: u32 = 4096;
 
 impl Renderer {
     /// Chooses the kernel and builds the accelerator.
@@ -97,6 +104,8 @@ impl Renderer {
             build_seconds,
             embree_version: device.version(),
             passes: 0,
+            allocate: allocation::allocate,
+            most: None,
         })
     }
 
@@ -130,7 +139,7 @@ impl Renderer {
         self.progress.clone()
     }
 
-    /// Passes that every pixel has so far.
+    /// Passes so far, in which every pixel took part unless samples are allocated.
     pub fn passes(&self) -> u32 {
         self.passes
     }
@@ -150,7 +159,7 @@ impl Renderer {
     fn block_passes(&self) -> u32 {
         let FilmSize { width, height } = self.settings.film;
         let pixels = u64::from(width) * u64::from(height);
-        ((1 << 18) / pixels).clamp(16, 4096).next_power_of_two() as u32
+        ((1 << 18) / pixels).clamp(16, MOST_PASSES.into()).next_power_of_two() as u32
     }
 
     /// Renders up to `min(limit, next_stop())` passes and returns the passes that every pixel has then. If a stop is
@@ -161,46 +170,67 @@ impl Renderer {
         if end <= first {
             return first;
         }
-        let numbers = PassBlock::new(
-            self.settings.sampler,
-            self.settings.seed,
-            first,
-            end - first,
-            self.plan.pairs,
-        );
-        let Self {
-            plan,
-            world,
-            film,
-            pool,
-            scratch,
-            progress,
-            settings,
+        self.block(first, end);
+        self.passes
+    }
+
+    /// Renders a further part of `spp` samples a pixel on average: first pilot passes, then what each pixel needs (see
+    /// [`allocation`]). Returns whether there is more to do; the picture is unbiased after every part. `spp` must be
+    /// the same each time, and [`Self::next_block`] must not be called in between.
+    ///
+    /// Blocks double the passes. Their number is then small however far the busiest pixel goes, and of the table of random
+    /// numbers at most half is for passes that nobody takes.
+    pub fn next_adaptive_block(&mut self, spp: u32) -> bool {
+        let (first, pilot) = (self.passes, allocation::pilot(spp));
+        if first == 0 && pilot < spp {
+            self.film.measure_noise();
+        }
+        if first == pilot && pilot < spp && self.most.is_none() {
+            let noise = self.film.noise();
+            let goals = self.pool.install(|| (self.allocate)(self.settings.film, &noise, spp));
+            self.film.set_goals(&goals);
+            self.most = goals.into_iter().max();
+        }
+        let last = self.most.unwrap_or(pilot);
+        let end = (first * 2).max(2).min(first + MOST_PASSES).min(last);
+        self.block(first, end);
+        self.passes > first && self.passes < last.max(spp)
+    }
+
+    /// Renders the passes `first..end`; of each pixel, those that it takes part in.
+    fn block(&mut self, first: u32, end: u32) {
+        let Settings {
+            sampler,
+            seed,
+            film: size,
             ..
-        } = self;
+        } = self.settings;
+        let numbers = PassBlock::new(sampler, seed, first, end - first, self.plan.pairs);
         let job = Job {
-            plan,
-            world,
+            plan: &self.plan,
+            world: &self.world,
             numbers: &numbers,
-            scratch,
-            progress,
-            film: settings.film,
+            scratch: &self.scratch,
+            progress: &self.progress,
+            film: size,
             passes: end - first,
         };
-        let counters = pool.install(|| {
-            film.tiles_mut()
-                .par_iter_mut()
-                .map(|tile| job.render(tile))
-                .collect::<Vec<_>>()
-        });
+        let tiles = self.film.tiles_mut();
+        let counters = self
+            .pool
+            .install(|| tiles.par_iter_mut().map(|tile| job.render(tile)).collect::<Vec<_>>());
         counters.into_iter().for_each(|c| self.counters += c);
         self.passes = self.film.tiles().iter().map(Tile::passes).min().unwrap_or(end);
-        self.passes
     }
 
     /// The picture so far.
     pub fn picture(&self) -> Picture {
         self.film.picture()
+    }
+
+    /// Samples of each pixel so far, row by row.
+    pub fn samples(&self) -> Vec<u32> {
+        self.film.samples()
     }
 
     /// What was traced so far.
@@ -209,63 +239,5 @@ impl Renderer {
     }
 }
 
-/// One block for all tiles.
-struct Job<'a> {
-    plan: &'a Plan,
-    world: &'a World,
-    numbers: &'a PassBlock,
-    scratch: &'a Mutex<Vec<Scratch>>,
-    progress: &'a Progress,
-    film: FilmSize,
-    passes: u32,
-}
-
-impl Job<'_> {
-    /// Renders a tile chunk by chunk, on as many threads as are free, and adds the chunks in order.
-    fn render(&self, tile: &mut Tile) -> Counters {
-        let mut counters = Counters::default();
-        if self.progress.stop_requested() {
-            return counters;
-        }
-        // A power of two, so that chunks are the same whatever the block.
-        let per_chunk = (CAPACITY / tile.pixels.len()).max(1);
-        let per_chunk = if per_chunk.is_power_of_two() {
-            per_chunk
-        } else {
-            per_chunk.next_power_of_two() / 2
-        } as u32;
-        let starts: Vec<u32> = (0..self.passes).step_by(per_chunk as usize).collect();
-        let chunks: Vec<_> = starts
-            .par_iter()
-            .map(|&start| self.chunk(tile, start, per_chunk.min(self.passes - start)))
-            .collect();
-        for (start, (sum, chunk)) in starts.iter().zip(&chunks) {
-            tile.add(sum, per_chunk.min(self.passes - start));
-            counters += *chunk;
-        }
-        counters
-    }
-
-    fn chunk(&self, tile: &Tile, first: u32, passes: u32) -> (TileSum, Counters) {
-        let mut sum = TileSum::new(tile.pixels.len());
-        let mut counters = Counters::default();
-        // A panic elsewhere leaves whole scratch pads behind: they hold nothing between chunks.
-        let pads = || self.scratch.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut scratch = pads().pop().unwrap_or_default();
-        let mut chunk = Chunk {
-            world: self.world,
-            numbers: self.numbers,
-            tile,
-            film_width: self.film.width,
-            first,
-            passes,
-            sum: &mut sum,
-            counters: &mut counters,
-        };
-        (self.plan.kernel)(&mut chunk, &mut scratch);
-        pads().push(scratch);
-        self.progress
-            .add(counters.samples, counters.eye_rays + counters.shadow_rays);
-        (sum, counters)
-    }
-}
+#[cfg(test)]
+mod tests;

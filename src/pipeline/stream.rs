@@ -83,7 +83,7 @@ struct Room<L: Lane> {
 /// What a shading point needs to be found again on the film and in the sequence of random numbers.
 #[derive(Clone, Copy, Debug)]
 pub struct Address<L: Lane> {
-    /// Index of the pixel in its tile.
+    /// Where the pixel sums up in its chunk.
     pub index: L::Bits,
     /// What stands for the pixel among random numbers.
     pub key: L::Bits,
@@ -180,7 +180,7 @@ pub struct QueuedRays<L: Lane> {
     pub tfar: L,
     /// A contribution, or a throughput where the radiance is not known yet.
     pub value: Vec3<L>,
-    /// Index of the pixel in its tile.
+    /// Where the pixel sums up in its chunk.
     pub index: L::Bits,
 }
 

@@ -64,6 +64,11 @@ impl PassBlock {
         }
     }
 
+    /// The first pass.
+    pub fn first(&self) -> u32 {
+        self.first
+    }
+
     /// What stands for a pixel in the addresses below: computed once a sample.
     #[inline(always)]
     pub fn key<B: Bits>(&self, pixel: B) -> B {
@@ -129,10 +134,13 @@ impl PassBlock {
             let [a, b] = row[one as usize];
             return Pair(B::splat(a), B::splat(b));
         }
-        Pair(
-            B::from_fn(|i| row[pass.lane(i) as usize][0]),
-            B::from_fn(|i| row[pass.lane(i) as usize][1]),
-        )
+        // Through memory and without closures: adaptive renders mix passes often. Lanes that there are not read row 0.
+        let (mut passes, mut first, mut second) = ([0; 16], [0; 16], [0; 16]);
+        pass.store(&mut passes);
+        for lane in 0..16 {
+            [first[lane], second[lane]] = row[passes[lane] as usize];
+        }
+        Pair(B::load(&first), B::load(&second))
     }
 }
 

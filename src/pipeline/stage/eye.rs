@@ -11,28 +11,97 @@ use crate::pipeline::stream::{Address, HitStream};
 use crate::pipeline::tracer::Tracer;
 use crate::pipeline::world::{SurfaceRecord, World};
 
-/// The pixels of a tile in columns, repeated behind the end so that any packet is one load.
+/// What eye packets are loaded from, in columns, repeated behind the end so that any packet is one load: the pixels of a
+/// tile, which serve pass after pass; or where pixels differ in their passes, every sample of a chunk.
 #[derive(Debug, Default)]
 pub struct Grid {
     x: Vec<f32>,
     y: Vec<f32>,
     index: Vec<u32>,
     pixel: Vec<u32>,
+    /// Of samples only.
+    pass: Vec<u32>,
 }
 
 impl Grid {
-    fn fill(&mut self, tile: &Tile, film_width: u32, lanes: usize) {
+    /// The pixels of a tile; returns how many.
+    fn pixels(&mut self, tile: &Tile, film_width: u32, lanes: usize) -> usize {
+        self.clear();
+        let indexed = tile.pixels.iter().enumerate();
+        for (index, pixel) in indexed.cycle().take(tile.pixels.len() + lanes) {
+            self.push(index, *pixel, film_width);
+        }
+        tile.pixels.len()
+    }
+
+    /// The samples of a chunk, pass by pass and in each the pixels that take part, in tile order; returns how many.
+    fn samples(&mut self, chunk: &Chunk, lanes: usize) -> usize {
+        self.clear();
+        let (tile, first) = (chunk.tile, chunk.numbers.first());
+        let goals = tile.goals();
+        let takes_part = |index: usize, pass: u32| goals.get(index).is_none_or(|&goal| goal > first + pass);
+        for (index, pixel) in tile.pixels.iter().enumerate() {
+            if takes_part(index, chunk.first) {
+                self.push(index, *pixel, chunk.film_width);
+            }
+        }
+        let mut before = 0..self.x.len();
+        self.pass.resize(before.end, chunk.first);
+        for pass in chunk.first + 1..chunk.first + chunk.passes {
+            let next = self.x.len();
+            // While noise is measured every pair of passes has a slot of its own.
+            let slot = if tile.measures_noise() && pass % 2 == 0 {
+                tile.pixels.len() as u32
+            } else {
+                0
+            };
+            if before
+                .clone()
+                .all(|at| goals.is_empty() || takes_part(self.index[at] as usize, pass))
+            {
+                self.x.extend_from_within(before.clone());
+                self.y.extend_from_within(before.clone());
+                self.pixel.extend_from_within(before.clone());
+                self.index.extend_from_within(before);
+                self.index[next..].iter_mut().for_each(|index| *index += slot);
+            } else {
+                for at in before {
+                    if takes_part(self.index[at] as usize, pass) {
+                        self.repeat(at);
+                    }
+                }
+            }
+            before = next..self.x.len();
+            self.pass.resize(before.end, pass);
+        }
+        let samples = self.x.len();
+        for _ in 0..lanes {
+            self.repeat(samples - 1);
+            self.pass.push(self.pass[samples - 1]);
+        }
+        samples
+    }
+
+    fn clear(&mut self) {
         self.x.clear();
         self.y.clear();
         self.index.clear();
         self.pixel.clear();
-        let indexed = tile.pixels.iter().enumerate();
-        for (index, [x, y]) in indexed.cycle().take(tile.pixels.len() + lanes) {
-            self.x.push(*x as f32);
-            self.y.push(*y as f32);
-            self.index.push(index as u32);
-            self.pixel.push(y.wrapping_mul(film_width).wrapping_add(*x));
-        }
+        self.pass.clear();
+    }
+
+    fn push(&mut self, index: usize, [x, y]: [u32; 2], film_width: u32) {
+        self.x.push(x as f32);
+        self.y.push(y as f32);
+        self.index.push(index as u32);
+        self.pixel.push(y.wrapping_mul(film_width).wrapping_add(x));
+    }
+
+    fn repeat(&mut self, at: usize) {
+        self.x.push(self.x[at]);
+        self.y.push(self.y[at]);
+        self.index.push(self.index[at]);
+        self.pixel.push(self.pixel[at]);
     }
 }
 
@@ -42,9 +111,14 @@ pub fn trace<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) 
     let Scratch { grid, hits, set, .. } = scratch;
     T::face_tile(chunk.world, chunk.tile, set);
     hits.iter_mut().for_each(HitStream::clear);
-    grid.fill(chunk.tile, chunk.film_width, L::N);
-    let pixels = chunk.tile.pixels.len();
-    let samples = pixels * chunk.passes as usize;
+    let listed = chunk.tile.measures_noise() || !chunk.tile.goals().is_empty();
+    let (length, samples) = if listed {
+        let samples = grid.samples(chunk, L::N);
+        (samples, samples)
+    } else {
+        let pixels = grid.pixels(chunk.tile, chunk.film_width, L::N);
+        (pixels, pixels * chunk.passes as usize)
+    };
     // Pass by pass, pixels in tile order. A tile whose size is no multiple of the packet's lets packets straddle passes, so
     // that only the last packet of a chunk has idle lanes.
     let (mut at, mut pass) = (0, chunk.first);
@@ -54,16 +128,18 @@ pub fn trace<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) 
         let pixel = L::Bits::load(&grid.pixel[at..]);
         let x = L::load(&grid.x[at..]);
         let y = L::load(&grid.y[at..]);
-        let passes = if at + L::N <= pixels {
+        let passes = if listed {
+            L::Bits::load(&grid.pass[at..])
+        } else if at + L::N <= length {
             L::Bits::splat(pass)
         } else {
             // Idle lanes behind the last sample stay on its pass: their addresses must exist too.
             let last = chunk.first + chunk.passes - 1;
-            L::Bits::from_fn(|lane| (pass + ((at + lane) / pixels) as u32).min(last))
+            L::Bits::from_fn(|lane| (pass + ((at + lane) / length) as u32).min(last))
         };
         at += L::N;
-        while at >= pixels {
-            at -= pixels;
+        while at >= length {
+            at -= length;
             pass += 1;
         }
 

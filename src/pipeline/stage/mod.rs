@@ -16,7 +16,7 @@ use crate::sampling::PassBlock;
 /// What a thread works with; made once, used for chunk after chunk.
 #[derive(Debug)]
 pub struct Scratch {
-    /// The pixels of the tile.
+    /// The pixels of the tile, or the samples of the chunk.
     pub grid: eye::Grid,
     /// Shading points by kind of surface, diffuse and Phong: a packet seldom mixes them.
     pub hits: [HitStream; 2],
@@ -40,7 +40,7 @@ impl Default for Scratch {
     }
 }
 
-/// A chunk of work: some passes of a block for every pixel of a tile.
+/// A chunk of work: some passes of a block for every pixel of a tile that takes part in them.
 #[derive(Debug)]
 pub struct Chunk<'a> {
     /// The scene.
@@ -55,7 +55,7 @@ pub struct Chunk<'a> {
     pub first: u32,
     /// Passes.
     pub passes: u32,
-    /// Sums of the chunk, pixel by pixel of its tile.
+    /// Sums of the chunk, slot by slot and in each pixel by pixel of its tile.
     pub sum: &'a mut TileSum,
     /// What was traced.
     pub counters: &'a mut Counters,

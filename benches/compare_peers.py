@@ -34,7 +34,7 @@ def parse():
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--estimator", default="mis", help="ours: uniform, light, brdf, mis")
     parser.add_argument("--sampler", default="sobol", help="ours: sobol, independent")
-    parser.add_argument("--lanes", default="8", help="ours: 1, 8")
+    parser.add_argument("--lanes", default="8", help="ours: 1, 8, 16")
     parser.add_argument("--octolux-option", action="append", default=[], help="handed on, such as --octolux-option=--adaptive")
     parser.add_argument("--mitsuba-sampler", default="independent", help="independent, multijitter (its best), stratified")
     parser.add_argument("--reference", help=".npy to compare with [default: one by `octolux render --spp 4096`]")

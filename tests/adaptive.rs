@@ -118,7 +118,8 @@ fn the_budget_is_spent_to_the_sample() {
     }
 }
 
-/// 8 z-tests beyond 4 with a probability of 5e-4 together; fixed seeds, so they pass or fail for good.
+/// 8 z-tests beyond 4.7 with a probability of 2e-5 together, as every family of the proof; fixed seeds, so they pass or
+/// fail for good.
 #[test]
 fn the_mean_is_that_of_the_oracle() {
     const SEEDS: u32 = 24;
@@ -153,7 +154,7 @@ fn the_mean_is_that_of_the_oracle() {
                 "{estimator:?}, {sampler:?}: {all:.5} and {:.5}, z = {z:.2}",
                 oracle.mean()
             );
-            assert!(z.abs() < 4.0, "{estimator:?}, {sampler:?}: z = {z}");
+            assert!(z.abs() < 4.7, "{estimator:?}, {sampler:?}: z = {z}");
         }
     }
 }

@@ -70,7 +70,8 @@ impl Tile {
         self.number
     }
 
-    /// Empty sums for a chunk of `passes` passes, [`Self::slots`] for every pixel: slot after slot, all pixels in each.
+    /// Empty sums for a chunk of `passes` passes: one slot for all of them, or while noise is measured one for each pair of
+    /// passes; slot after slot, all pixels in each.
     pub fn empty_sum(&self, passes: u32) -> TileSum {
         TileSum::new(self.pixels.len() * self.slots(passes))
     }

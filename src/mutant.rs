@@ -35,8 +35,7 @@
 //! "density" is the chi-square of directions against densities, "weight" the samples written out again in `f64`,
 //! "numbers" the independence of random numbers, "closed form" and "exact" are the scenes of `scenes/tests`, "oracle" the
 //! agreement of estimators and oracle, "lanes" the bits of eight lanes and one, "accelerators" the line of shapes against
-//! Embree. Most mutants fail several; five
-//! are seen by one alone: `HorizonDropped`, `ReachTooShort`, `PairReused`, `CornersSwapped` and `BallsAsPoints`.
+//! Embree. Most mutants fail several; five are seen by one alone: `HorizonDropped`, `ReachTooShort`, `PairReused`, `CornersSwapped` and `BallsAsPoints`.
 
 /// The plain expression; in a test of mutants, the broken one beside it.
 #[cfg(not(test))]

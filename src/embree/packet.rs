@@ -59,7 +59,7 @@ fn occluded_arguments(coherence: Coherence) -> ffi::RTCOccludedArguments {
 
 /// The two halves of a packet of `$n` lanes between our types and Embree's.
 macro_rules! trace_lane {
-    ($lane:ty, $n:tt, $ray:ident, $hit:ident, $rayhit:ident, |$accel:ident, $active:ident, $packet:ident, $args:ident|
+    ($lane:ty, $n:tt, $ray:ident, $rayhit:ident, |$accel:ident, $active:ident, $packet:ident, $args:ident|
      intersect $intersect:expr, occluded $occluded:expr) => {
         impl TraceLane for $lane {
             #[inline(always)]
@@ -121,7 +121,7 @@ macro_rules! trace_lane {
 #[repr(align(64))]
 struct Valid<const N: usize>([i32; N]);
 
-trace_lane!(f32, 1, RTCRay, RTCHit, RTCRayHit, |accel, active, packet, args|
+trace_lane!(f32, 1, RTCRay, RTCRayHit, |accel, active, packet, args|
     intersect if active {
         // SAFETY: the scene is committed and alive, the packet has Embree's layout (asserted), and belongs to this thread.
         unsafe { ffi::rtcIntersect1(accel.handle(), &mut packet, &mut args) }
@@ -132,7 +132,7 @@ trace_lane!(f32, 1, RTCRay, RTCHit, RTCRayHit, |accel, active, packet, args|
     }
 );
 
-trace_lane!(F32x8, 8, RTCRay8, RTCHit8, RTCRayHit8, |accel, active, packet, args|
+trace_lane!(F32x8, 8, RTCRay8, RTCRayHit8, |accel, active, packet, args|
     intersect if active.any() {
         let valid = Valid(active.to_valid());
         // SAFETY: the scene is committed and alive, packet and mask have Embree's layout and alignment (asserted), and
@@ -146,7 +146,7 @@ trace_lane!(F32x8, 8, RTCRay8, RTCHit8, RTCRayHit8, |accel, active, packet, args
     }
 );
 
-trace_lane!(F32x16, 16, RTCRay16, RTCHit16, RTCRayHit16, |accel, active, packet, args|
+trace_lane!(F32x16, 16, RTCRay16, RTCRayHit16, |accel, active, packet, args|
     intersect if active.any() {
         let valid = Valid(active.to_valid());
         // SAFETY: as above.

@@ -35,7 +35,7 @@ pub trait TraceLane: Lane {
 }
 
 const FEATURES: ffi::RTCFeatureFlags =
-    ffi::RTC_FEATURE_FLAG_TRIANGLE | ffi::RTC_FEATURE_FLAG_USER_GEOMETRY_CALLBACK_IN_GEOMETRY;
+    ffi::RTC_FEATURE_FLAG_TRIANGLE | ffi::RTC_FEATURE_FLAG_FILTER_FUNCTION_IN_GEOMETRY | ffi::RTC_FEATURE_FLAG_USER_GEOMETRY_CALLBACK_IN_GEOMETRY;
 
 fn intersect_arguments(coherence: Coherence) -> ffi::RTCIntersectArguments {
     ffi::RTCIntersectArguments {

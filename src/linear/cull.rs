@@ -78,8 +78,7 @@ impl Line {
         let target = Bounds::of_ball(light);
         let shaft = Shaft::between(&points.bounds, &target);
         let sides = points.sides.iter();
-        set.triangles.clear();
-        set.balls.clear();
+        set.clear();
         for ((i, (triangle, _)), &[low, high]) in (0..).zip(&self.triangles).zip(sides) {
             let normal = triangle.normal;
             let plane = dot(normal, triangle.corners[0]);
@@ -88,7 +87,7 @@ impl Line {
                 + MARGIN * (length(normal) * length(light.center) + plane.abs());
             let one_side = (low > 0.0 && center > reach) || (high < 0.0 && center < -reach);
             if !one_side && !shaft.excludes(&Bounds::of_triangle(triangle), |p| p.excludes(triangle)) {
-                set.triangles.push(i);
+                self.take(i, set);
             }
         }
         for (i, ball) in (0..).zip(&self.balls) {

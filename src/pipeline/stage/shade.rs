@@ -2,7 +2,7 @@
 
 use std::marker::PhantomData;
 
-use super::{Chunk, Scratch, pairs, shadow};
+use super::{Chunk, Scratch, Stage, pairs, shadow};
 use crate::embree::TraceLane;
 use crate::estimator::{per_light, per_point};
 use crate::lane::{Lane, Mask};
@@ -11,22 +11,16 @@ use crate::math::Vec3;
 use crate::pipeline::stream::QueuedRays;
 use crate::pipeline::tracer::Tracer;
 
-/// How hits become light.
-pub trait Shade {
-    /// Shades the hits of a chunk.
-    fn shade<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch);
-}
-
 /// `light` and `mis`: a direction for every light.
 pub struct PerLight<D>(PhantomData<D>);
 
 /// `uniform` and `brdf`: one direction for the point.
 pub struct PerPoint<D>(PhantomData<D>);
 
-impl<D: per_light::Density> Shade for PerLight<D> {
+impl<D: per_light::Density> Stage for PerLight<D> {
     /// The light is the outer loop: it is the same for a whole stream, and its shadow rays are as alike as they can be.
     #[inline(always)]
-    fn shade<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
+    fn run<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
         let Scratch {
             hits,
             queue,
@@ -64,10 +58,10 @@ impl<D: per_light::Density> Shade for PerLight<D> {
     }
 }
 
-impl<D: per_point::Density> Shade for PerPoint<D> {
+impl<D: per_point::Density> Stage for PerPoint<D> {
     /// Where only spheres emit, a direction that misses them all is dropped before it costs a ray.
     #[inline(always)]
-    fn shade<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
+    fn run<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
         let Scratch { hits, queue, set, .. } = scratch;
         queue.clear();
         for stream in hits.iter() {

@@ -3,11 +3,11 @@
 use std::ptr;
 use std::sync::Arc;
 
+use super::aims;
 use super::device::{Device, EmbreeError};
 use super::ffi;
 use super::packet::{Coherence, TraceLane};
 use super::spheres::{self, Balls};
-use super::aims;
 use crate::shape::{Aims, Ball, Hit, Ray};
 
 /// A scene that takes geometry; [`commit`](Self::commit) makes it one that answers.
@@ -94,21 +94,11 @@ impl SceneBuilder {
     ///
     /// # Errors
     /// As for [`Self::add_mesh`].
-    pub fn add_light(
-        &mut self,
-        vertices: &[[f32; 3]],
-        triangles: &[[u32; 3]],
-        aims: Aims,
-    ) -> Result<u32, EmbreeError> {
+    pub fn add_light(&mut self, vertices: &[[f32; 3]], triangles: &[[u32; 3]], aims: Aims) -> Result<u32, EmbreeError> {
         self.add(vertices, triangles, Some(aims))
     }
 
-    fn add(
-        &mut self,
-        vertices: &[[f32; 3]],
-        triangles: &[[u32; 3]],
-        aims: Option<Aims>,
-    ) -> Result<u32, EmbreeError> {
+    fn add(&mut self, vertices: &[[f32; 3]], triangles: &[[u32; 3]], aims: Option<Aims>) -> Result<u32, EmbreeError> {
         assert!(
             triangles.iter().flatten().all(|&i| (i as usize) < vertices.len()),
             "an index is out of range"

@@ -9,6 +9,25 @@ use crate::math::elementary::sin_cos_turn;
 use crate::math::{Frame, Vec3};
 use crate::sampling::{Pair, Toss};
 
+/// What a direction is drawn from.
+#[derive(Clone, Copy, Debug)]
+pub struct Numbers<L: Lane> {
+    /// Lanes that follow the BRDF, where the density is an average.
+    pub heads: L::Mask,
+    /// First number, in [0, 1).
+    pub u: L,
+    /// Second number, in [0, 1).
+    pub v: L,
+}
+
+impl<L: Lane> From<Toss<L::Bits>> for Numbers<L> {
+    #[inline(always)]
+    fn from(Toss { heads, pair }: Toss<L::Bits>) -> Self {
+        let (u, v) = pair.unit::<L>();
+        Self { heads, u, v }
+    }
+}
+
 /// Draws one direction at each active point for the triangle that it sees and weighs it; `None` where no lane gets light by it.
 ///
 /// `share` is the chance in (0, 1] with which the triangle was picked among those of its light, in each lane. Directions are
@@ -18,7 +37,7 @@ pub fn sample<L: Lane, D: Density>(
     point: &ShadingPoint<L>,
     view: &View<L>,
     (le, share): (Vec3<L>, L),
-    toss: impl FnOnce() -> Toss<L::Bits>,
+    numbers: impl FnOnce() -> Numbers<L>,
     active: L::Mask,
 ) -> Option<Contribution<L>> {
     let bsdf = &point.bsdf;
@@ -26,10 +45,9 @@ pub fn sample<L: Lane, D: Density>(
     if active.none() {
         return None;
     }
-    let toss = toss();
-    let (u, v) = toss.pair.unit::<L>();
+    let Numbers { heads, u, v } = numbers();
     let by_brdf = if D::MIXED {
-        toss.heads & active
+        heads & active
     } else {
         L::Mask::splat(false)
     };

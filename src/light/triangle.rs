@@ -192,7 +192,7 @@ impl<L: Lane> View<L> {
         let mut inverse = L::select(huge, L::splat(2.0 * PI), self.omega);
         if tiny.any() {
             let by_area = self.area * wi.dot(self.normal).abs() / (distance * distance);
-            inverse = L::select(tiny, mutate!(by_area, TinyAsIfWide => self.omega), inverse);
+            inverse = L::select(tiny, by_area, inverse);
         }
         inverse
     }
@@ -218,7 +218,11 @@ impl<L: Lane> View<L> {
     pub fn met(&self, wi: Vec3<L>) -> L::Mask {
         let huge = self.huge();
         let there = self.distance(wi).gt(L::zero());
-        if huge.any() { there & (!huge | self.contains(wi)) } else { there }
+        if huge.any() {
+            there & (!huge | self.contains(wi))
+        } else {
+            there
+        }
     }
 }
 

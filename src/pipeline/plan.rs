@@ -28,8 +28,8 @@ pub struct Plan {
     pub pairs: u32,
     /// Traces the samples of a chunk to what they meet first.
     pub eye: Run,
-    /// Turns hits into light: shading and visibility.
-    pub shade: Run,
+    /// Turns hits into light, by shading and visibility: a stage for every kind of light that is there.
+    pub shade: Vec<Run>,
 }
 
 impl Plan {
@@ -44,12 +44,6 @@ impl Plan {
         accel: Option<AccelKind>,
     ) -> Result<Self, (String, &'static str)> {
         let per_light = matches!(estimator, EstimatorKind::Light | EstimatorKind::Mis);
-        if per_light && features.mesh_lights > 0 {
-            let (name, count) = (estimator.name(), features.mesh_lights);
-            let what =
-                format!("estimator \"{name}\" cannot sample lights that are meshes yet, and this scene has {count}");
-            return Err((what, "use --estimator brdf, or uniform"));
-        }
         match lanes {
             1 | 8 => {}
             16 if has_avx512() => {}
@@ -67,8 +61,10 @@ impl Plan {
             ),
         };
         let accel = accel.unwrap_or(free_choice);
-        let (eye, shade) = (rows::eye().run(accel, lanes), rows::shade(estimator).run(accel, lanes));
-        let pairs = 1 + if per_light { features.sphere_lights as u32 } else { 1 };
+        let eye = rows::eye().run(accel, lanes);
+        let shade = rows::shade(estimator, features);
+        let shade = shade.iter().map(|row| row.run(accel, lanes)).collect();
+        let pairs = 1 + if per_light { features.lights() as u32 } else { 1 };
         let name = format!("{}-f32x{lanes}-{}", accel.name(), estimator.name());
         Ok(Self {
             name,

@@ -3,10 +3,11 @@
 
 use std::marker::PhantomData;
 
-use super::stage::{Chunk, Scratch, Stage, eye, shade};
+use super::stage::{Chunk, Scratch, Stage, eye, shade, triangles};
 use super::tracer::{ByEmbree, InLine, Tracer};
 use crate::estimator::{per_light, per_point};
 use crate::lane::{F32x8, F32x16, Work, with_avx512};
+use crate::scene::Features;
 use crate::settings::{AccelKind, EstimatorKind};
 
 /// A stage, compiled.
@@ -24,14 +25,27 @@ pub const fn eye() -> Row {
     Row::of::<eye::Eye>()
 }
 
-/// The row that shades by an estimator.
-pub const fn shade(estimator: EstimatorKind) -> Row {
+/// The rows that shade by an estimator: one where a direction serves all lights, else one for each kind of light that is there.
+pub fn shade(estimator: EstimatorKind, features: &Features) -> Vec<Row> {
     match estimator {
-        EstimatorKind::Uniform => Row::of::<shade::PerPoint<per_point::Sphere>>(),
-        EstimatorKind::Brdf => Row::of::<shade::PerPoint<per_point::Lobe>>(),
-        EstimatorKind::Light => Row::of::<shade::PerLight<per_light::ConeOnly>>(),
-        EstimatorKind::Mis => Row::of::<shade::PerLight<per_light::Average>>(),
+        EstimatorKind::Uniform => vec![Row::of::<shade::PerPoint<per_point::Sphere>>()],
+        EstimatorKind::Brdf => vec![Row::of::<shade::PerPoint<per_point::Lobe>>()],
+        EstimatorKind::Light => per_light::<per_light::ConeOnly>(features),
+        EstimatorKind::Mis => per_light::<per_light::Average>(features),
     }
+}
+
+fn per_light<D: per_light::Density>(features: &Features) -> Vec<Row> {
+    let kinds = [
+        (features.sphere_lights, Row::of::<shade::PerLight<D>>()),
+        (features.triangle_lights, Row::of::<triangles::PerTriangle<D>>()),
+        (features.picked_lights, Row::of::<triangles::PerMesh<D>>()),
+    ];
+    kinds
+        .into_iter()
+        .filter(|(count, _)| *count > 0)
+        .map(|(_, row)| row)
+        .collect()
 }
 
 impl Row {

@@ -18,7 +18,15 @@ pub trait Tracer {
     /// Looks at the points of a stream.
     fn survey<L: Lane>(world: &World, stream: &HitStream, points: &mut Points);
     /// Prepares for rays from these points to a light.
-    fn face_light(world: &World, points: &Points, light: &SphereLight, set: &mut Candidates);
+    fn face_light(world: &World, points: &Points, light: &SphereLight, set: &mut Candidates) {
+        let ball = Ball {
+            center: light.center,
+            radius: light.radius,
+        };
+        Self::face_ball(world, points, &ball, set);
+    }
+    /// Prepares for rays from these points that end in a ball.
+    fn face_ball(world: &World, points: &Points, ball: &Ball, set: &mut Candidates);
     /// Prepares for any rays.
     fn face_all(world: &World, set: &mut Candidates);
     /// What active rays meet first.
@@ -45,7 +53,7 @@ impl Tracer for ByEmbree {
     #[inline(always)]
     fn survey<L: Lane>(_: &World, _: &HitStream, _: &mut Points) {}
     #[inline(always)]
-    fn face_light(_: &World, _: &Points, _: &SphereLight, _: &mut Candidates) {}
+    fn face_ball(_: &World, _: &Points, _: &Ball, _: &mut Candidates) {}
     #[inline(always)]
     fn face_all(_: &World, _: &mut Candidates) {}
 
@@ -113,15 +121,8 @@ impl Tracer for InLine {
         }
     }
 
-    fn face_light(world: &World, points: &Points, light: &SphereLight, set: &mut Candidates) {
-        world.line.in_shaft(
-            points,
-            &Ball {
-                center: light.center,
-                radius: light.radius,
-            },
-            set,
-        );
+    fn face_ball(world: &World, points: &Points, ball: &Ball, set: &mut Candidates) {
+        world.line.in_shaft(points, ball, set);
     }
 
     fn face_all(world: &World, set: &mut Candidates) {

@@ -1,6 +1,6 @@
 //! What a scene calls for.
 
-use super::{Bsdf, Scene, Surface};
+use super::{Bsdf, Mesh, Scene, Surface};
 
 /// What a scene contains, found by looking at it: the kernel need support no more.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -17,6 +17,10 @@ pub struct Features {
     pub sphere_lights: usize,
     /// Meshes that emit anything.
     pub mesh_lights: usize,
+    /// Triangles of small meshes that emit: lights of their own.
+    pub triangle_lights: usize,
+    /// Larger meshes that emit: a triangle of each is picked.
+    pub picked_lights: usize,
     /// Meshes with smooth normals.
     pub smooth_normals: usize,
     /// Triangles and spheres of any kind.
@@ -46,10 +50,29 @@ impl Features {
         for mesh in &scene.meshes {
             let reflecting = reflects(&mut found, &mesh.surface);
             found.meshes += usize::from(reflecting);
-            found.mesh_lights += usize::from(emits(&mesh.surface));
+            if emits(&mesh.surface) {
+                found.mesh_lights += 1;
+                found.triangle_lights += if Self::samples_each_triangle(mesh) {
+                    mesh.triangles.len()
+                } else {
+                    0
+                };
+                found.picked_lights += usize::from(!Self::samples_each_triangle(mesh));
+            }
             found.smooth_normals += usize::from(reflecting && mesh.normals.is_some());
         }
         found
+    }
+
+    /// Whether the triangles of a mesh that emits are lights of their own, up to two quadrilaterals; of larger ones a triangle
+    /// is picked for every point.
+    pub fn samples_each_triangle(mesh: &Mesh) -> bool {
+        mesh.triangles.len() <= 4
+    }
+
+    /// How many lights `light` and `mis` draw a direction for.
+    pub fn lights(&self) -> usize {
+        self.sphere_lights + self.triangle_lights + self.picked_lights
     }
 
     /// The effects that are there, in words.

@@ -24,13 +24,6 @@ pub fn leaning_normals() -> Scene {
     scene
 }
 
-/// The estimators that can render a scene.
-pub fn estimators(scene: &Scene) -> Vec<EstimatorKind> {
-    let meshes_emit = octolux::scene::Features::of(scene).mesh_lights > 0;
-    let can = |e: &EstimatorKind| !meshes_emit || matches!(e, EstimatorKind::Uniform | EstimatorKind::Brdf);
-    EstimatorKind::ALL.into_iter().filter(can).collect()
-}
-
 /// Settings of one thread and eight lanes; a test changes what it is about.
 pub fn settings(width: u32, height: u32, estimator: EstimatorKind) -> Settings {
     Settings {

@@ -72,7 +72,7 @@ impl<D: per_point::Density> Stage for PerPoint<D> {
                     continue;
                 };
                 let mut wanted = found.active;
-                if !chunk.world.mesh_lights {
+                if chunk.world.only_spheres_emit() {
                     wanted = wanted & may_meet(&chunk.world.lights, point.p, found.wi);
                 }
                 let rays = QueuedRays {

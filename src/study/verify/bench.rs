@@ -125,12 +125,9 @@ impl<'a> Bench<'a> {
         Ok(pictures)
     }
 
-    /// The estimators that the scene allows, best last.
+    /// The estimators, best last.
     pub fn estimators(&self) -> Vec<EstimatorKind> {
-        let mesh_lights = crate::scene::Features::of(self.scene).mesh_lights > 0;
-        let allowed =
-            |kind: &EstimatorKind| !mesh_lights || matches!(kind, EstimatorKind::Uniform | EstimatorKind::Brdf);
-        EstimatorKind::ALL.into_iter().filter(allowed).collect()
+        EstimatorKind::ALL.to_vec()
     }
 
     /// Measures what each estimator takes, on a small film.

@@ -18,11 +18,27 @@ pub trait Tracer {
     /// Looks at the points of a stream.
     fn survey<L: Lane>(world: &World, stream: &HitStream, points: &mut Points);
     /// Prepares for rays from the points of a surveyed stream to a light.
+    #[inline(always)]
     fn face_light<L: Lane>(
         world: &World,
         stream: &HitStream,
         points: &mut Points,
         light: &SphereLight,
+        set: &mut Candidates,
+    ) {
+        let ball = Ball {
+            center: light.center,
+            radius: light.radius,
+        };
+        Self::face_ball::<L>(world, stream, points, &ball, light.sphere, set);
+    }
+    /// Prepares for rays from the points of a surveyed stream into a ball; the sphere `aimed_at` blocks none of them.
+    fn face_ball<L: Lane>(
+        world: &World,
+        stream: &HitStream,
+        points: &mut Points,
+        ball: &Ball,
+        aimed_at: u32,
         set: &mut Candidates,
     );
     /// Prepares for any rays.
@@ -51,7 +67,7 @@ impl Tracer for ByEmbree {
     #[inline(always)]
     fn survey<L: Lane>(_: &World, _: &HitStream, _: &mut Points) {}
     #[inline(always)]
-    fn face_light<L: Lane>(_: &World, _: &HitStream, _: &mut Points, _: &SphereLight, _: &mut Candidates) {}
+    fn face_ball<L: Lane>(_: &World, _: &HitStream, _: &mut Points, _: &Ball, _: u32, _: &mut Candidates) {}
     #[inline(always)]
     fn face_all(_: &World, _: &mut Candidates) {}
 
@@ -108,25 +124,22 @@ impl Tracer for InLine {
     }
 
     #[inline(always)]
-    fn face_light<L: Lane>(
+    fn face_ball<L: Lane>(
         world: &World,
         stream: &HitStream,
         points: &mut Points,
-        light: &SphereLight,
+        ball: &Ball,
+        aimed_at: u32,
         set: &mut Candidates,
     ) {
-        let ball = Ball {
-            center: light.center,
-            radius: light.radius,
-        };
-        world.line.in_shaft(points, &ball, light.sphere, set);
+        world.line.in_shaft(points, ball, aimed_at, set);
         for &triangle in set.triangles() {
             if points.sides[triangle as usize].is_none() {
                 let (normal, offset) = world.line.plane(triangle);
                 points.sides[triangle as usize] = Some(sides::<L>(stream, normal, offset));
             }
         }
-        world.line.beside(points, &ball, set);
+        world.line.beside(points, ball, set);
     }
 
     fn face_all(world: &World, set: &mut Candidates) {

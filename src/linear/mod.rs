@@ -46,6 +46,11 @@ impl Candidates {
         self.lights.clear();
         self.balls.clear();
     }
+
+    /// The triangles that are no lights, as numbers in the line.
+    pub fn triangles(&self) -> &[u32] {
+        &self.triangles
+    }
 }
 
 impl Line {

@@ -11,7 +11,7 @@ use crate::lane::Mask;
 use crate::math::Vec3;
 use crate::pipeline::stream::QueuedRays;
 use crate::pipeline::tracer::Tracer;
-use crate::shape::Ball;
+use crate::shape::{Ball, NO_SPHERE};
 
 /// A direction for every triangle of small meshes.
 pub struct PerTriangle<D>(PhantomData<D>);
@@ -56,7 +56,8 @@ impl<D: Density> Stage for PerTriangle<D> {
                     queue.push(found.active, &rays);
                 }
                 if queue.len() > 0 {
-                    T::face_ball(world, points, &Ball::around(&light.triangle.corners), set);
+                    let ball = Ball::around(&light.triangle.corners);
+                    T::face_ball::<L>(world, stream, points, &ball, light.aim, set);
                     shadow::visible::<L, T>(chunk, queue, set, light.aim);
                 }
             }
@@ -121,7 +122,7 @@ impl<D: Density> Stage for PerMesh<D> {
                 }
                 if aimed.len() + looks.len() > 0 {
                     let (center, radius) = (light.center, light.radius);
-                    T::face_ball(world, points, &Ball { center, radius }, set);
+                    T::face_ball::<L>(world, stream, points, &Ball { center, radius }, NO_SPHERE, set);
                     shadow::visible_each::<L, T>(chunk, aimed, set);
                     shadow::looked::<L, T, D>(chunk, looks, set, light);
                 }

@@ -34,7 +34,7 @@ pub fn triangles() -> Vec<(&'static str, [DVec3; 3])> {
         ("just above the tiny ones", far(0.03)),
         ("just below", far(0.02)),
         ("of 1e-6 steradians", far(1e-3)),
-        ("of 1e-12 steradians", far(1e-6)),
+        ("of 1e-8 steradians", far(1e-4)),
         ("tiny and edge-on", [a, a + 0.01 * DVec3::X, a * 1.01 + 1e-4 * DVec3::Y]),
         ("below the huge ones", near(0.1)),
         ("above them", near(0.03)),
@@ -180,7 +180,6 @@ pub fn weights<D: Density>() {
     let le = [2.0, 3.0, 5.0_f32];
     let mut samples = 0;
     for (name, corners) in triangles() {
-        // At the touched one rounding of the map's own corners moves what is met.
         for alpha in [1.0, 20.0] {
             let (point, triangle) = (point::<f32>(alpha, 0.3), light(corners));
             let view = triangle.splat::<f32>().seen_from(point.p);
@@ -223,8 +222,13 @@ pub fn weights<D: Density>() {
                 };
                 let by_light = f64::from(share) / inverse;
                 let pdf = if D::MIXED { (by_light + lobe) / 2.0 } else { by_light };
-                // Grazing directions feel the rounding of the direction itself.
-                let error = 2e-5 + 2e-7 / cosine + 4e-7 * vector.length() / wi.dot(vector).abs();
+                // Grazing directions feel the rounding of the direction itself; a lobe feels it `alpha ln cos` times.
+                let depth = if alpha == 1.0 {
+                    0.0
+                } else {
+                    (lobe / (alpha + 1.0)).ln().abs()
+                };
+                let error = 1e-6 * depth + 2e-5 + 2e-7 / cosine + 4e-7 * vector.length() / wi.dot(vector).abs();
                 assert!(
                     (f64::from(found.distance) / distance - 1.0).abs() < error,
                     "{name}: distance"

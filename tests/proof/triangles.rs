@@ -35,7 +35,7 @@ pub fn triangles() -> Vec<(&'static str, [DVec3; 3])> {
         ("just below", far(0.02)),
         ("of 1e-6 steradians", far(1e-3)),
         ("of 1e-8 steradians", far(1e-4)),
-        ("tiny and edge-on", [a, a + 0.01 * DVec3::X, a * 1.01 + 1e-4 * DVec3::Y]),
+        ("tiny and edge-on", [a, a + 0.01 * DVec3::X, a * 1.01 + 1e-3 * DVec3::Y]),
         ("below the huge ones", near(0.1)),
         ("above them", near(0.03)),
         ("touched", near(1e-4)),

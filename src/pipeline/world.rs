@@ -163,7 +163,12 @@ impl World {
         }
         // Random numbers and sums follow the place of a light in this list: with an order by what a light is, the order in the
         // file changes no bit.
-        lights.sort_by(|a, b| by_content(a).into_iter().map(f32::to_bits).cmp(by_content(b).into_iter().map(f32::to_bits)));
+        lights.sort_by(|a, b| {
+            by_content(a)
+                .into_iter()
+                .map(f32::to_bits)
+                .cmp(by_content(b).into_iter().map(f32::to_bits))
+        });
         let sphere_geometry = scene.meshes.len() as u32;
         let balls = spheres.into_iter().map(|(_, ball)| ball).collect();
         match accel {

@@ -11,7 +11,7 @@ use super::error::Fault;
 use super::files::{Files, Outside};
 use super::materials::Materials;
 use super::table::Table;
-use super::{Mesh, Scene, Sphere, SceneError, Surface, materials, shapes, view};
+use super::{Mesh, Scene, SceneError, Sphere, Surface, materials, shapes, view};
 
 /// The longest scene file, in bytes. What needs more belongs into a mesh file, which takes a tenth of the room.
 const LONGEST_FILE: u64 = 64 << 20;

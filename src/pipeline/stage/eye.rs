@@ -314,9 +314,8 @@ const OFFSET: f32 = 8.0 * f32::EPSILON / 2.0;
 /// normal: `size = |n|·(|p| + extent)`. For a floor that is its depth below the eye, however far it reaches.
 #[inline(always)]
 fn leave<L: Lane>(p: Vec3<L>, ng: Vec3<L>, extent: Vec3<L>) -> Vec3<L> {
-    let size = ng.x.abs() * (p.x.abs() + extent.x)
-        + ng.y.abs() * (p.y.abs() + extent.y)
-        + ng.z.abs() * (p.z.abs() + extent.z);
+    let size =
+        ng.x.abs() * (p.x.abs() + extent.x) + ng.y.abs() * (p.y.abs() + extent.y) + ng.z.abs() * (p.z.abs() + extent.z);
     ng.mul_add(size * L::splat(mutate!(OFFSET, OffsetDropped => 0.0)), p)
 }
 

@@ -30,8 +30,14 @@ pub fn scene(text: &str) -> Result<Scene, Trouble> {
 
 /// A camera.
 pub fn camera(origin: [f64; 3], target: [f64; 3], fov: f64) -> String {
-    let up = if origin[0] == target[0] && origin[2] == target[2] { [0, 0, 1] } else { [0, 1, 0] };
-    format!("[camera]\norigin = {origin:?}\ntarget = {target:?}\nup = {up:?}\nfov_x = {fov:?}\n[film]\nwidth = 32\nheight = 32\n")
+    let up = if origin[0] == target[0] && origin[2] == target[2] {
+        [0, 0, 1]
+    } else {
+        [0, 1, 0]
+    };
+    format!(
+        "[camera]\norigin = {origin:?}\ntarget = {target:?}\nup = {up:?}\nfov_x = {fov:?}\n[film]\nwidth = 32\nheight = 32\n"
+    )
 }
 
 /// One spot of a plate in the plane y = 0 of reflectance 0.5: every pixel shows its origin, seen from a distance of 4.24.
@@ -43,7 +49,9 @@ pub fn spot() -> String {
 
 /// A sphere that emits.
 pub fn light(center: [f64; 3], radius: f64, radiance: f64) -> String {
-    format!("[[spheres]]\ncenter = {center:?}\nradius = {radius:?}\nemission = [{radiance:?}, {radiance:?}, {radiance:?}]\n")
+    format!(
+        "[[spheres]]\ncenter = {center:?}\nradius = {radius:?}\nemission = [{radiance:?}, {radiance:?}, {radiance:?}]\n"
+    )
 }
 
 /// A sphere that reflects, of a material by name.
@@ -136,7 +144,11 @@ pub fn moved(scene: &Scene, scale: f64, offset: DVec3) -> Scene {
         sphere.radius *= scale;
         change(&mut sphere.center);
     }
-    scene.meshes.iter_mut().flat_map(|mesh| &mut mesh.vertices).for_each(change);
+    scene
+        .meshes
+        .iter_mut()
+        .flat_map(|mesh| &mut mesh.vertices)
+        .for_each(change);
     change(&mut scene.camera.origin);
     change(&mut scene.camera.target);
     scene

@@ -32,7 +32,10 @@ fn body(name: &str, distance: f64) -> Result<Scene, Trouble> {
         "mesh" => round_mesh(3),
         // Its triangles reach a thousand times as far as the distance at which it is seen.
         "far floor" => {
-            let (u, v) = (toward.any_orthonormal_vector(), toward.cross(toward.any_orthonormal_vector()));
+            let (u, v) = (
+                toward.any_orthonormal_vector(),
+                toward.cross(toward.any_orthonormal_vector()),
+            );
             let lean = (toward + 0.3 * u).normalize();
             let (a, b) = (lean.cross(v).normalize(), lean.cross(lean.cross(v)).normalize());
             square(a * 1e3, b * 1e3)
@@ -78,7 +81,10 @@ fn round_mesh(times: u32) -> String {
 fn acne(scene: &Scene, effort: Effort) -> Result<usize, Trouble> {
     let mut lost = 0;
     for accel in ACCELS {
-        let settings = Settings { accel: Some(accel), ..bench::settings(48, effort.of(48), EstimatorKind::Brdf) };
+        let settings = Settings {
+            accel: Some(accel),
+            ..bench::settings(48, effort.of(48), EstimatorKind::Brdf)
+        };
         let picture = bench::picture(scene, settings, 4)?;
         lost += picture.pixels.iter().filter(|p| p[1] != 1.0).count();
     }
@@ -100,8 +106,14 @@ pub fn self_intersection(effort: Effort) -> Checks {
         for distance in DISTANCES {
             distances += acne(&body(name, distance)?, effort)?;
         }
-        checks.push(Check::none(format!("{name}, 12 scales x 12 offsets: pixels with acne"), places));
-        checks.push(Check::none(format!("{name}, 12 distances up to 5e4: pixels with acne"), distances));
+        checks.push(Check::none(
+            format!("{name}, 12 scales x 12 offsets: pixels with acne"),
+            places,
+        ));
+        checks.push(Check::none(
+            format!("{name}, 12 distances up to 5e4: pixels with acne"),
+            distances,
+        ));
     }
     Ok(checks)
 }

@@ -22,7 +22,6 @@
 //! | `LightTwice` | the first light counts twice | closed form |
 //! | `LightBlocksItself` | a light is not left out of its own shadow test | closed form |
 //! | `OffsetDropped` | shading points stay on their surface | closed form |
-//! | `CoincidentLightsCountTwice` | of two lights in one place, both light the scene | closed form |
 //! | `NormalNotFaced` | a smooth normal is not turned to the eye's side | closed form |
 //! | `LastLightOnly` | `uniform` and `brdf` ask for the last light alone | closed form |
 //! | `CornersSwapped` | smooth normals with two corners of the triangle exchanged | oracle |
@@ -104,7 +103,6 @@ mod tests {
         LightTwice "closed form",
         LightBlocksItself "closed form",
         OffsetDropped "closed form",
-        CoincidentLightsCountTwice "closed form",
         NormalNotFaced "closed form",
         LastLightOnly "closed form",
         CornersSwapped "oracle",

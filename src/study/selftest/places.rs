@@ -117,13 +117,3 @@ pub fn self_intersection(effort: Effort) -> Checks {
     }
     Ok(checks)
 }
-
-#[cfg(test)]
-mod tests {
-    #[test]
-    fn tune() {
-        for check in super::self_intersection(super::Effort::FULL).unwrap() {
-            println!("{check:?}");
-        }
-    }
-}

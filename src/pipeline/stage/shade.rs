@@ -35,6 +35,8 @@ impl<D: per_light::Density, M: Model> Stage for PerLight<D, M> {
         }
         T::survey::<L>(chunk.world, stream, points);
         for (i, light) in chunk.world.lights.iter().enumerate() {
+            let light =
+                &mutate!(*light, LightBlocksItself => SphereLight { sphere: crate::shape::NO_SPHERE, ..*light });
             queue.clear();
             for at in (0..stream.len()).step_by(L::N) {
                 let (active, point, address) = stream.packet::<L, M>(at);
@@ -52,9 +54,8 @@ impl<D: per_light::Density, M: Model> Stage for PerLight<D, M> {
                 queue.push(found.active, &rays);
             }
             if queue.len() > 0 {
-                T::face_light(chunk.world, points, light, set);
-                let aim = mutate!(light.sphere, LightBlocksItself => crate::shape::NO_SPHERE);
-                shadow::visible::<L, T>(chunk, queue, set, aim);
+                T::face_light::<L>(chunk.world, stream, points, light, set);
+                shadow::visible::<L, T>(chunk, queue, set, light.sphere);
             }
         }
     }

@@ -1,13 +1,16 @@
-//! The tables of compiled stages: a row for the eye stage, one for each way to shade. A chunk calls one row of each table, so an
-//! effect of one stage adds rows to its own table and multiplies nothing in the other.
+//! The tables of compiled stages: the eye stage for sets of effects, the shade stage for each estimator and each model of
+//! reflection. A chunk runs one row of the first table and one for each model that there is of the second, so an effect adds rows
+//! to its own table and multiplies nothing in the other.
 
 use std::marker::PhantomData;
 
 use super::stage::{Chunk, Scratch, Stage, eye, shade, triangles};
+use super::stream::{self, Model};
 use super::tracer::{ByEmbree, InLine, Tracer};
+use crate::estimator::per_light::Density;
 use crate::estimator::{per_light, per_point};
 use crate::lane::{F32x8, F32x16, Work, with_avx512};
-use crate::scene::Features;
+use crate::scene::{Effect, Effects};
 use crate::settings::{AccelKind, EstimatorKind};
 
 /// A stage, compiled.
@@ -20,32 +23,65 @@ pub struct Row {
     line: [Run; 3],
 }
 
-/// The row of the eye stage.
-pub const fn eye() -> Row {
-    Row::of::<eye::Eye>()
+/// The rows of the eye stage with the effects that each holds.
+macro_rules! eye_rows {
+    ($([$($effect:ident),*],)*) => {
+        &[$({
+            const HELD: Effects = Effects::of(&[$(Effect::$effect),*]);
+            (HELD, Row::of::<eye::Eye<{ HELD.bits() }>>())
+        },)*]
+    };
 }
 
-/// The rows that shade by an estimator: one where a direction serves all lights, else one for each kind of light that is there.
-pub fn shade(estimator: EstimatorKind, features: &Features) -> Vec<Row> {
-    match estimator {
-        EstimatorKind::Uniform => vec![Row::of::<shade::PerPoint<per_point::Sphere>>()],
-        EstimatorKind::Brdf => vec![Row::of::<shade::PerPoint<per_point::Lobe>>()],
-        EstimatorKind::Light => per_light::<per_light::ConeOnly>(features),
-        EstimatorKind::Mis => per_light::<per_light::Average>(features),
+/// The eye stage, from the fewest effects to the most; the last row holds them all.
+const EYE: &[(Effects, Row)] = eye_rows![
+    [Diffuse],
+    [Diffuse, Phong],
+    [Diffuse, SmoothNormals],
+    [Diffuse, Phong, SmoothNormals],
+];
+
+/// The models of reflection, in the order in which their points are shaded.
+pub const MODELS: [Effect; 2] = [Effect::Diffuse, Effect::Phong];
+
+/// The row of the eye stage with the fewest effects that holds `needs`, as far as they concern it, and what it holds.
+pub fn eye(needs: Effects) -> &'static (Effects, Row) {
+    let concern = EYE[EYE.len() - 1].0;
+    let row = EYE.iter().find(|(held, _)| held.hold(needs.among(concern)));
+    row.unwrap_or(&EYE[EYE.len() - 1])
+}
+
+/// The row for films on which nothing is in sight.
+pub const fn blank() -> Row {
+    Row::of::<eye::Blank>()
+}
+
+/// The rows that shade the points of a model by an estimator: one where a direction serves all lights, else those of the kinds of
+/// light among `needs`.
+pub fn shade(estimator: EstimatorKind, needs: Effects, model: Effect) -> Vec<Row> {
+    match model {
+        Effect::Phong => shade_model::<stream::Phong>(estimator, needs),
+        _ => shade_model::<stream::Diffuse>(estimator, needs),
     }
 }
 
-fn per_light<D: per_light::Density>(features: &Features) -> Vec<Row> {
+fn shade_model<M: Model>(estimator: EstimatorKind, needs: Effects) -> Vec<Row> {
+    match estimator {
+        EstimatorKind::Uniform => vec![Row::of::<shade::PerPoint<per_point::Sphere, M>>()],
+        EstimatorKind::Brdf => vec![Row::of::<shade::PerPoint<per_point::Lobe, M>>()],
+        EstimatorKind::Light => kinds::<per_light::ConeOnly, M>(needs),
+        EstimatorKind::Mis => kinds::<per_light::Average, M>(needs),
+    }
+}
+
+fn kinds<D: Density, M: Model>(needs: Effects) -> Vec<Row> {
     let kinds = [
-        (features.sphere_lights, Row::of::<shade::PerLight<D>>()),
-        (features.triangle_lights, Row::of::<triangles::PerTriangle<D>>()),
-        (features.picked_lights, Row::of::<triangles::PerMesh<D>>()),
+        (Effect::SphereLights, Row::of::<shade::PerLight<D, M>>()),
+        (Effect::MeshLights, Row::of::<triangles::PerTriangle<D, M>>()),
+        (Effect::MeshLights, Row::of::<triangles::PerMesh<D, M>>()),
     ];
-    kinds
-        .into_iter()
-        .filter(|(count, _)| *count > 0)
-        .map(|(_, row)| row)
-        .collect()
+    let there = kinds.into_iter().filter(|(kind, _)| needs.has(*kind));
+    there.map(|(_, row)| row).collect()
 }
 
 impl Row {

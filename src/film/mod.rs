@@ -11,13 +11,16 @@ pub mod picture;
 mod png_file;
 pub mod replace;
 mod sums;
+pub mod sums_file;
+mod tree;
 
 use std::path::Path;
 
 pub use allocation::Noise;
 pub use error::PictureError;
 pub use picture::Picture;
-pub use sums::{Film, TILE, Tile, TileSum};
+pub use sums::{Film, TILE, Tile, TileSum, leaf_passes};
+pub use tree::{Node, Tree};
 
 /// What a picture file says about its own making.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -32,6 +32,8 @@ impl<D: per_light::Density> Stage for PerLight<D> {
         for stream in hits.iter().filter(|stream| stream.len() > 0) {
             T::survey::<L>(chunk.world, stream, points);
             for (i, light) in chunk.world.lights.iter().enumerate() {
+                let light =
+                    &mutate!(*light, LightBlocksItself => SphereLight { sphere: crate::shape::NO_SPHERE, ..*light });
                 queue.clear();
                 for at in (0..stream.len()).step_by(L::N) {
                     let (active, point, address) = stream.packet::<L>(at);
@@ -49,9 +51,8 @@ impl<D: per_light::Density> Stage for PerLight<D> {
                     queue.push(found.active, &rays);
                 }
                 if queue.len() > 0 {
-                    T::face_light(chunk.world, points, light, set);
-                    let aim = mutate!(light.sphere, LightBlocksItself => crate::shape::NO_SPHERE);
-                    shadow::visible::<L, T>(chunk, queue, set, aim);
+                    T::face_light::<L>(chunk.world, stream, points, light, set);
+                    shadow::visible::<L, T>(chunk, queue, set, light.sphere);
                 }
             }
         }

@@ -16,6 +16,8 @@ mod tree;
 
 use std::path::Path;
 
+use serde::{Deserialize, Serialize};
+
 pub use allocation::Noise;
 pub use error::PictureError;
 pub use picture::Picture;
@@ -35,7 +37,7 @@ pub struct Attributes {
 }
 
 /// The value of one attribute.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Value {
     /// Words, in UTF-8.
     Text(String),

@@ -217,12 +217,13 @@ impl Film {
         }
     }
 
-    /// The bytes that the film and one picture of it take while passes up to `passes` are rendered: 24 a pixel and node,
-    /// 12 for the picture, 4 for what is written.
-    pub fn bytes(size: FilmSize, passes: u32) -> u64 {
+    /// The bytes that the film and one picture of it take while so many passes are rendered: 24 a pixel and node, 12 for the
+    /// picture, 4 for what is written; where they are adaptive 24 for the squares and 88 for noise, weights and goals.
+    pub fn bytes(size: FilmSize, passes: u32, adaptive: bool) -> u64 {
         let pixels = u64::from(size.width) * u64::from(size.height);
         let nodes = passes.div_ceil(leaf_passes(size)).max(1).ilog2() + 1;
-        pixels * (24 * u64::from(nodes) + 16)
+        let nodes = if adaptive { 1 } else { u64::from(nodes) };
+        pixels * (24 * nodes + 16 + if adaptive { 112 } else { 0 })
     }
 
     /// Its size.
@@ -271,6 +272,24 @@ impl Film {
     /// The noise of each pixel, row by row; at least four passes must be there.
     pub fn noise(&self) -> Vec<Noise> {
         self.rows(Tile::noise)
+    }
+
+    /// Takes the sums of another film of the same size, with none of whose passes it overlaps.
+    pub fn absorb(&mut self, other: Self) {
+        for (tile, other) in self.tiles.iter_mut().zip(other.tiles) {
+            tile.sums.absorb(other.sums);
+        }
+    }
+
+    /// The fewest samples of a pixel, all samples, and the most.
+    pub fn spread(&self) -> (u32, u64, u32) {
+        let pixels = self
+            .tiles
+            .iter()
+            .flat_map(|tile| (0..tile.area()).map(|pixel| tile.samples(pixel)));
+        pixels.fold((u32::MAX, 0, 0), |(least, all, most), n| {
+            (least.min(n), all + u64::from(n), most.max(n))
+        })
     }
 
     /// Sets how many passes each pixel, row by row, takes part in; measures noise no more.

@@ -62,7 +62,7 @@ pub fn read<A: DeserializeOwned>(path: &Path) -> Result<(A, Film), PictureError>
     Ok((about, film))
 }
 
-/// Reads what a file says about its render, and its CRC, having looked at all of it.
+/// Reads what a file says about its render, and the CRC of its sums, having looked at all of it.
 ///
 /// # Errors
 /// As for [`read`].
@@ -75,7 +75,7 @@ pub fn read_about<A: DeserializeOwned>(path: &Path) -> Result<(A, u32), PictureE
 fn damaged(path: &Path, error: &io::Error) -> PictureError {
     let what = match error.kind() {
         io::ErrorKind::UnexpectedEof => "is cut short".to_owned(),
-        io::ErrorKind::InvalidData => "is damaged: its checksum does not match".to_owned(),
+        io::ErrorKind::InvalidData => "is cut short or damaged: its checksum does not match".to_owned(),
         _ => return PictureError::io(path, "cannot be read", error),
     };
     PictureError::new(path, what).help("delete it, and render what it held again")
@@ -239,25 +239,27 @@ impl<F: Read> Checked<F> {
     }
 
     /// Reads the checksum and compares.
-    fn end(mut self) -> io::Result<u32> {
+    fn end(mut self) -> io::Result<()> {
         let computed = self.crc.clone().finalize();
         let stored = self.number()?;
         if stored != computed || self.left > 0 {
             return Err(io::ErrorKind::InvalidData.into());
         }
-        Ok(stored)
+        Ok(())
     }
 
-    /// Reads to the checksum and compares.
+    /// Reads to the checksum and compares; returns that of what was read here.
     fn skip(&mut self) -> io::Result<u32> {
+        let mut sums = crc32fast::Hasher::new();
         let mut buffer = vec![0; 1 << 18];
         while self.left > 4 {
             let most = (self.left - 4).min(buffer.len() as u64) as usize;
             self.read_exact(&mut buffer[..most])?;
+            sums.update(&buffer[..most]);
         }
         let computed = self.crc.clone().finalize();
         if self.number()? == computed {
-            Ok(computed)
+            Ok(sums.finalize())
         } else {
             Err(io::ErrorKind::InvalidData.into())
         }

@@ -121,6 +121,11 @@ impl Renderer {
         &self.plan.why
     }
 
+    /// Who answers rays.
+    pub fn accel(&self) -> AccelKind {
+        self.plan.accel
+    }
+
     /// What the scene calls for, in words.
     pub fn needs(&self) -> Vec<&'static str> {
         self.features.needs()

@@ -92,6 +92,7 @@ fn plate(alpha: f64, tilt: f64, lights: Vec<Sphere>) -> Scene {
             normals: None,
             surface: Surface::Material(0),
         }],
+        environment: None,
         notes: vec![],
     }
 }

@@ -9,6 +9,7 @@
 //!
 //! Both know neither scene nor accelerator: they are functions of points, directions and random numbers.
 
+pub mod per_environment;
 pub mod per_light;
 pub mod per_point;
 pub mod per_triangle;

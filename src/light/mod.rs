@@ -1,9 +1,11 @@
 //! What emits and can be sampled: one kind a file.
 
+pub mod environment;
 pub mod mesh;
 pub mod sphere;
 pub mod triangle;
 
+pub use environment::Environment;
 pub use mesh::MeshLight;
 pub use sphere::{Cone, SphereLight};
 pub use triangle::{Triangle, TriangleLight, Triangles};

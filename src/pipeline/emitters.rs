@@ -1,11 +1,12 @@
-//! Meshes that emit as lights: each triangle of a small one, all of a large one.
+//! Meshes that emit as lights, each triangle of a small one, all of a large one; and the environment.
 
 use glam::DVec3;
 
 use super::world::narrow;
-use crate::light::{MeshLight, Triangle, TriangleLight};
+use crate::light::environment::{Constant, LatLong};
+use crate::light::{Environment, MeshLight, Triangle, TriangleLight};
 use crate::sampling::Discrete;
-use crate::scene::{Features, Mesh, Scene, Surface};
+use crate::scene::{self, Features, Mesh, Scene, Surface};
 use crate::shape::{Aims, Ball};
 
 /// The lights that meshes are.
@@ -75,6 +76,18 @@ impl Emitters {
             center,
             radius,
         });
+    }
+}
+
+/// What lies beyond the scene, if any light comes from it.
+pub fn beyond(scene: &Scene) -> Option<Environment> {
+    match scene.environment.as_ref().filter(|sky| sky.emits())? {
+        scene::Environment::Constant(le) => Some(Environment::Constant(Constant { le: narrow(*le) })),
+        scene::Environment::Picture(picture) => {
+            let (width, height) = (picture.width as usize, picture.height as usize);
+            let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| narrow(picture.to_scene * axis));
+            LatLong::new(width, height, picture.texels.clone(), axes).map(Environment::LatLong)
+        }
     }
 }
 

@@ -4,7 +4,7 @@
 
 use std::marker::PhantomData;
 
-use super::stage::{Chunk, Scratch, Stage, eye, shade, triangles};
+use super::stage::{Chunk, Scratch, Stage, environment, eye, shade, triangles};
 use super::stream::{self, Model};
 use super::tracer::{ByEmbree, InLine, Tracer};
 use crate::estimator::per_light::Density;
@@ -79,6 +79,7 @@ fn kinds<D: Density, M: Model>(needs: Effects) -> Vec<Row> {
         (Effect::SphereLights, Row::of::<shade::PerLight<D, M>>()),
         (Effect::MeshLights, Row::of::<triangles::PerTriangle<D, M>>()),
         (Effect::MeshLights, Row::of::<triangles::PerMesh<D, M>>()),
+        (Effect::Environment, Row::of::<environment::PerEnvironment<D, M>>()),
     ];
     let there = kinds.into_iter().filter(|(kind, _)| needs.has(*kind));
     there.map(|(_, row)| row).collect()

@@ -7,10 +7,10 @@ use std::collections::HashSet;
 
 use glam::DVec3;
 
-use super::emitters::Emitters;
+use super::emitters::{self, Emitters};
 use crate::embree::{Accel, Device, EmbreeError, SceneBuilder};
 use crate::lane::Lane;
-use crate::light::{MeshLight, SphereLight, TriangleLight};
+use crate::light::{Environment, MeshLight, SphereLight, TriangleLight};
 use crate::linear::Line;
 use crate::math::Vec3;
 use crate::scene::{Bsdf, FilmSize, Fov, Scene, Sphere, Surface};
@@ -36,6 +36,8 @@ pub struct World {
     pub triangle_lights: Vec<TriangleLight>,
     /// Meshes of which a triangle is picked.
     pub mesh_lights: Vec<MeshLight>,
+    /// What lies beyond the scene, if it emits.
+    pub environment: Option<Environment>,
     /// Eye rays.
     pub camera: CameraRays,
 }
@@ -127,10 +129,10 @@ impl World {
         let origin = scene.camera.origin;
         let mut builder = SceneBuilder::new(device, true)?;
         let mut line = Line::default();
-        let emitters = Emitters::of(scene);
+        let lamps = Emitters::of(scene);
         let mut surfaces = Vec::with_capacity(scene.meshes.len() + scene.spheres.len());
         let mut normals = Vec::with_capacity(scene.meshes.len());
-        for (mesh, &aims) in scene.meshes.iter().zip(&emitters.aims) {
+        for (mesh, &aims) in scene.meshes.iter().zip(&lamps.aims) {
             let vertices: Vec<[f32; 3]> = mesh.vertices.iter().map(|&v| narrow(v - origin)).collect();
             match (accel, aims) {
                 (AccelKind::Embree, Some(aims)) => _ = builder.add_light(&vertices, &mesh.triangles, aims)?,
@@ -185,8 +187,9 @@ impl World {
             sphere_geometry,
             normals,
             lights,
-            triangle_lights: emitters.triangles,
-            mesh_lights: emitters.meshes,
+            triangle_lights: lamps.triangles,
+            mesh_lights: lamps.meshes,
+            environment: emitters::beyond(scene),
             camera: CameraRays::new(scene, film),
         })
     }
@@ -194,7 +197,7 @@ impl World {
     /// Whether nothing but spheres emits.
     #[inline(always)]
     pub fn only_spheres_emit(&self) -> bool {
-        self.triangle_lights.is_empty() && self.mesh_lights.is_empty()
+        self.triangle_lights.is_empty() && self.mesh_lights.is_empty() && self.environment.is_none()
     }
 
     /// The surface of a primitive of a geometry.

@@ -16,13 +16,13 @@ use super::world::{Sight, World};
 /// One estimate of the radiance that arrives along an eye ray.
 pub fn radiance(world: &World, eye: &Ray, rng: &mut impl Rng) -> DVec3 {
     match world.look(eye) {
-        None => DVec3::ZERO,
+        None => world.sky().map_or(DVec3::ZERO, |sky| sky.radiance(eye.direction)),
         Some(Sight::Emitter { emitter, .. }) => emitter.le,
         Some(Sight::Reflector { shading, point }) => {
             let by_lights: DVec3 = (0..world.emitters().len())
                 .map(|i| by_light(world, i, &shading, point, rng))
                 .sum();
-            by_lights + by_brdf(world, &shading, point, rng)
+            by_lights + by_sky(world, &shading, point, rng) + by_brdf(world, &shading, point, rng)
         }
     }
 }
@@ -44,6 +44,22 @@ fn by_light(world: &World, index: usize, shading: &Shading, point: DVec3, rng: &
     value / (sample.density + shading.density(sample.wi))
 }
 
+/// The share of the environment that a direction drawn from it brings.
+fn by_sky(world: &World, shading: &Shading, point: DVec3, rng: &mut impl Rng) -> DVec3 {
+    let Some((sky, direction)) = world.sky().and_then(|sky| Some((sky, sky.sample(rng)?))) else {
+        return DVec3::ZERO;
+    };
+    let value = sky.radiance(direction) * shading.value_cos(direction);
+    let ray = Ray {
+        origin: point,
+        direction,
+    };
+    if value == DVec3::ZERO || world.look(&ray).is_some() {
+        return DVec3::ZERO;
+    }
+    value / (sky.density(direction) + shading.density(direction))
+}
+
 /// The share of whichever emitter a direction drawn from the BRDF meets first.
 fn by_brdf(world: &World, shading: &Shading, point: DVec3, rng: &mut impl Rng) -> DVec3 {
     let wi = shading.sample(rng);
@@ -61,6 +77,9 @@ fn by_brdf(world: &World, shading: &Shading, point: DVec3, rng: &mut impl Rng) -
             shape,
             distance,
         }) => emitter.le * value / (emitter.density(&ray, shape, distance) + shading.density(wi)),
+        None => world.sky().map_or(DVec3::ZERO, |sky| {
+            sky.radiance(wi) * value / (sky.density(wi) + shading.density(wi))
+        }),
         _ => DVec3::ZERO,
     }
 }

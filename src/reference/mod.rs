@@ -14,6 +14,7 @@ mod emitter;
 mod estimate;
 mod geometry;
 pub mod probe;
+mod sky;
 mod statistics;
 mod world;
 

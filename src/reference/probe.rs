@@ -34,7 +34,7 @@ pub enum Way {
     Seen,
     /// By one reflection.
     Reflected {
-        /// Number of the emitter: spheres that emit in the order of the scene, then meshes that do.
+        /// Number of the emitter: spheres that emit in the order of the scene, then meshes that do, then the environment.
         emitter: usize,
         /// Density of the direction if drawn from the emitter, sr⁻¹.
         light: f64,
@@ -63,7 +63,7 @@ impl<'s> Probe<'s> {
 
     /// How many emitters there are, dark ones too.
     pub fn emitters(&self) -> usize {
-        self.world.emitters().len()
+        self.world.emitters().len() + usize::from(self.world.sky().is_some())
     }
 
     /// Where a point of the scene lies on the film, in pixels; `None` behind the camera.
@@ -98,13 +98,20 @@ impl<'s> Probe<'s> {
             }
         };
         match self.world.look(&eye) {
-            None => {}
+            None => {
+                if let Some(sky) = self.world.sky() {
+                    add(sky.radiance(eye.direction), Way::Seen);
+                }
+            }
             Some(Sight::Emitter { emitter, .. }) => add(emitter.le, Way::Seen),
             Some(Sight::Reflector { shading, point }) => {
-                for emitter in 0..self.emitters() {
+                for emitter in 0..self.world.emitters().len() {
                     if let Some((radiance, way)) = self.by_light(emitter, &shading, point, &mut rng) {
                         add(radiance, way);
                     }
+                }
+                if let Some((radiance, way)) = self.by_sky(&shading, point, &mut rng) {
+                    add(radiance, way);
                 }
                 if let Some((radiance, way)) = self.by_brdf(&shading, point, &mut rng) {
                     add(radiance, way);
@@ -129,6 +136,25 @@ impl<'s> Probe<'s> {
         Some((value / (light + brdf), Way::Reflected { emitter, light, brdf }))
     }
 
+    fn by_sky(&self, shading: &Shading, point: DVec3, rng: &mut Pcg64) -> Option<(DVec3, Way)> {
+        let sky = self.world.sky()?;
+        let direction = sky.sample(rng)?;
+        let value = sky.radiance(direction) * shading.value_cos(direction);
+        let ray = Ray {
+            origin: point,
+            direction,
+        };
+        if value == DVec3::ZERO || self.world.look(&ray).is_some() {
+            return None;
+        }
+        Some(self.of_sky(value, sky.density(direction), shading.density(direction)))
+    }
+
+    fn of_sky(&self, value: DVec3, light: f64, brdf: f64) -> (DVec3, Way) {
+        let emitter = self.world.emitters().len();
+        (value / (light + brdf), Way::Reflected { emitter, light, brdf })
+    }
+
     fn by_brdf(&self, shading: &Shading, point: DVec3, rng: &mut Pcg64) -> Option<(DVec3, Way)> {
         let wi = shading.sample(rng);
         let value = shading.value_cos(wi);
@@ -139,13 +165,17 @@ impl<'s> Probe<'s> {
         if value == DVec3::ZERO {
             return None;
         }
-        let Some(Sight::Emitter {
-            emitter,
-            shape,
-            distance,
-        }) = self.world.look(&ray)
-        else {
-            return None;
+        let (emitter, shape, distance) = match self.world.look(&ray) {
+            Some(Sight::Emitter {
+                emitter,
+                shape,
+                distance,
+            }) => (emitter, shape, distance),
+            Some(Sight::Reflector { .. }) => return None,
+            None => {
+                let sky = self.world.sky()?;
+                return Some(self.of_sky(sky.radiance(wi) * value, sky.density(wi), shading.density(wi)));
+            }
         };
         let (light, brdf) = (emitter.density(&ray, shape, distance), shading.density(wi));
         let number = self

@@ -6,6 +6,7 @@ use super::brdf::Shading;
 use super::bvh::Bvh;
 use super::emitter::Emitter;
 use super::geometry::{Meeting, Ray, Shape};
+use super::sky::Sky;
 use crate::scene::{Scene, Surface};
 
 /// Shapes, their finishes, and the emitters among them.
@@ -17,6 +18,7 @@ pub struct World<'s> {
     /// The first shape of each body, ascending.
     starts: Vec<u32>,
     emitters: Vec<Emitter>,
+    sky: Option<Sky<'s>>,
     tree: Bvh,
 }
 
@@ -96,6 +98,7 @@ impl<'s> World<'s> {
             bodies,
             starts,
             emitters,
+            sky: scene.environment.as_ref().map(Sky::new),
             tree,
         }
     }
@@ -103,6 +106,11 @@ impl<'s> World<'s> {
     /// Every emitter.
     pub fn emitters(&self) -> &[Emitter] {
         &self.emitters
+    }
+
+    /// What lies beyond the shapes, if it emits.
+    pub fn sky(&self) -> Option<&Sky<'s>> {
+        self.sky.as_ref()
     }
 
     /// All shapes, by number.

@@ -21,11 +21,13 @@ pub enum Effect {
     SphereLights,
     /// Meshes that emit.
     MeshLights,
+    /// Light from beyond the scene.
+    Environment,
 }
 
 impl Effect {
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Diffuse,
         Self::Phong,
         Self::Spheres,
@@ -33,6 +35,7 @@ impl Effect {
         Self::SmoothNormals,
         Self::SphereLights,
         Self::MeshLights,
+        Self::Environment,
     ];
 
     /// Its name.
@@ -45,6 +48,7 @@ impl Effect {
             Self::SmoothNormals => "smooth normals",
             Self::SphereLights => "sphere lights",
             Self::MeshLights => "mesh lights",
+            Self::Environment => "environment",
         }
     }
 }

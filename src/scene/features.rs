@@ -1,7 +1,7 @@
 //! What a scene calls for, and how many things in it do.
 
 use super::sight::Frustum;
-use super::{Effect, Effects, FilmSize, Mesh, Scene, Surface};
+use super::{Effect, Effects, Environment, FilmSize, Mesh, Scene, Surface};
 
 /// What a scene contains, found by looking at it: the kernel need support no more.
 ///
@@ -40,6 +40,8 @@ impl Features {
                 found.picked_lights += usize::from(!each);
             }
         }
+        let sky = scene.environment.as_ref().is_some_and(Environment::emits);
+        found.counts[Effect::Environment as usize] = usize::from(sky);
         found.bodies = scene.spheres.len() + scene.meshes.len();
         found.shapes = scene.spheres.len() + scene.meshes.iter().map(|m| m.triangles.len()).sum::<usize>();
         found
@@ -65,7 +67,8 @@ impl Features {
 
     /// How many lights `light` and `mis` draw a direction for.
     pub fn lights(&self) -> usize {
-        self.count(Effect::SphereLights) + self.triangle_lights + self.picked_lights
+        let one_each = self.count(Effect::SphereLights) + self.count(Effect::Environment);
+        one_each + self.triangle_lights + self.picked_lights
     }
 
     /// How many shapes call for an effect.
@@ -81,6 +84,6 @@ impl Features {
 
     /// Whether eye rays can meet anything at all.
     pub fn nothing_in_sight(&self) -> bool {
-        self.unseen == self.bodies
+        self.unseen == self.bodies && self.count(Effect::Environment) == 0
     }
 }

@@ -11,12 +11,12 @@ use super::error::Fault;
 use super::files::{Files, Outside};
 use super::materials::Materials;
 use super::table::Table;
-use super::{Mesh, Scene, SceneError, Sphere, Surface, materials, shapes, view};
+use super::{Environment, Mesh, Scene, SceneError, Sphere, Surface, environment, materials, shapes, view};
 
 /// The longest scene file, in bytes. What needs more belongs into a mesh file, which takes a tenth of the room.
 const LONGEST_FILE: u64 = 64 << 20;
 
-const KEYS: &[&str] = &["camera", "film", "render", "materials", "spheres", "meshes"];
+const KEYS: &[&str] = &["camera", "film", "render", "materials", "spheres", "meshes", "environment"];
 
 impl Scene {
     /// Reads a scene file and the files in its folder that it names.
@@ -127,11 +127,20 @@ fn scene(text: &str, path: &Path, outside: Outside) -> Result<Scene, Fault> {
         }
     }
 
+    let environment = match root.get("environment") {
+        Some(value) => {
+            let table = value.table("[environment]".to_owned(), "environment", environment::KEYS)?;
+            Some(environment::environment(&table, &files)?)
+        }
+        None => None,
+    };
+    let sky_emits = environment.as_ref().is_some_and(Environment::emits);
+
     let mut surfaces = spheres
         .iter()
         .map(|s| s.surface)
         .chain(meshes.iter().map(|m: &Mesh| m.surface));
-    if !surfaces.any(|s| matches!(s, Surface::Emission(le) if le.max_element() > 0.0)) {
+    if !sky_emits && !surfaces.any(|s| matches!(s, Surface::Emission(le) if le.max_element() > 0.0)) {
         notes.push("nothing in the scene emits light: the picture will be black".to_owned());
     }
 
@@ -146,6 +155,7 @@ fn scene(text: &str, path: &Path, outside: Outside) -> Result<Scene, Fault> {
         materials,
         spheres,
         meshes,
+        environment,
         notes,
     })
 }

@@ -8,6 +8,7 @@
 //! the number as it was written, where a deserialiser only knows that some `f64` was not to its taste.
 
 mod effect;
+mod environment;
 mod error;
 mod features;
 mod files;
@@ -25,7 +26,7 @@ mod view;
 
 use std::path::PathBuf;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 pub use crate::settings::{EstimatorKind, SamplerKind};
 pub use effect::{Effect, Effects};
@@ -55,6 +56,8 @@ pub struct Scene {
     pub spheres: Vec<Sphere>,
     /// Triangle meshes, in the order of the file.
     pub meshes: Vec<Mesh>,
+    /// What rays see that leave the scene; nothing where it is `None`.
+    pub environment: Option<Environment>,
     /// What the user should be told about the scene: one sentence each, nothing that stops a render.
     pub notes: Vec<String>,
 }
@@ -101,6 +104,30 @@ pub struct RenderTable {
     pub sampler: Option<SamplerKind>,
     /// Their seed.
     pub seed: Option<u32>,
+}
+
+/// What rays see that leave the scene.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Environment {
+    /// The same radiance from every direction; finite and not negative.
+    Constant(DVec3),
+    /// A picture of all directions.
+    Picture(LatLong),
+}
+
+/// A picture of all directions by longitude and latitude: its top row is up (+y), its middle column is forward (-z), and columns
+/// to the right of it are to the right (+x). Radiance is interpolated between the centres of texels, across the left and right
+/// edge too.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LatLong {
+    /// Texels in a row, at least 1.
+    pub width: u32,
+    /// Rows, at least 1.
+    pub height: u32,
+    /// Radiance at the centres, row by row from the top; finite and not negative.
+    pub texels: Vec<[f32; 3]>,
+    /// Turns directions of the picture into those of the scene.
+    pub to_scene: DMat3,
 }
 
 /// How a surface reflects.

@@ -87,6 +87,7 @@ pub fn random_scene(rng: &mut Pcg64, distance: f64) -> Scene {
         }],
         spheres,
         meshes,
+        environment: None,
         notes: vec![],
     }
 }

@@ -27,6 +27,7 @@ pub fn scene(origin: DVec3, target: DVec3, bsdf: Bsdf) -> Scene {
         materials: vec![Material { name: "m".into(), bsdf }],
         spheres: vec![],
         meshes: vec![],
+        environment: None,
         notes: vec![],
     }
 }

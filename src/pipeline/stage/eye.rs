@@ -185,6 +185,13 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
             aims_at: L::Bits::splat(NO_SPHERE),
         };
         let hit = T::nearest(chunk.world, set, active, &ray, Coherence::Coherent);
+        if let Some(beyond) = &chunk.world.environment {
+            let misses = active & !hit.found;
+            let radiance = beyond.radiance(direction, misses);
+            for lane in misses.lanes() {
+                chunk.sum.add(index.lane(lane) as usize, radiance.lane(lane));
+            }
+        }
         if hit.found.any() {
             settle::<L, HELD>(
                 chunk,

@@ -1,6 +1,7 @@
 //! The stages of a chunk, in the order of flow: [`eye`] fills the hit streams, [`shade`] fills the shadow queue,
 //! [`shadow`] empties it onto the film.
 
+pub mod environment;
 pub mod eye;
 pub mod shade;
 pub mod shadow;

@@ -88,14 +88,14 @@ pub fn emitted<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &RayQueue, set
             L::from_fn(|i| le[i][1]),
             L::from_fn(|i| le[i][2]),
         );
+        let (mut emits, mut radiance) = (L::Mask::from_bitmask(emits), radiance);
+        if let Some(beyond) = &chunk.world.environment {
+            let misses = active & !hit.found;
+            radiance = Vec3::select(misses, beyond.radiance(rays.direction, misses), radiance);
+            emits = emits | misses;
+        }
         let value = rays.value.times(radiance);
-        deposit(
-            chunk.sum,
-            chunk.counters,
-            L::Mask::from_bitmask(emits),
-            value,
-            rays.index,
-        );
+        deposit(chunk.sum, chunk.counters, emits, value, rays.index);
     }
     chunk.counters.shadow_rays += queue.len() as u64;
 }

@@ -17,7 +17,7 @@ use super::files::Files;
 use super::{Mesh, Surface};
 
 pub(super) use inline::inline;
-pub(super) use transform::transform;
+pub(super) use transform::{rotations, transform};
 
 /// What a file or a table says: nothing is known of it but that the lengths of `vertices` and `normals` agree.
 #[derive(Debug, Default)]

@@ -5,6 +5,7 @@ use glam::{DMat3, DMat4, DVec3};
 
 use super::super::error::Fault;
 use super::super::rule::{FINITE, NOT_ZERO};
+use super::super::table::Table;
 use super::super::value::Value;
 use super::RawMesh;
 
@@ -19,18 +20,23 @@ pub fn transform(value: Option<Value<'_>>) -> Result<DMat4, Fault> {
         Some(scale) if scale.is_list() => scale.triple(&NOT_ZERO)?,
         Some(scale) => DVec3::splat(scale.number(&NOT_ZERO)?),
     };
-    let turn = |key, axis| match table.get(key) {
-        None => Ok(DMat3::IDENTITY),
-        Some(degrees) => degrees.number(&FINITE).map(|degrees| rotation(axis, degrees)),
-    };
-    let (x, y, z) = (turn("rotate_x", 0)?, turn("rotate_y", 1)?, turn("rotate_z", 2)?);
+    let turn = rotations(&table)?;
     let translate = table
         .get("translate")
         .map_or(Ok(DVec3::ZERO), |value| value.triple(&FINITE))?;
     Ok(DMat4::from_mat3_translation(
-        z * y * x * DMat3::from_diagonal(scale),
+        turn * DMat3::from_diagonal(scale),
         translate,
     ))
+}
+
+/// The turn of `rotate_x`, `rotate_y` and `rotate_z` in a table, applied in this order.
+pub fn rotations(table: &Table<'_>) -> Result<DMat3, Fault> {
+    let turn = |key, axis| match table.get(key) {
+        None => Ok(DMat3::IDENTITY),
+        Some(degrees) => degrees.number(&FINITE).map(|degrees| rotation(axis, degrees)),
+    };
+    Ok(turn("rotate_z", 2)? * turn("rotate_y", 1)? * turn("rotate_x", 0)?)
 }
 
 /// A turn about a coordinate axis, counter-clockwise when the axis points at the eye. Quarter turns are exact.

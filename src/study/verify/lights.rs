@@ -6,7 +6,7 @@ use super::row::{Row, Verdict};
 use super::sanity::{list, plural};
 use crate::scene::{Scene, Sphere, Surface};
 
-/// Emitters as the oracle numbers them: spheres, then meshes; with a name and the radiance.
+/// Emitters as the oracle numbers them: spheres, then meshes, then the environment; with a name and the radiance.
 pub fn emitters(scene: &Scene) -> Vec<(String, DVec3)> {
     let spheres = scene
         .spheres
@@ -18,7 +18,8 @@ pub fn emitters(scene: &Scene) -> Vec<(String, DVec3)> {
         Surface::Emission(le) => Some((name, le)),
         Surface::Material(_) => None,
     };
-    spheres.chain(meshes).filter_map(emission).collect()
+    let sky = scene.environment.as_ref().map(|sky| ("the environment".to_owned(), sky.brightest()));
+    spheres.chain(meshes).filter_map(emission).chain(sky).collect()
 }
 
 /// Lights that the oracle saw no reflection of.

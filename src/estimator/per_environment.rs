@@ -1,0 +1,46 @@
+//! `light` and `mis` under what lies beyond the scene: a direction for the whole sky.
+
+use super::ShadingPoint;
+use super::per_light::{Contribution, Density};
+use crate::lane::{Lane, Mask};
+use crate::light::environment::Beyond;
+use crate::math::elementary::sin_cos_turn;
+use crate::math::{Frame, Vec3};
+use crate::sampling::Toss;
+
+/// Draws one direction at each active point and weighs it; `None` where no lane gets light by it. The light is at an infinite
+/// distance; otherwise as for spheres ([`super::per_light::sample`]).
+#[inline(always)]
+pub fn sample<L: Lane, D: Density, B: Beyond>(
+    point: &ShadingPoint<L>,
+    beyond: &B,
+    toss: Toss<L::Bits>,
+    active: L::Mask,
+) -> Option<Contribution<L>> {
+    let bsdf = &point.bsdf;
+    let by_brdf = if D::MIXED { toss.heads & active } else { L::Mask::splat(false) };
+    let mut wi = beyond.draw(bsdf.n, toss.pair, active & !by_brdf);
+    if by_brdf.any() {
+        let (u, v) = toss.pair.unit::<L>();
+        let (sin_phi, cos_phi) = sin_cos_turn(v);
+        let reflected = Frame::about(bsdf.axis()).direction(bsdf.sample(u), sin_phi, cos_phi);
+        wi = Vec3::select(by_brdf, reflected, wi);
+    }
+    let (cos_theta, above) = point.above(wi);
+    let active = active & above;
+    if active.none() {
+        return None;
+    }
+    let lobe = bsdf.eval(wi, cos_theta);
+    let (le, omega) = beyond.meet(wi, active & lobe.shape.gt(L::zero()));
+    let active = active & (le.x + le.y + le.z).gt(L::zero());
+    if active.none() {
+        return None;
+    }
+    Some(Contribution {
+        active,
+        wi,
+        distance: L::splat(f32::INFINITY),
+        ld: le.times(bsdf.rho) * D::weight(omega, lobe).or_zero(active),
+    })
+}

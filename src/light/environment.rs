@@ -1,0 +1,238 @@
+//! What lies beyond the scene and emits: the same radiance from everywhere, or a picture of all directions.
+//!
+//! Both say for a direction what radiance comes from there and one over the density with which they draw it.
+
+use std::f32::consts::FRAC_1_PI;
+
+use crate::lane::{Bits, Lane, Mask};
+use crate::math::elementary::{angle, sin_cos_turn};
+use crate::math::{Frame, Vec3};
+use crate::sampling::{Discrete, Pair, warp};
+
+/// Light from beyond the scene.
+pub trait Beyond {
+    /// Draws unit directions for points with the unit normal `n`; lanes that are not active hold nothing of use.
+    fn draw<L: Lane>(&self, n: Vec3<L>, numbers: Pair<L::Bits>, active: L::Mask) -> Vec3<L>;
+    /// Radiance from unit directions, and one over the density of [`Self::draw`] there, in steradians, for directions above the
+    /// surface. Both are 0 where nothing can be drawn, and in lanes that are not active.
+    fn meet<L: Lane>(&self, wi: Vec3<L>, active: L::Mask) -> (Vec3<L>, L);
+}
+
+/// What lies beyond a scene.
+#[derive(Clone, Debug)]
+pub enum Environment {
+    /// The same from everywhere.
+    Constant(Constant),
+    /// A picture.
+    LatLong(LatLong),
+}
+
+impl Environment {
+    /// Radiance from unit directions; 0 in lanes that are not active.
+    #[inline(always)]
+    pub fn radiance<L: Lane>(&self, wi: Vec3<L>, active: L::Mask) -> Vec3<L> {
+        match self {
+            Self::Constant(constant) => constant.meet(wi, active).0,
+            Self::LatLong(picture) => picture.meet(wi, active).0,
+        }
+    }
+}
+
+/// The same radiance from everywhere.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Constant {
+    /// Radiance.
+    pub le: [f32; 3],
+}
+
+impl Beyond for Constant {
+    /// Uniform over the hemisphere above the surface: nothing else can count.
+    #[inline(always)]
+    fn draw<L: Lane>(&self, n: Vec3<L>, numbers: Pair<L::Bits>, _: L::Mask) -> Vec3<L> {
+        let (u, v) = numbers.unit::<L>();
+        let (sine, cosine) = sin_cos_turn(v);
+        Frame::about(n).direction(warp::cone(u, L::one()), sine, cosine)
+    }
+
+    #[inline(always)]
+    fn meet<L: Lane>(&self, _: Vec3<L>, active: L::Mask) -> (Vec3<L>, L) {
+        let le = Vec3::select(active, Vec3::splat(self.le), Vec3::zero());
+        (le, warp::cone_solid_angle(L::one()).or_zero(active))
+    }
+}
+
+/// A picture of all directions by longitude and latitude, interpolated between the centres of its texels.
+///
+/// Directions are drawn texel by texel, uniform in the solid angle of each: a row by the first number, a column of it by the
+/// second (Pharr, Jakob, Humphreys, "Physically Based Rendering", 4th edition, section 12.5). A texel's chance is the mean of the
+/// interpolated luminance over it times its solid angle, so that what shines into a black texel from its neighbour is drawn too.
+#[derive(Clone, Debug)]
+pub struct LatLong {
+    width: usize,
+    height: usize,
+    /// Radiance of the centres, row by row from the top.
+    texels: Vec<[f32; 3]>,
+    rows: Discrete,
+    /// The columns of each row; none in a row that is black.
+    columns: Vec<Option<Discrete>>,
+    /// For each edge between rows `1 - |cos|` of its angle from the top.
+    edges: Vec<f32>,
+    /// One over the density of each texel, in steradians; 0 where it is 0.
+    inverse: Vec<f32>,
+    /// Axes of the picture in the scene: right of the middle, up, and against the middle.
+    axes: [[f32; 3]; 3],
+}
+
+impl LatLong {
+    /// From texels row by row from the top, whose middle looks against the third of `axes`; `None` where all are black. Neither
+    /// side may be 0.
+    pub fn new(width: usize, height: usize, texels: Vec<[f32; 3]>, axes: [[f32; 3]; 3]) -> Option<Self> {
+        let cosine = |row: usize| (std::f64::consts::PI * row as f64 / height as f64).cos();
+        let luminance: Vec<f64> = texels.iter().map(luminance).collect();
+        let (mut columns, mut of_rows, mut weights) = (Vec::with_capacity(height), Vec::with_capacity(height), vec![]);
+        for row in 0..height {
+            let solid_angle = std::f64::consts::TAU / width as f64 * (cosine(row) - cosine(row + 1));
+            weights.clear();
+            weights.extend((0..width).map(|column| mean(&luminance, width, height, row, column) * solid_angle));
+            of_rows.push(weights.iter().sum());
+            columns.push(Discrete::new(&weights));
+        }
+        let rows = Discrete::new(&of_rows)?;
+        let mut inverse = Vec::with_capacity(texels.len());
+        for row in 0..height {
+            let solid_angle = std::f64::consts::TAU / width as f64 * (cosine(row) - cosine(row + 1));
+            let chance = |column| {
+                let of_row = columns[row].as_ref().map_or(0.0, |c: &Discrete| f64::from(c.chance(column)));
+                f64::from(rows.chance(row as u32)) * of_row
+            };
+            let one_over = |chance: f64| if chance > 0.0 { (solid_angle / chance) as f32 } else { 0.0 };
+            inverse.extend((0..width as u32).map(|column| one_over(chance(column))));
+        }
+        let edge = |row: usize| {
+            // 1 - cos = 2 sin^2 of the half, from the nearer pole.
+            let from_pole = row.min(height - row) as f64 * std::f64::consts::PI / height as f64;
+            (2.0 * (from_pole / 2.0).sin().powi(2)) as f32
+        };
+        Some(Self {
+            width,
+            height,
+            texels,
+            rows,
+            columns,
+            edges: (0..=height).map(edge).collect(),
+            inverse,
+            axes,
+        })
+    }
+
+    /// `1 - |cos|` of the angle from the top at a place of a row, and whether the row is in the lower half. The row across the
+    /// middle of an odd number goes from one pole's side to the other's.
+    #[inline(always)]
+    fn latitude(&self, row: usize, place: f32) -> (f32, bool) {
+        let (above, below) = (self.edges[row], self.edges[row + 1]);
+        if 2 * row + 1 == self.height {
+            // From 1 - above to -(1 - below), which are the same.
+            let cosine = (1.0 - above) * (1.0 - 2.0 * place);
+            return (1.0 - cosine.abs(), cosine < 0.0);
+        }
+        ((below - above) * place + above, 2 * row >= self.height)
+    }
+
+    /// The interpolated radiance at a place of the picture, in texels from the top left corner.
+    #[inline(always)]
+    fn radiance(&self, x: f32, y: f32) -> [f32; 3] {
+        let (x, y) = (x - 0.5, y - 0.5);
+        let (left, top) = (x.floor(), y.floor());
+        let (across, down) = (x - left, y - top);
+        let column = |c: i64| match c {
+            -1 => self.width - 1,
+            c if c as usize >= self.width => 0,
+            c => c as usize,
+        };
+        let row = |r: i64| r.clamp(0, self.height as i64 - 1) as usize * self.width;
+        let (left, right) = (column(left as i64), column(left as i64 + 1));
+        let (top, bottom) = (row(top as i64), row(top as i64 + 1));
+        let corners = [
+            (&self.texels[top + left], (1.0 - across) * (1.0 - down)),
+            (&self.texels[top + right], across * (1.0 - down)),
+            (&self.texels[bottom + left], (1.0 - across) * down),
+            (&self.texels[bottom + right], across * down),
+        ];
+        let mut sum = [0.0; 3];
+        for (texel, weight) in corners {
+            for (sum, value) in sum.iter_mut().zip(texel) {
+                *sum += weight * value;
+            }
+        }
+        sum
+    }
+}
+
+impl Beyond for LatLong {
+    #[inline(always)]
+    fn draw<L: Lane>(&self, _: Vec3<L>, Pair(first, second): Pair<L::Bits>, active: L::Mask) -> Vec3<L> {
+        let (mut t, mut sign, mut turn) = ([0.0_f32; 16], [1.0_f32; 16], [0.0_f32; 16]);
+        for lane in active.lanes() {
+            let (row, place) = self.rows.pick(first.lane(lane));
+            let (from_pole, lower) = self.latitude(row as usize, place);
+            t[lane] = from_pole;
+            sign[lane] = if lower { -1.0 } else { 1.0 };
+            if let Some(columns) = &self.columns[row as usize] {
+                let (column, place) = columns.pick(second.lane(lane));
+                turn[lane] = (column as f32 + place) / self.width as f32;
+            }
+        }
+        let (t, sign) = (L::load(&t), L::load(&sign));
+        let (sine, cosine) = sin_cos_turn(L::load(&turn));
+        let radius = (t * (L::splat(2.0) - t)).safe_sqrt();
+        let [right, up, back] = self.axes;
+        let across = Vec3::splat(right) * -(radius * sine);
+        let along = Vec3::splat(back) * (radius * cosine);
+        Vec3::splat(up).mul_add(sign * (L::one() - t), across + along).normalize()
+    }
+
+    #[inline(always)]
+    fn meet<L: Lane>(&self, wi: Vec3<L>, active: L::Mask) -> (Vec3<L>, L) {
+        let [right, up, back] = self.axes;
+        let (x, y, z) = (
+            wi.dot(Vec3::splat(right)),
+            wi.dot(Vec3::splat(up)),
+            wi.dot(Vec3::splat(back)),
+        );
+        let radius = (x * x + z * z).sqrt();
+        let down = angle(radius, y) * L::splat(FRAC_1_PI * self.height as f32);
+        let around = angle(x.abs(), z) * L::splat(0.5 * FRAC_1_PI);
+        let turn = L::select(x.gt(L::zero()), L::one() - around, around) * L::splat(self.width as f32);
+        let (mut rows, mut columns) = ([0.0_f32; 16], [0.0_f32; 16]);
+        down.store(&mut rows);
+        turn.store(&mut columns);
+        let mut le = [[0.0_f32; 16]; 3];
+        let mut inverse = [0.0_f32; 16];
+        for lane in active.lanes() {
+            let row = (rows[lane] as usize).min(self.height - 1);
+            let column = (columns[lane] as usize).min(self.width - 1);
+            inverse[lane] = self.inverse[row * self.width + column];
+            [le[0][lane], le[1][lane], le[2][lane]] = self.radiance(columns[lane], rows[lane]);
+        }
+        let [red, green, blue] = &le;
+        (Vec3::new(L::load(red), L::load(green), L::load(blue)), L::load(&inverse))
+    }
+}
+
+/// Luminance of linear RGB (ITU-R BT.709).
+fn luminance([r, g, b]: &[f32; 3]) -> f64 {
+    0.2126 * f64::from(*r) + 0.7152 * f64::from(*g) + 0.0722 * f64::from(*b)
+}
+
+/// The mean of the interpolated picture over a texel: three quarters of its own value and an eighth of each neighbour's, in both
+/// directions.
+fn mean(values: &[f64], width: usize, height: usize, row: usize, column: usize) -> f64 {
+    let columns = [(column + width - 1) % width, column, (column + 1) % width];
+    let rows = [row.saturating_sub(1), row, (row + 1).min(height - 1)];
+    let shares = [0.125, 0.75, 0.125];
+    let across = |row: usize| -> f64 {
+        let of = columns.iter().zip(shares);
+        of.map(|(column, share)| share * values[row * width + column]).sum()
+    };
+    rows.iter().zip(shares).map(|(&row, share)| share * across(row)).sum()
+}

@@ -17,6 +17,7 @@ use std::path::Path;
 pub use allocation::Noise;
 pub use error::PictureError;
 pub use picture::Picture;
+pub use png_file::encode as srgb;
 pub use sums::{Film, TILE, Tile, TileSum};
 
 /// What a picture file says about its own making.

@@ -1,6 +1,8 @@
 //! Studies: how far a picture is from another, and what accuracy costs.
 
+pub mod cost;
 pub mod error;
+pub mod page;
 pub mod significance;
 pub mod student;
 pub mod verify;

@@ -1,0 +1,171 @@
+//! Whether a setting's pictures converge to the right picture.
+//!
+//! Two figures. *Brightness*: the mean of the picture against the truth, signed, which a wrong constant changes most.
+//! *Hidden bias*: the root of the mean of squared biases of pixels, which sees light in the wrong place too, but less sharply.
+//! A variant is compared with the defaults seed by seed, since what noise they share then cancels; the defaults are compared
+//! with the oracle.
+
+use super::measure::Runs;
+use super::statistics::{Estimate, mean};
+use super::truth::Truth;
+
+/// A squared bias summed over blocks of so many pixels has as many independent terms as there are blocks.
+const BLOCK: usize = 16;
+
+/// The two figures of one setting.
+#[derive(Clone, Copy, Debug)]
+pub struct Bias {
+    /// Mean of the picture over the mean of the truth, less 1.
+    pub brightness: Estimate,
+    /// Mean of the squared bias of a pixel over `r^2 + 1e-4`, comparable with relMSE. An unbiased estimate: may be below 0.
+    pub squared: Estimate,
+}
+
+impl Bias {
+    /// No difference at all.
+    pub const NONE: Self = {
+        let none = Estimate {
+            value: 0.0,
+            stderr: 0.0,
+            dof: 1.0,
+        };
+        Self {
+            brightness: none,
+            squared: none,
+        }
+    };
+}
+
+/// A variant against the defaults, at the last look of each, seed by seed.
+pub fn of_variant(runs: &Runs, defaults: &Runs, weights: &[[f64; 3]], truth_mean: f64) -> Bias {
+    if runs.iter().all(|run| run.same_bits) {
+        return Bias::NONE;
+    }
+    let differences: Vec<Vec<[f64; 3]>> = runs
+        .iter()
+        .zip(defaults)
+        .map(|(run, default)| {
+            let (a, b) = (last(run), last(default));
+            let minus = |(a, b): (&[f32; 3], &[f32; 3])| std::array::from_fn(|i| f64::from(a[i]) - f64::from(b[i]));
+            a.iter().zip(b).map(minus).collect()
+        })
+        .collect();
+    let brightness: Vec<f64> = differences.iter().map(|d| mean_of(d) / truth_mean).collect();
+    Bias {
+        brightness: mean(&brightness),
+        squared: squared(&differences, &vec![[0.0; 3]; weights.len()], weights),
+    }
+}
+
+/// The defaults against the oracle, whose own standard error counts too.
+pub fn of_defaults(runs: &Runs, weights: &[[f64; 3]], truth: &Truth) -> Bias {
+    let differences: Vec<Vec<[f64; 3]>> = runs
+        .iter()
+        .map(|run| {
+            let minus =
+                |(a, r): (&[f32; 3], &[f64; 3])| std::array::from_fn(|i| f64::from(a[i]) - r[i]);
+            last(run).iter().zip(&truth.mean).map(minus).collect()
+        })
+        .collect();
+    let scale = mean_of(&truth.mean).max(f64::MIN_POSITIVE);
+    let brightness: Vec<f64> = differences.iter().map(|d| mean_of(d) / scale).collect();
+    let values = (3 * truth.mean.len()) as f64;
+    // Colours of a pixel come from the same samples and err together: their errors add up, not their squares.
+    let variance: f64 = truth.stderr.iter().map(|e| e.iter().sum::<f64>().powi(2)).sum();
+    let oracle = Estimate {
+        value: 0.0,
+        stderr: variance.sqrt() / values / scale,
+        dof: f64::from(truth.spp.max(2) - 1),
+    };
+    let variances: Vec<[f64; 3]> = truth.stderr.iter().map(|e| e.map(|e| e * e)).collect();
+    Bias {
+        brightness: mean(&brightness).plus(oracle),
+        squared: squared(&differences, &variances, weights),
+    }
+}
+
+fn last(run: &super::measure::Run) -> &[[f32; 3]] {
+    run.looks.last().map_or(&[], |look| &look.pixels)
+}
+
+fn mean_of(pixels: &[[f64; 3]]) -> f64 {
+    pixels.iter().flatten().sum::<f64>() / (3 * pixels.len()) as f64
+}
+
+/// The mean over pixels of weighted squares of the mean difference, less the part that is noise: that of the seeds, and
+/// `further` known variance. Blocks of pixels are independent, as pixels have independent numbers; their spread is the error.
+fn squared(differences: &[Vec<[f64; 3]>], further: &[[f64; 3]], weights: &[[f64; 3]]) -> Estimate {
+    let n = differences.len() as f64;
+    let pixel = |p: usize| {
+        let mut sum = 0.0;
+        for c in 0..3 {
+            let mean = differences.iter().map(|d| d[p][c]).sum::<f64>() / n;
+            let squares: f64 = differences.iter().map(|d| (d[p][c] - mean).powi(2)).sum();
+            sum += weights[p][c] * (mean * mean - squares / (n * (n - 1.0)) - further[p][c]);
+        }
+        sum / 3.0
+    };
+    let pixels: Vec<f64> = (0..weights.len()).map(pixel).collect();
+    let blocks: Vec<f64> = pixels
+        .chunks(BLOCK)
+        .map(|block| block.iter().sum::<f64>() / block.len() as f64)
+        .collect();
+    if blocks.len() < 2 {
+        return Estimate {
+            value: blocks.first().copied().unwrap_or(0.0),
+            stderr: f64::INFINITY,
+            dof: 1.0,
+        };
+    }
+    mean(&blocks)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::pipeline::Counters;
+    use crate::study::cost::measure::{Look, Run};
+
+    /// Runs whose pictures are `value(seed, pixel)` in every channel.
+    fn runs(seeds: u32, pixels: usize, value: impl Fn(u32, usize) -> f32) -> Runs {
+        let run = |seed| Run {
+            seed,
+            looks: vec![Look {
+                spp: 1,
+                seconds: 1.0,
+                pixels: Arc::new((0..pixels).map(|p| [value(seed, p); 3]).collect()),
+            }],
+            counters: Counters::default(),
+            same_bits: false,
+        };
+        (0..seeds).map(run).collect()
+    }
+
+    /// Every seed errs by +-e, half of them each way: the mean is right, and the squares are all noise.
+    #[test]
+    fn brightness_is_signed_and_noise_is_no_bias() {
+        let noise = |seed: u32, p: usize| if (seed as usize + p).is_multiple_of(2) { 0.25 } else { -0.25 };
+        let plain = runs(8, 320, |seed, p| 2.0 + noise(seed, p));
+        let weights = vec![[0.25; 3]; 320];
+        let brighter = runs(8, 320, |seed, p| (2.0 + noise(seed, p)) * 1.01);
+        let bias = of_variant(&brighter, &plain, &weights, 2.0);
+        assert!((bias.brightness.value - 0.01).abs() < 1e-7, "{bias:?}");
+        assert!((bias.squared.value - 1e-4).abs() < 2e-7, "{bias:?}");
+        assert!(bias.brightness.probability_of_zero() < 1e-6);
+        let truth = Truth {
+            mean: vec![[2.0; 3]; 320],
+            stderr: vec![[0.1; 3]; 320],
+            spp: 100,
+            cached: false,
+        };
+        let right = of_defaults(&plain, &weights, &truth);
+        assert_eq!(right.brightness.value, 0.0);
+        // The oracle's error: 0.1 a pixel, 320 pixels, relative to 2.
+        assert!((right.brightness.stderr - 0.05 / 320.0_f64.sqrt()).abs() < 1e-9);
+        // Means are exact here, so all that is subtracted shows: the spread 1/16 over 7, and 0.01, times 1/4.
+        let expected = -0.25 * (0.0625 / 7.0 + 0.01);
+        assert!((right.squared.value - expected).abs() < 1e-9, "{right:?}");
+    }
+}

@@ -1,0 +1,370 @@
+//! The price of every setting: what its error is after how much time, and whether what it saves is honest.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use super::bias::{self, Bias};
+use super::fit::{Curve, Power, Spread};
+use super::knobs::Variant;
+use super::measure::{Run, Runs};
+use super::statistics::{Estimate, Figure, jackknife, mean, median};
+use super::truth::Truth;
+use crate::study::error::RELMSE_FLOOR;
+use crate::study::student;
+
+/// The probability that any setting without fault is called harmful.
+pub const FALSE_ALARMS: f64 = 1e-3;
+
+/// A relative bias below this is priced but does no harm: a step of an 8-bit picture is 40 times as large.
+pub const HARMLESS: f64 = 1e-4;
+
+/// What a setting costs, in a word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// What all others are measured by.
+    Default,
+    /// No bias is seen, and it takes no more time for the same error.
+    Free,
+    /// No bias is seen, but it takes more time for the same error.
+    Paid,
+    /// Its pictures converge to something else.
+    Harmful,
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Default => "default",
+            Self::Free => "free",
+            Self::Paid => "paid",
+            Self::Harmful => "harmful",
+        })
+    }
+}
+
+/// One point of a curve.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Point {
+    /// Samples a pixel.
+    pub spp: u32,
+    /// Seconds of rendering: median and interval.
+    pub seconds: Figure,
+    /// relMSE: spread over seeds, and squared bias where there is one.
+    pub relmse: Figure,
+    /// The error that `--target-error` means: root of the mean variance of pixels over the mean of the picture.
+    pub error: Figure,
+}
+
+/// Everything about one setting.
+#[derive(Clone, Debug, Serialize)]
+pub struct Price {
+    /// What was measured.
+    #[serde(flatten)]
+    pub variant: Variant,
+    /// Its name in tables and charts.
+    pub label: String,
+    /// What to add to `octolux render SCENE`.
+    pub arguments: String,
+    /// Every picture has the bits of the defaults.
+    pub same_bits: bool,
+    /// Picture by picture the noise is that of the defaults: the two differ by less than a tenth of it.
+    pub same_noise: bool,
+    /// Error and time.
+    pub points: Vec<Point>,
+    /// Exponent of samples in relMSE: -1 for independent samples. `None` where there is no noise.
+    pub slope: Option<Figure>,
+    /// Seconds of one pass.
+    pub pass_seconds: Figure,
+    /// Rays a second.
+    pub rays_per_second: Figure,
+    /// Time of a pass over that of the defaults.
+    pub time_ratio: Figure,
+    /// relMSE over that of the defaults at the same samples a pixel.
+    pub noise_ratio: Figure,
+    /// Time that the defaults need for their last error, over the time that this needs for the same.
+    pub speed_up: Figure,
+    /// The speed-up reaches beyond what was measured, along the fitted slope.
+    pub extrapolated: bool,
+    /// Relative bias of the picture's mean; of the defaults against the oracle, else against the defaults.
+    pub bias: Figure,
+    /// Root of the mean squared relative bias of pixels: at most this, at 97.5 %.
+    pub hidden_bias_below: f64,
+    /// Samples a pixel at which noise falls to the bias; only where there is one.
+    pub bias_equals_noise_at: Option<f64>,
+    /// The judgement.
+    pub verdict: Verdict,
+    /// For questions about `--target-error`.
+    #[serde(skip)]
+    pub by_error: Option<ByError>,
+}
+
+/// Samples from the error that `--target-error` means.
+#[derive(Clone, Copy, Debug)]
+pub struct ByError(Power);
+
+impl ByError {
+    /// Samples a pixel for an error; at least 1.
+    pub fn samples(self, error: f64) -> f64 {
+        self.0.reaches(error * error).max(1.0)
+    }
+}
+
+impl Price {
+    /// Seconds until the error that `--target-error` means is there; 0 passes make no picture, so at least one pass.
+    pub fn seconds_for_error(&self, error: f64) -> f64 {
+        self.pass_seconds.value * self.by_error.map_or(1.0, |law| law.samples(error))
+    }
+
+    /// Seconds until relMSE is there; infinite where bias forbids it.
+    pub fn seconds_for_relmse(&self, relmse: f64) -> f64 {
+        let (Some(last), Some(slope)) = (self.points.last(), self.slope) else {
+            return self.pass_seconds.value;
+        };
+        let bias = if self.verdict == Verdict::Harmful {
+            self.bias.value * self.bias.value
+        } else {
+            0.0
+        };
+        let law = Power {
+            intercept: (last.relmse.value - bias).ln() - slope.value * f64::from(last.spp).ln(),
+            slope: slope.value,
+        };
+        self.pass_seconds.value * law.reaches(relmse - bias).max(1.0)
+    }
+}
+
+/// Weights of values that make a mean of squares a relMSE.
+fn weights(truth: &Truth) -> Vec<[f64; 3]> {
+    let weight = |r: f64| 1.0 / (r * r + RELMSE_FLOOR);
+    truth.mean.iter().map(|r| r.map(weight)).collect()
+}
+
+/// Prices of all variants, the defaults first.
+pub fn prices(variants: &[Variant], all: &[Runs], truth: &Truth) -> Vec<Price> {
+    let weights = weights(truth);
+    let truth_mean = truth.mean.iter().flatten().sum::<f64>() / (3 * truth.mean.len()) as f64;
+    let scale = 1.0 / (truth_mean * truth_mean).max(f64::MIN_POSITIVE);
+    let even = vec![[scale; 3]; weights.len()];
+    let curves: Vec<[Curve; 2]> = all
+        .iter()
+        .enumerate()
+        .map(|(i, runs)| {
+            // Same bits, same distances: they are found for the first.
+            let runs = if runs.iter().all(|run| run.same_bits) { &all[0] } else { &all[i] };
+            [curve(runs, &weights), curve(runs, &even)]
+        })
+        .collect();
+    let alpha = student::sidak(FALSE_ALARMS, 2 * variants.len());
+    let price = |(i, variant): (usize, &Variant)| {
+        let bias = if i == 0 {
+            bias::of_defaults(&all[0], &weights, truth)
+        } else {
+            bias::of_variant(&all[i], &all[0], &weights, truth_mean.max(f64::MIN_POSITIVE))
+        };
+        Judged {
+            variant,
+            runs: &all[i],
+            defaults: &all[0],
+            curves: &curves[i],
+            default_curve: &curves[0][0],
+            bias,
+            weights: &weights,
+            alpha,
+        }
+        .price(i == 0)
+    };
+    variants.iter().enumerate().map(price).collect()
+}
+
+fn curve(runs: &Runs, weights: &[[f64; 3]]) -> Curve {
+    let looks = runs.first().map_or(0, |run| run.looks.len());
+    let points = (0..looks).map(|look| {
+        let pixels = |seed: usize| -> &[[f32; 3]] { &runs[seed].looks[look].pixels };
+        let spread = Spread::new(runs.len(), |a, b| distance(pixels(a), pixels(b), weights));
+        (runs[0].looks[look].spp, spread)
+    });
+    Curve {
+        points: points.collect(),
+    }
+}
+
+fn distance(a: &[[f32; 3]], b: &[[f32; 3]], weights: &[[f64; 3]]) -> f64 {
+    let mut sum = 0.0;
+    for ((a, b), weights) in a.iter().zip(b).zip(weights) {
+        for c in 0..3 {
+            let difference = f64::from(a[c]) - f64::from(b[c]);
+            sum += weights[c] * difference * difference;
+        }
+    }
+    sum / (3 * a.len()) as f64
+}
+
+/// What a price is made of.
+struct Judged<'a> {
+    variant: &'a Variant,
+    runs: &'a Runs,
+    defaults: &'a Runs,
+    /// By relMSE and by the error of `--target-error`.
+    curves: &'a [Curve; 2],
+    default_curve: &'a Curve,
+    bias: Bias,
+    weights: &'a [[f64; 3]],
+    alpha: f64,
+}
+
+impl Judged<'_> {
+    fn price(&self, default: bool) -> Price {
+        let same_bits = self.runs.iter().all(|run| run.same_bits) && !default;
+        let log_times: Vec<f64> = self
+            .runs
+            .iter()
+            .zip(self.defaults)
+            .map(|(run, plain)| (run.pass_seconds() / plain.pass_seconds()).ln())
+            .collect();
+        let log_time = mean(&log_times);
+        let log_samples = if same_bits || default { exactly(0.0) } else { self.log_samples() };
+        let log_cost = log_time.plus(log_samples).figure();
+        let speed_up = Figure {
+            value: -log_cost.value,
+            low: -log_cost.high,
+            high: -log_cost.low,
+        }
+        .exp();
+        let harmful = self.harmful();
+        let verdict = match (default, harmful) {
+            (_, true) => Verdict::Harmful,
+            (true, _) => Verdict::Default,
+            _ if speed_up.high < 1.0 => Verdict::Paid,
+            _ => Verdict::Free,
+        };
+        let squared_bias = if harmful { self.bias.squared.value.max(self.bias.brightness.value.powi(2)) } else { 0.0 };
+        let figure = |of: &dyn Fn(&Run) -> f64| median(&self.runs.iter().map(of).collect::<Vec<f64>>());
+        let last = self.runs[0].looks.last().map_or(1, |look| look.spp);
+        Price {
+            variant: self.variant.clone(),
+            label: self.variant.label(),
+            arguments: self.variant.arguments(),
+            same_bits,
+            same_noise: default || same_bits || self.same_noise(),
+            points: self.points(squared_bias),
+            slope: self.curves[0].slope().map(Estimate::figure),
+            pass_seconds: figure(&Run::pass_seconds),
+            rays_per_second: figure(&Run::rays_per_second),
+            time_ratio: {
+                let ratios: Vec<f64> = log_times.iter().map(|log| log.exp()).collect();
+                median(&ratios)
+            },
+            noise_ratio: if same_bits || default { Figure::exact(1.0) } else { self.noise_ratio() },
+            speed_up,
+            extrapolated: log_samples.value > 0.0 && !same_bits,
+            bias: self.bias.brightness.figure(),
+            hidden_bias_below: self.bias.squared.figure().high.max(0.0).sqrt(),
+            bias_equals_noise_at: harmful
+                .then(|| self.curves[0].samples_for(squared_bias, None))
+                .filter(|n| n.is_finite()),
+            verdict,
+            by_error: self.by_error(last),
+        }
+    }
+
+    /// Whether the bias is beyond chance and large enough to matter.
+    fn harmful(&self) -> bool {
+        let Bias { brightness, squared } = self.bias;
+        let beyond = |estimate: Estimate, size: f64| size > HARMLESS && estimate.probability_of_zero() < self.alpha;
+        beyond(brightness, brightness.value.abs()) || (squared.value > 0.0 && beyond(squared, squared.value.sqrt()))
+    }
+
+    /// Whether the picture of a seed is nearer to that of the defaults with the same seed than to any other's.
+    fn same_noise(&self) -> bool {
+        let apart: f64 = self
+            .runs
+            .iter()
+            .zip(self.defaults)
+            .filter_map(|(run, plain)| Some((run.looks.last()?, plain.looks.last()?)))
+            .map(|(a, b)| distance(&a.pixels, &b.pixels, self.weights))
+            .sum();
+        let noise = self.default_curve.points.last().map_or(0.0, |(_, spread)| spread.variance(None));
+        apart < 0.01 * noise * self.runs.len() as f64
+    }
+
+    /// Logarithm of the samples that this needs for the last error of the defaults, over those that they need.
+    fn log_samples(&self) -> Estimate {
+        let (curve, plain) = (&self.curves[0], self.default_curve);
+        let Some((n, spread)) = plain.points.last() else {
+            return exactly(0.0);
+        };
+        let noisy = curve.points.last().is_some_and(|(_, spread)| spread.variance(None) > 0.0);
+        match (spread.variance(None) > 0.0, noisy) {
+            (true, true) => {}
+            (false, false) | (true, false) => return exactly(0.0),
+            (false, true) => return exactly(f64::INFINITY),
+        }
+        jackknife(curve.seeds(), |without| {
+            (curve.samples_for(spread.variance(without), without) / f64::from(*n)).ln()
+        })
+    }
+
+    fn noise_ratio(&self) -> Figure {
+        let (Some((_, own)), Some((_, plain))) = (self.curves[0].points.last(), self.default_curve.points.last()) else {
+            return Figure::exact(1.0);
+        };
+        if !(own.variance(None) > 0.0 && plain.variance(None) > 0.0) {
+            return Figure::exact(own.variance(None) / plain.variance(None));
+        }
+        jackknife(own.seeds(), |without| (own.variance(without) / plain.variance(without)).ln())
+            .figure()
+            .exp()
+    }
+
+    fn points(&self, squared_bias: f64) -> Vec<Point> {
+        let point = |(look, (spp, relmse)): (usize, &(u32, Spread))| {
+            let seconds: Vec<f64> = self.runs.iter().map(|run| run.looks[look].seconds).collect();
+            let error = variance_figure(&self.curves[1].points[look].1);
+            let spread = variance_figure(relmse);
+            let root = |x: f64| x.max(0.0).sqrt();
+            Point {
+                spp: *spp,
+                seconds: median(&seconds),
+                relmse: Figure {
+                    value: spread.value + squared_bias,
+                    low: spread.low + squared_bias,
+                    high: spread.high + squared_bias,
+                },
+                error: Figure {
+                    value: root(error.value),
+                    low: root(error.low),
+                    high: root(error.high),
+                },
+            }
+        };
+        self.curves[0].points.iter().enumerate().map(point).collect()
+    }
+
+    fn by_error(&self, last: u32) -> Option<ByError> {
+        let law = self.curves[1].law(None)?;
+        let here = self.curves[1].points.last()?.1.variance(None);
+        Some(ByError(Power {
+            intercept: here.ln() - law.slope * f64::from(last).ln(),
+            ..law
+        }))
+    }
+}
+
+/// A variance with an interval that is even in logarithms: variances are skewed.
+fn variance_figure(spread: &Spread) -> Figure {
+    if spread.variance(None) > 0.0 {
+        jackknife(spread.seeds(), |without| spread.variance(without).ln()).figure().exp()
+    } else {
+        Figure::exact(0.0)
+    }
+}
+
+fn exactly(value: f64) -> Estimate {
+    Estimate {
+        value,
+        stderr: 0.0,
+        dof: f64::INFINITY,
+    }
+}

@@ -1,0 +1,149 @@
+//! The reference: the independent `f64` oracle, with its standard error, kept between studies.
+
+use std::fmt::{self, Write};
+use std::path::{Path, PathBuf};
+
+use sha2::{Digest, Sha256};
+
+use crate::film::{Attributes, read_picture, write_picture};
+use crate::reference;
+use crate::scene::{FilmSize, Scene};
+
+/// Part of every name in the cache: to be raised whenever the oracle's pictures change.
+const REVISION: u32 = 1;
+
+/// What the picture converges to, as well as is known.
+#[derive(Clone, Debug)]
+pub struct Truth {
+    /// Mean radiance of each pixel, row by row.
+    pub mean: Vec<[f64; 3]>,
+    /// The standard error of each value.
+    pub stderr: Vec<[f64; 3]>,
+    /// Samples a pixel.
+    pub spp: u32,
+    /// It was found in the cache.
+    pub cached: bool,
+}
+
+/// A writer that only hashes.
+struct Hashing(Sha256);
+
+impl Write for Hashing {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        self.0.update(text.as_bytes());
+        Ok(())
+    }
+}
+
+/// A name for everything about a scene that its picture depends on: 32 hexadecimal digits. Neither its file's name nor what
+/// it says about how to render takes part.
+pub fn hash(scene: &Scene) -> String {
+    let mut hashing = Hashing(Sha256::new());
+    // Rust writes a float so that it reads back as the same; hashing cannot fail.
+    let _ = write!(
+        hashing,
+        "{REVISION} {:?} {:?} {:?} {:?}",
+        scene.camera, scene.materials, scene.spheres, scene.meshes
+    );
+    hashing.0.finalize().iter().take(16).fold(String::new(), |mut name, byte| {
+        let _ = write!(name, "{byte:02x}");
+        name
+    })
+}
+
+/// The oracle's picture of `spp` samples a pixel, or a better one out of `cache`, where it then stays.
+pub fn find(scene: &Scene, film: FilmSize, spp: u32, cache: Option<&Path>) -> Truth {
+    let stem = cache.map(|folder| folder.join(format!("{}-{}x{}", hash(scene), film.width, film.height)));
+    if let Some(found) = stem.as_deref().and_then(|stem| read(stem, film, spp)) {
+        return found;
+    }
+    let rendered = reference::render(scene, film, spp, 0x5EED, &|_| ());
+    if let Some(stem) = stem {
+        // A cache that cannot be written costs time, nothing else.
+        let _ = store(&stem, &rendered);
+    }
+    Truth {
+        mean: rendered.picture,
+        stderr: rendered.stderr,
+        spp,
+        cached: false,
+    }
+}
+
+fn files(stem: &Path, spp: u32) -> [PathBuf; 2] {
+    ["", "-stderr"].map(|part| PathBuf::from(format!("{}-{spp}spp{part}.npy", stem.display())))
+}
+
+/// The best picture with at least so many samples; anything strange is left alone.
+fn read(stem: &Path, film: FilmSize, least: u32) -> Option<Truth> {
+    let prefix = format!("{}-", stem.file_name()?.to_str()?);
+    let spp = std::fs::read_dir(stem.parent()?)
+        .ok()?
+        .filter_map(|entry| {
+            let name = entry.ok()?.file_name().into_string().ok()?;
+            name.strip_prefix(&prefix)?.strip_suffix("spp.npy")?.parse::<u32>().ok()
+        })
+        .filter(|&spp| spp >= least)
+        .max()?;
+    let [mean, stderr] = files(stem, spp).map(|path| {
+        let picture = read_picture(&path).ok()?;
+        let sound = (picture.width, picture.height) == (film.width, film.height)
+            && picture.pixels.iter().flatten().all(|x| x.is_finite() && *x >= 0.0);
+        sound.then(|| picture.pixels.iter().map(|p| p.map(f64::from)).collect())
+    });
+    Some(Truth {
+        mean: mean?,
+        stderr: stderr?,
+        spp,
+        cached: true,
+    })
+}
+
+fn store(stem: &Path, rendered: &reference::Reference) -> Result<(), Box<dyn std::error::Error>> {
+    std::fs::create_dir_all(stem.parent().unwrap_or(Path::new(".")))?;
+    let [mean, stderr] = files(stem, rendered.spp);
+    // The picture is written last: where it is, its errors are.
+    write_picture(&stderr, &rendered.to_stderr_picture(), &Attributes::default())?;
+    write_picture(&mean, &rendered.to_picture(), &Attributes::default())?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FILM: FilmSize = FilmSize { width: 6, height: 4 };
+
+    fn scene() -> Scene {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/tests/two-lights.toml");
+        Scene::load(Path::new(path)).unwrap()
+    }
+
+    #[test]
+    fn a_hash_names_the_picture_and_not_the_file() {
+        let (one, mut other) = (scene(), scene());
+        other.name = "another".into();
+        other.render.spp = Some(7);
+        assert_eq!(hash(&one), hash(&other));
+        other.spheres[0].radius = other.spheres[0].radius.next_up();
+        assert_ne!(hash(&one), hash(&other));
+    }
+
+    #[test]
+    fn the_cache_gives_what_it_got_and_nothing_less() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = Some(folder.path());
+        let first = find(&scene(), FILM, 8, at);
+        let again = find(&scene(), FILM, 4, at);
+        assert!(!first.cached && again.cached && again.spp == 8);
+        for (a, b) in first.mean.iter().flatten().zip(again.mean.iter().flatten()) {
+            assert!((a - b).abs() <= 1e-7 * a.abs(), "a picture in the cache is rounded to f32");
+        }
+        assert!(!find(&scene(), FILM, 16, at).cached, "too few samples in the cache");
+        // A file cut short is no reference.
+        for entry in std::fs::read_dir(folder.path()).unwrap() {
+            std::fs::write(entry.unwrap().path(), b"cut").unwrap();
+        }
+        assert!(!find(&scene(), FILM, 8, at).cached);
+    }
+}

@@ -156,7 +156,11 @@ fn check_folder(folder: &Path) -> Result<(), CliError> {
         let what = format!("{}: is a file, not a folder", folder.display());
         return Err(CliError::usage(what).with_help("name a folder; it is made where there is none"));
     }
-    let probe = if folder.is_dir() { folder.join("study.html") } else { folder.to_owned() };
+    let probe = if folder.is_dir() {
+        folder.join("study.html")
+    } else {
+        folder.to_owned()
+    };
     replace::check(&probe).map_err(|error| CliError::bad_path(&error))
 }
 
@@ -193,7 +197,13 @@ mod tests {
 
     #[test]
     fn times_have_units() {
-        for (text, seconds) in [("60", 60.0), ("60s", 60.0), ("1.5m", 90.0), ("1h", 3600.0), ("0.5s", 0.5)] {
+        for (text, seconds) in [
+            ("60", 60.0),
+            ("60s", 60.0),
+            ("1.5m", 90.0),
+            ("1h", 3600.0),
+            ("0.5s", 0.5),
+        ] {
             assert_eq!(duration(text), Ok(seconds));
         }
         for text in ["", "s", "-3s", "0", "5 minutes", "1d", "infs", "NaN"] {

@@ -3,7 +3,7 @@
 //! Two figures. *Brightness*: the mean of the picture against the truth, signed, which a wrong constant changes most.
 //! *Hidden bias*: the root of the mean of squared biases of pixels, which sees light in the wrong place too, but less sharply.
 //! A variant is compared with the defaults seed by seed, since what noise they share then cancels; the defaults are compared
-//! with the oracle.
+//! with the oracle. Pixels on the rims of visible lights are left out, see [`Truth::rims`]: they weigh 0.
 
 use super::measure::Runs;
 use super::statistics::{Estimate, mean};
@@ -37,7 +37,7 @@ impl Bias {
 }
 
 /// A variant against the defaults, at the last look of each, seed by seed.
-pub fn of_variant(runs: &Runs, defaults: &Runs, weights: &[[f64; 3]], truth_mean: f64) -> Bias {
+pub fn of_variant(runs: &Runs, defaults: &Runs, weights: &[[f64; 3]], truth: &Truth) -> Bias {
     if runs.iter().all(|run| run.same_bits) {
         return Bias::NONE;
     }
@@ -50,7 +50,8 @@ pub fn of_variant(runs: &Runs, defaults: &Runs, weights: &[[f64; 3]], truth_mean
             a.iter().zip(b).map(minus).collect()
         })
         .collect();
-    let brightness: Vec<f64> = differences.iter().map(|d| mean_of(d) / truth_mean).collect();
+    let scale = mean_of(&truth.mean, &truth.rims).max(f64::MIN_POSITIVE);
+    let brightness: Vec<f64> = differences.iter().map(|d| mean_of(d, &truth.rims) / scale).collect();
     Bias {
         brightness: mean(&brightness),
         squared: squared(&differences, &vec![[0.0; 3]; weights.len()], weights),
@@ -62,16 +63,16 @@ pub fn of_defaults(runs: &Runs, weights: &[[f64; 3]], truth: &Truth) -> Bias {
     let differences: Vec<Vec<[f64; 3]>> = runs
         .iter()
         .map(|run| {
-            let minus =
-                |(a, r): (&[f32; 3], &[f64; 3])| std::array::from_fn(|i| f64::from(a[i]) - r[i]);
+            let minus = |(a, r): (&[f32; 3], &[f64; 3])| std::array::from_fn(|i| f64::from(a[i]) - r[i]);
             last(run).iter().zip(&truth.mean).map(minus).collect()
         })
         .collect();
-    let scale = mean_of(&truth.mean).max(f64::MIN_POSITIVE);
-    let brightness: Vec<f64> = differences.iter().map(|d| mean_of(d) / scale).collect();
-    let values = (3 * truth.mean.len()) as f64;
+    let scale = mean_of(&truth.mean, &truth.rims).max(f64::MIN_POSITIVE);
+    let brightness: Vec<f64> = differences.iter().map(|d| mean_of(d, &truth.rims) / scale).collect();
+    let off_rims = truth.stderr.iter().zip(&truth.rims).filter(|(_, rim)| !**rim);
+    let values = 3.0 * off_rims.clone().count() as f64;
     // Colours of a pixel come from the same samples and err together: their errors add up, not their squares.
-    let variance: f64 = truth.stderr.iter().map(|e| e.iter().sum::<f64>().powi(2)).sum();
+    let variance: f64 = off_rims.map(|(e, _)| e.iter().sum::<f64>().powi(2)).sum();
     let oracle = Estimate {
         value: 0.0,
         stderr: variance.sqrt() / values / scale,
@@ -88,8 +89,13 @@ fn last(run: &super::measure::Run) -> &[[f32; 3]] {
     run.looks.last().map_or(&[], |look| &look.pixels)
 }
 
-fn mean_of(pixels: &[[f64; 3]]) -> f64 {
-    pixels.iter().flatten().sum::<f64>() / (3 * pixels.len()) as f64
+/// The mean of all pixels off the rims.
+fn mean_of(pixels: &[[f64; 3]], rims: &[bool]) -> f64 {
+    let off_rims = pixels.iter().zip(rims).filter(|(_, rim)| !**rim);
+    let (sum, count) = off_rims.fold((0.0, 0), |(sum, count), (p, _)| {
+        (sum + p.iter().sum::<f64>(), count + 3)
+    });
+    sum / f64::from(count.max(1))
 }
 
 /// The mean over pixels of weighted squares of the mean difference, less the part that is noise: that of the seeds, and
@@ -146,20 +152,27 @@ mod tests {
     /// Every seed errs by +-e, half of them each way: the mean is right, and the squares are all noise.
     #[test]
     fn brightness_is_signed_and_noise_is_no_bias() {
-        let noise = |seed: u32, p: usize| if (seed as usize + p).is_multiple_of(2) { 0.25 } else { -0.25 };
+        let noise = |seed: u32, p: usize| {
+            if (seed as usize + p).is_multiple_of(2) {
+                0.25
+            } else {
+                -0.25
+            }
+        };
         let plain = runs(8, 320, |seed, p| 2.0 + noise(seed, p));
         let weights = vec![[0.25; 3]; 320];
         let brighter = runs(8, 320, |seed, p| (2.0 + noise(seed, p)) * 1.01);
-        let bias = of_variant(&brighter, &plain, &weights, 2.0);
-        assert!((bias.brightness.value - 0.01).abs() < 1e-7, "{bias:?}");
-        assert!((bias.squared.value - 1e-4).abs() < 2e-7, "{bias:?}");
-        assert!(bias.brightness.probability_of_zero() < 1e-6);
         let truth = Truth {
             mean: vec![[2.0; 3]; 320],
             stderr: vec![[0.1; 3]; 320],
             spp: 100,
             cached: false,
+            rims: vec![false; 320],
         };
+        let bias = of_variant(&brighter, &plain, &weights, &truth);
+        assert!((bias.brightness.value - 0.01).abs() < 1e-7, "{bias:?}");
+        assert!((bias.squared.value - 1e-4).abs() < 2e-7, "{bias:?}");
+        assert!(bias.brightness.probability_of_zero() < 1e-6);
         let right = of_defaults(&plain, &weights, &truth);
         assert_eq!(right.brightness.value, 0.0);
         // The oracle's error: 0.1 a pixel, 320 pixels, relative to 2.

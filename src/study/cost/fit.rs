@@ -77,6 +77,14 @@ impl Power {
         })
     }
 
+    /// The one of a given slope through a point.
+    pub fn through((n, value): (f64, f64), slope: f64) -> Self {
+        Self {
+            intercept: value.ln() - slope * n.ln(),
+            slope,
+        }
+    }
+
     /// The value at n.
     pub fn at(self, n: f64) -> f64 {
         (self.intercept + self.slope * n.ln()).exp()
@@ -123,18 +131,13 @@ impl Curve {
         }))
     }
 
-    /// Samples a pixel at which `V` falls to `value`: from the last point on, along the fitted slope. That point is the most exact
-    /// one, and where the question usually is.
-    pub fn samples_for(&self, value: f64, without: Option<usize>) -> f64 {
-        let (Some((n, spread)), Some(law)) = (self.points.last(), self.law(without)) else {
+    /// Samples a pixel at which `V` falls to `value`: from the last point on, which is the most exact one and the nearest to most
+    /// questions, along `slope`.
+    pub fn samples_for(&self, value: f64, slope: f64, without: Option<usize>) -> f64 {
+        let Some((n, spread)) = self.points.last() else {
             return 1.0;
         };
-        let here = spread.variance(without);
-        let through_last = Power {
-            intercept: here.ln() - law.slope * f64::from(*n).ln(),
-            slope: law.slope,
-        };
-        through_last.reaches(value)
+        Power::through((f64::from(*n), spread.variance(without)), slope).reaches(value)
     }
 }
 
@@ -145,7 +148,10 @@ mod tests {
     #[test]
     fn a_power_law_is_recovered() {
         for (c, slope) in [(3.0_f64, -1.0), (0.02, -1.37)] {
-            let points: Vec<_> = [4.0_f64, 16.0, 64.0, 256.0].iter().map(|n| (*n, c * n.powf(slope))).collect();
+            let points: Vec<_> = [4.0_f64, 16.0, 64.0, 256.0]
+                .iter()
+                .map(|n| (*n, c * n.powf(slope)))
+                .collect();
             let law = Power::fit(&points).unwrap();
             assert!((law.slope - slope).abs() < 1e-12 && (law.at(1.0) / c - 1.0).abs() < 1e-12);
             let n = law.reaches(law.at(1000.0));
@@ -153,7 +159,14 @@ mod tests {
         }
         assert_eq!(Power::fit(&[(4.0, 0.0)]), None);
         assert_eq!(Power::fit(&[(4.0, 1.0)]).unwrap().slope, -1.0);
-        assert_eq!(Power { intercept: 0.0, slope: 0.1 }.reaches(0.5), f64::INFINITY);
+        assert_eq!(
+            Power {
+                intercept: 0.0,
+                slope: 0.1
+            }
+            .reaches(0.5),
+            f64::INFINITY
+        );
     }
 
     /// Seeds at known places on a line: the spread is the sample variance, with and without one.
@@ -176,6 +189,6 @@ mod tests {
         let slope = curve.slope().unwrap();
         assert!((slope.value + 1.2).abs() < 1e-12 && slope.stderr < 1e-12);
         let (v, expected) = (5.0 * 14.0 / 3.0 * 1000.0_f64.powf(-1.2), 1000.0);
-        assert!((curve.samples_for(v, None) / expected - 1.0).abs() < 1e-9);
+        assert!((curve.samples_for(v, slope.value, None) / expected - 1.0).abs() < 1e-9);
     }
 }

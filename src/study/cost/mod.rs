@@ -107,6 +107,9 @@ pub struct Distances {
     pub mean: f64,
 }
 
+/// Settings that a scene does not allow, each with the reason.
+pub type Impossible = Vec<(String, String)>;
+
 /// Everything that was found.
 #[derive(Clone, Debug, Serialize)]
 pub struct Study {
@@ -123,7 +126,7 @@ pub struct Study {
     /// Setting by setting, the defaults first.
     pub prices: Vec<Price>,
     /// Settings that the scene does not allow, with the reason.
-    pub impossible: Vec<(String, String)>,
+    pub impossible: Impossible,
     /// Estimators after equal time.
     pub strip: Strip,
     /// One render of the scene's own film.
@@ -149,17 +152,16 @@ pub fn run(scene: &Scene, options: &Options, watch: &dyn Watch) -> Result<Study,
     let budget = options.budget;
     let say = |what: &str| {
         watch.doing((started.elapsed().as_secs_f64() / budget).min(1.0), what);
-        if watch.stopped() { Err(StudyError::Stopped) } else { Ok(()) }
+        if watch.stopped() {
+            Err(StudyError::Stopped)
+        } else {
+            Ok(())
+        }
     };
     say("what the settings cost")?;
     let (variants, impossible) = possible(scene, options.settings)?;
     let costs = schedule::costs(scene, &variants, scene.film, 0.08 * budget, watch)?;
-    let effort = schedule::effort(
-        &costs,
-        scene.film,
-        schedule::FOR_ROUNDS * budget,
-        options.settings.seed,
-    );
+    let effort = schedule::effort(&costs, scene.film, schedule::FOR_ROUNDS * budget, options.settings.seed);
     say("the reference")?;
     let truth = reference(scene, &effort, options)?;
     say("the rounds")?;
@@ -171,7 +173,7 @@ pub fn run(scene: &Scene, options: &Options, watch: &dyn Watch) -> Result<Study,
     };
     let all = measure::rounds(scene, &variants, &effort, watch, more)?;
     say("the prices")?;
-    let mut study = analyse(scene, &variants, &all, &effort, truth)?;
+    let mut study = analyse(scene, &variants, &all, &effort, truth, price::FALSE_ALARMS)?;
     study.impossible = impossible;
     if !options.prices_only {
         say("the pictures")?;
@@ -190,7 +192,7 @@ pub fn run(scene: &Scene, options: &Options, watch: &dyn Watch) -> Result<Study,
 }
 
 /// The settings that the scene allows, the defaults first, and the others with the reason.
-fn possible(scene: &Scene, settings: Settings) -> Result<(Vec<Variant>, Vec<(String, String)>), SetupError> {
+fn possible(scene: &Scene, settings: Settings) -> Result<(Vec<Variant>, Impossible), SetupError> {
     let tiny = FilmSize { width: 1, height: 1 };
     let starts = |settings: Settings| {
         let small = Settings { film: tiny, ..settings };
@@ -230,7 +232,7 @@ fn reference(scene: &Scene, effort: &Effort, options: &Options) -> Result<Truth,
     })
 }
 
-/// From measurements to prices.
+/// From measurements to prices; `false_alarms` as for [`price::prices`].
 ///
 /// # Errors
 /// [`StudyError::Stopped`] below two rounds.
@@ -240,11 +242,12 @@ pub fn analyse(
     all: &[Runs],
     effort: &Effort,
     truth: Truth,
+    false_alarms: f64,
 ) -> Result<Study, StudyError> {
     if all.iter().any(|runs| runs.len() < 2) {
         return Err(StudyError::Stopped);
     }
-    let prices = price::prices(variants, all, &truth);
+    let prices = price::prices(variants, all, &truth, false_alarms);
     Ok(Study {
         film: [effort.film.width, effort.film.height],
         scene_film: [scene.film.width, scene.film.height],

@@ -73,7 +73,7 @@ pub struct Price {
     pub same_noise: bool,
     /// Error and time.
     pub points: Vec<Point>,
-    /// Exponent of samples in relMSE: -1 for independent samples. `None` where there is no noise.
+    /// Exponent of samples in relMSE off the rims of visible lights: -1 for independent samples. `None` without noise.
     pub slope: Option<Figure>,
     /// Seconds of one pass.
     pub pass_seconds: Figure,
@@ -127,10 +127,7 @@ impl Price {
         } else {
             0.0
         };
-        let law = Power {
-            intercept: (last.relmse.value - bias).ln() - slope.value * f64::from(last.spp).ln(),
-            slope: slope.value,
-        };
+        let law = Power::through((f64::from(last.spp), last.relmse.value - bias), slope.value);
         self.pass_seconds.value * law.reaches(relmse - bias).max(1.0)
     }
 }
@@ -141,34 +138,47 @@ fn weights(truth: &Truth) -> Vec<[f64; 3]> {
     truth.mean.iter().map(|r| r.map(weight)).collect()
 }
 
-/// Prices of all variants, the defaults first.
-pub fn prices(variants: &[Variant], all: &[Runs], truth: &Truth) -> Vec<Price> {
+/// Prices of all variants, the defaults first. `false_alarms` is the probability that any without fault is called harmful.
+pub fn prices(variants: &[Variant], all: &[Runs], truth: &Truth, false_alarms: f64) -> Vec<Price> {
     let weights = weights(truth);
+    let off_rims: Vec<[f64; 3]> = weights
+        .iter()
+        .zip(&truth.rims)
+        .map(|(weight, rim)| if *rim { [0.0; 3] } else { *weight })
+        .collect();
     let truth_mean = truth.mean.iter().flatten().sum::<f64>() / (3 * truth.mean.len()) as f64;
     let scale = 1.0 / (truth_mean * truth_mean).max(f64::MIN_POSITIVE);
     let even = vec![[scale; 3]; weights.len()];
-    let curves: Vec<[Curve; 2]> = all
+    let curves: Vec<Curves> = all
         .iter()
         .enumerate()
         .map(|(i, runs)| {
             // Same bits, same distances: they are found for the first.
-            let runs = if runs.iter().all(|run| run.same_bits) { &all[0] } else { &all[i] };
-            [curve(runs, &weights), curve(runs, &even)]
+            let runs = if runs.iter().all(|run| run.same_bits) {
+                &all[0]
+            } else {
+                &all[i]
+            };
+            Curves {
+                relmse: curve(runs, &weights),
+                off_rims: curve(runs, &off_rims),
+                error: curve(runs, &even),
+            }
         })
         .collect();
-    let alpha = student::sidak(FALSE_ALARMS, 2 * variants.len());
+    let alpha = student::sidak(false_alarms, 2 * variants.len());
     let price = |(i, variant): (usize, &Variant)| {
         let bias = if i == 0 {
-            bias::of_defaults(&all[0], &weights, truth)
+            bias::of_defaults(&all[0], &off_rims, truth)
         } else {
-            bias::of_variant(&all[i], &all[0], &weights, truth_mean.max(f64::MIN_POSITIVE))
+            bias::of_variant(&all[i], &all[0], &off_rims, truth)
         };
         Judged {
             variant,
             runs: &all[i],
             defaults: &all[0],
             curves: &curves[i],
-            default_curve: &curves[0][0],
+            plain: &curves[0],
             bias,
             weights: &weights,
             alpha,
@@ -201,14 +211,31 @@ fn distance(a: &[[f32; 3]], b: &[[f32; 3]], weights: &[[f64; 3]]) -> f64 {
     sum / (3 * a.len()) as f64
 }
 
+/// The spread of a setting by several weights.
+struct Curves {
+    /// As relMSE weighs.
+    relmse: Curve,
+    /// The same off the rims of visible lights.
+    off_rims: Curve,
+    /// As `--target-error` weighs.
+    error: Curve,
+}
+
+impl Curves {
+    /// How relMSE falls with samples.
+    fn slope(&self, without: Option<usize>) -> f64 {
+        self.off_rims.law(without).map_or(-1.0, |law| law.slope)
+    }
+}
+
 /// What a price is made of.
 struct Judged<'a> {
     variant: &'a Variant,
     runs: &'a Runs,
     defaults: &'a Runs,
-    /// By relMSE and by the error of `--target-error`.
-    curves: &'a [Curve; 2],
-    default_curve: &'a Curve,
+    curves: &'a Curves,
+    /// Those of the defaults.
+    plain: &'a Curves,
     bias: Bias,
     weights: &'a [[f64; 3]],
     alpha: f64,
@@ -224,7 +251,11 @@ impl Judged<'_> {
             .map(|(run, plain)| (run.pass_seconds() / plain.pass_seconds()).ln())
             .collect();
         let log_time = mean(&log_times);
-        let log_samples = if same_bits || default { exactly(0.0) } else { self.log_samples() };
+        let log_samples = if same_bits || default {
+            exactly(0.0)
+        } else {
+            self.log_samples()
+        };
         let log_cost = log_time.plus(log_samples).figure();
         let speed_up = Figure {
             value: -log_cost.value,
@@ -239,7 +270,11 @@ impl Judged<'_> {
             _ if speed_up.high < 1.0 => Verdict::Paid,
             _ => Verdict::Free,
         };
-        let squared_bias = if harmful { self.bias.squared.value.max(self.bias.brightness.value.powi(2)) } else { 0.0 };
+        let squared_bias = if harmful {
+            self.bias.squared.value.max(self.bias.brightness.value.powi(2))
+        } else {
+            0.0
+        };
         let figure = |of: &dyn Fn(&Run) -> f64| median(&self.runs.iter().map(of).collect::<Vec<f64>>());
         let last = self.runs[0].looks.last().map_or(1, |look| look.spp);
         Price {
@@ -249,20 +284,28 @@ impl Judged<'_> {
             same_bits,
             same_noise: default || same_bits || self.same_noise(),
             points: self.points(squared_bias),
-            slope: self.curves[0].slope().map(Estimate::figure),
+            slope: self.curves.off_rims.slope().map(Estimate::figure),
             pass_seconds: figure(&Run::pass_seconds),
             rays_per_second: figure(&Run::rays_per_second),
             time_ratio: {
                 let ratios: Vec<f64> = log_times.iter().map(|log| log.exp()).collect();
                 median(&ratios)
             },
-            noise_ratio: if same_bits || default { Figure::exact(1.0) } else { self.noise_ratio() },
+            noise_ratio: if same_bits || default {
+                Figure::exact(1.0)
+            } else {
+                self.noise_ratio()
+            },
             speed_up,
             extrapolated: log_samples.value > 0.0 && !same_bits,
             bias: self.bias.brightness.figure(),
             hidden_bias_below: self.bias.squared.figure().high.max(0.0).sqrt(),
             bias_equals_noise_at: harmful
-                .then(|| self.curves[0].samples_for(squared_bias, None))
+                .then(|| {
+                    self.curves
+                        .relmse
+                        .samples_for(squared_bias, self.curves.slope(None), None)
+                })
                 .filter(|n| n.is_finite()),
             verdict,
             by_error: self.by_error(last),
@@ -285,43 +328,55 @@ impl Judged<'_> {
             .filter_map(|(run, plain)| Some((run.looks.last()?, plain.looks.last()?)))
             .map(|(a, b)| distance(&a.pixels, &b.pixels, self.weights))
             .sum();
-        let noise = self.default_curve.points.last().map_or(0.0, |(_, spread)| spread.variance(None));
+        let noise = self
+            .plain
+            .relmse
+            .points
+            .last()
+            .map_or(0.0, |(_, spread)| spread.variance(None));
         apart < 0.01 * noise * self.runs.len() as f64
     }
 
     /// Logarithm of the samples that this needs for the last error of the defaults, over those that they need.
     fn log_samples(&self) -> Estimate {
-        let (curve, plain) = (&self.curves[0], self.default_curve);
+        let (curve, plain) = (&self.curves.relmse, &self.plain.relmse);
         let Some((n, spread)) = plain.points.last() else {
             return exactly(0.0);
         };
-        let noisy = curve.points.last().is_some_and(|(_, spread)| spread.variance(None) > 0.0);
+        let noisy = curve
+            .points
+            .last()
+            .is_some_and(|(_, spread)| spread.variance(None) > 0.0);
         match (spread.variance(None) > 0.0, noisy) {
             (true, true) => {}
             (false, false) | (true, false) => return exactly(0.0),
             (false, true) => return exactly(f64::INFINITY),
         }
         jackknife(curve.seeds(), |without| {
-            (curve.samples_for(spread.variance(without), without) / f64::from(*n)).ln()
+            let slope = self.curves.slope(without);
+            (curve.samples_for(spread.variance(without), slope, without) / f64::from(*n)).ln()
         })
     }
 
     fn noise_ratio(&self) -> Figure {
-        let (Some((_, own)), Some((_, plain))) = (self.curves[0].points.last(), self.default_curve.points.last()) else {
+        let (Some((_, own)), Some((_, plain))) = (self.curves.relmse.points.last(), self.plain.relmse.points.last())
+        else {
             return Figure::exact(1.0);
         };
         if !(own.variance(None) > 0.0 && plain.variance(None) > 0.0) {
             return Figure::exact(own.variance(None) / plain.variance(None));
         }
-        jackknife(own.seeds(), |without| (own.variance(without) / plain.variance(without)).ln())
-            .figure()
-            .exp()
+        jackknife(own.seeds(), |without| {
+            (own.variance(without) / plain.variance(without)).ln()
+        })
+        .figure()
+        .exp()
     }
 
     fn points(&self, squared_bias: f64) -> Vec<Point> {
         let point = |(look, (spp, relmse)): (usize, &(u32, Spread))| {
             let seconds: Vec<f64> = self.runs.iter().map(|run| run.looks[look].seconds).collect();
-            let error = variance_figure(&self.curves[1].points[look].1);
+            let error = variance_figure(&self.curves.error.points[look].1);
             let spread = variance_figure(relmse);
             let root = |x: f64| x.max(0.0).sqrt();
             Point {
@@ -339,23 +394,22 @@ impl Judged<'_> {
                 },
             }
         };
-        self.curves[0].points.iter().enumerate().map(point).collect()
+        self.curves.relmse.points.iter().enumerate().map(point).collect()
     }
 
     fn by_error(&self, last: u32) -> Option<ByError> {
-        let law = self.curves[1].law(None)?;
-        let here = self.curves[1].points.last()?.1.variance(None);
-        Some(ByError(Power {
-            intercept: here.ln() - law.slope * f64::from(last).ln(),
-            ..law
-        }))
+        let law = self.curves.error.law(None)?;
+        let here = self.curves.error.points.last()?.1.variance(None);
+        Some(ByError(Power::through((f64::from(last), here), law.slope)))
     }
 }
 
 /// A variance with an interval that is even in logarithms: variances are skewed.
 fn variance_figure(spread: &Spread) -> Figure {
     if spread.variance(None) > 0.0 {
-        jackknife(spread.seeds(), |without| spread.variance(without).ln()).figure().exp()
+        jackknife(spread.seeds(), |without| spread.variance(without).ln())
+            .figure()
+            .exp()
     } else {
         Figure::exact(0.0)
     }

@@ -126,8 +126,14 @@ mod tests {
             assert!(effort.looks.is_sorted() && effort.looks.iter().all(|n| n.is_power_of_two()));
             let last = *effort.looks.last().unwrap();
             let takes = 8.0 * 12.0 * (cost.setup_s + f64::from(last) * pixels * cost.sample_s);
-            assert!(takes < seconds || last == LEAST_SPP, "{takes} s of {seconds}: {effort:?}");
-            assert!(takes > 0.3 * seconds || last == MOST_SPP, "{takes} s of {seconds}: {effort:?}");
+            assert!(
+                takes < seconds || last == LEAST_SPP,
+                "{takes} s of {seconds}: {effort:?}"
+            );
+            assert!(
+                takes > 0.3 * seconds || last == MOST_SPP,
+                "{takes} s of {seconds}: {effort:?}"
+            );
         }
     }
 }

@@ -143,7 +143,10 @@ fn window(error: &[f64], film: FilmSize, left: u32, top: u32) -> f64 {
     let rows = top..top + CROP;
     rows.map(|y| {
         let start = (y * film.width + left) as usize;
-        error[start..start + CROP as usize].iter().map(|e| e.min(1.0)).sum::<f64>()
+        error[start..start + CROP as usize]
+            .iter()
+            .map(|e| e.min(1.0))
+            .sum::<f64>()
     })
     .sum()
 }

@@ -49,7 +49,11 @@ pub fn of(study: &Study, load: Option<f64>) -> Vec<String> {
             wide.join(", ")
         ));
     }
-    if study.prices.first().is_some_and(|price| price.verdict == Verdict::Harmful) {
+    if study
+        .prices
+        .first()
+        .is_some_and(|price| price.verdict == Verdict::Harmful)
+    {
         found.push(
             "The defaults and the oracle disagree: run `octolux verify` on this scene, and report it.".to_owned(),
         );

@@ -32,7 +32,7 @@ pub struct Layout {
 pub const DESK: Layout = Layout {
     width: 960,
     height: 520,
-    right: 210,
+    right: 232,
     font: 15,
     slopes: true,
 };
@@ -41,7 +41,7 @@ pub const DESK: Layout = Layout {
 pub const PHONE: Layout = Layout {
     width: 360,
     height: 400,
-    right: 92,
+    right: 96,
     font: 13,
     slopes: false,
 };
@@ -108,10 +108,21 @@ fn log(value: f64) -> f64 {
 
 /// Logarithms of both axes, with a little room around all points.
 fn ranges(prices: &[&Price]) -> ((f64, f64), (f64, f64)) {
-    let points = || prices.iter().flat_map(|price| &price.points).filter(|point| point.relmse.value > 0.0);
+    let points = || {
+        prices
+            .iter()
+            .flat_map(|price| &price.points)
+            .filter(|point| point.relmse.value > 0.0)
+    };
     let around = |values: &mut dyn Iterator<Item = f64>| {
-        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
-        if low > high { (-1.0, 1.0) } else { (low - 0.15, high + 0.15) }
+        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+            (low.min(v), high.max(v))
+        });
+        if low > high {
+            (-1.0, 1.0)
+        } else {
+            (low - 0.15, high + 0.15)
+        }
     };
     let x = around(&mut points().map(|point| log(point.seconds.value)));
     let y = around(&mut points().map(|point| log(point.relmse.value)));
@@ -166,8 +177,9 @@ fn grid(
         let label = if at.fract() == 0.0 && at < -1.5 {
             format!("10{}", words::superscript(&format!("{at:.0}")))
         } else {
-            let text = words::number(10.0_f64.powf(at));
-            text.trim_end_matches('0').trim_end_matches('.').to_owned()
+            // Shortest form of a number with one digit that counts.
+            let digit = format!("{:.0e}", 10.0_f64.powf(at));
+            digit.parse::<f64>().unwrap_or_default().to_string()
         };
         root.draw(&Text::new(label, (px - layout.font * FINE / 2, py), beside.clone()))?;
     }
@@ -175,9 +187,15 @@ fn grid(
     let (left, bottom) = chart.backend_coord(&(x.0, y.0));
     let (right, top) = chart.backend_coord(&(x.1, y.1));
     let below = (layout.height - layout.font / 2) * FINE;
-    let words = if layout.slopes { "time of rendering (wall clock)" } else { "time of rendering" };
+    let words = if layout.slopes {
+        "time of rendering (wall clock)"
+    } else {
+        "time of rendering"
+    };
     root.draw(&Text::new(words, ((left + right) / 2, below), title.clone()))?;
-    let turned = title.pos(Pos::new(HPos::Center, VPos::Top)).transform(FontTransform::Rotate270);
+    let turned = title
+        .pos(Pos::new(HPos::Center, VPos::Top))
+        .transform(FontTransform::Rotate270);
     root.draw(&Text::new("relMSE", (0, (bottom + top) / 2), turned))?;
     Ok(())
 }
@@ -211,15 +229,21 @@ fn marker(chart: &mut Chart<'_, '_>, points: &[(f64, f64)], i: usize) -> Result<
     let (filled, line) = (color.filled(), color.stroke_width((2 * FINE) as u32));
     let points = points.iter().copied();
     match i % 4 {
-        0 => chart.draw_series(points.map(|at| Circle::new(at, 4 * FINE, filled))).map(drop)?,
+        0 => chart
+            .draw_series(points.map(|at| Circle::new(at, 4 * FINE, filled)))
+            .map(drop)?,
         1 => chart
             .draw_series(points.map(|at| {
                 let side = 4 * FINE;
                 EmptyElement::at(at) + Rectangle::new([(-side, -side), (side, side)], filled)
             }))
             .map(drop)?,
-        2 => chart.draw_series(points.map(|at| TriangleMarker::new(at, 6 * FINE, filled))).map(drop)?,
-        _ => chart.draw_series(points.map(|at| Cross::new(at, 4 * FINE, line))).map(drop)?,
+        2 => chart
+            .draw_series(points.map(|at| TriangleMarker::new(at, 6 * FINE, filled)))
+            .map(drop)?,
+        _ => chart
+            .draw_series(points.map(|at| Cross::new(at, 4 * FINE, line)))
+            .map(drop)?,
     }
     Ok(())
 }
@@ -240,7 +264,11 @@ fn names(
         }
     }
     if let Some(end) = plain {
-        let words = if layout.slopes { "plain Monte Carlo  −1" } else { "Monte Carlo" };
+        let words = if layout.slopes {
+            "plain Monte Carlo  −1"
+        } else {
+            "Monte Carlo"
+        };
         ends.push((Role::Soft, words.to_owned(), chart.backend_coord(&end)));
     }
     ends.sort_by_key(|(_, _, (_, y))| *y);

@@ -15,7 +15,16 @@ pub fn csv(study: &Study) -> String {
         let _ = writeln!(
             text,
             "{},{},{},{},{:e},{:e},{:e},{:e},{:e},{}",
-            line.setting, line.arguments, line.seed, line.spp, line.seconds, e.rmse, e.relmse, e.smape, e.mean, line.same_bits
+            line.setting,
+            line.arguments,
+            line.seed,
+            line.spp,
+            line.seconds,
+            e.rmse,
+            e.relmse,
+            e.smape,
+            e.mean,
+            line.same_bits
         );
     }
     text

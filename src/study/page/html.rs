@@ -18,7 +18,10 @@ pub fn escape(text: &str) -> String {
 
 /// A table whose cells are HTML already. On a phone each row becomes a card, whose cells say the name of their column.
 pub fn table(class: &str, columns: &[&str], rows: &[Vec<String>]) -> String {
-    let head: String = columns.iter().map(|name| format!("<th scope=\"col\">{name}</th>")).collect();
+    let head: String = columns
+        .iter()
+        .map(|name| format!("<th scope=\"col\">{name}</th>"))
+        .collect();
     let row = |cells: &Vec<String>| {
         let cells: String = cells
             .iter()

@@ -68,7 +68,11 @@ pub fn files(
         .iter()
         .map(|warning| format!("<p class=\"warning\">{}</p>\n", escape(warning)))
         .collect();
-    let beside: String = headline.beside.iter().map(|sentence| format!("<p>{}</p>\n", escape(sentence))).collect();
+    let beside: String = headline
+        .beside
+        .iter()
+        .map(|sentence| format!("<p>{}</p>\n", escape(sentence)))
+        .collect();
     let page = fill(&[
         ("theme", theme::CSS.to_owned()),
         ("title", escape(&format!("{}: what accuracy costs in time", scene.name))),

@@ -79,14 +79,20 @@ fn crops(
     let mut html = String::from("<div class=\"crop\">\n");
     for (name, pixels) in named.chain([("reference", reference)]) {
         let picture = img(&cut(pixels)?, [CROP, CROP], &format!("{name}, enlarged"));
-        let _ = writeln!(html, "<figure>{picture}<figcaption>{}</figcaption></figure>", escape(name));
+        let _ = writeln!(
+            html,
+            "<figure>{picture}<figcaption>{}</figcaption></figure>",
+            escape(name)
+        );
     }
     Ok(html + "</div>\n")
 }
 
 /// The scale of the error pictures.
 fn scale() -> Result<String, ImageError> {
-    let ramp: Vec<f64> = (0..256).map(|i| LEAST * (MOST / LEAST).powf(f64::from(i) / 255.0)).collect();
+    let ramp: Vec<f64> = (0..256)
+        .map(|i| LEAST * (MOST / LEAST).powf(f64::from(i) / 255.0))
+        .collect();
     let ramp = img(&png(&colours(&ramp), 256)?, [256, 1], "scale of errors");
     Ok(format!(
         "<div class=\"scale\"><span>≤ {}</span>{ramp}<span>≥ {} of the pixel's own brightness</span></div>\n",

@@ -25,7 +25,12 @@ pub fn cheapest(study: &Study, circumstances: &Circumstances) -> String {
     let rows: Vec<_> = ASKED.iter().map(row).collect();
     table(
         "cards",
-        &["error asked", "cheapest", "default settings", "command line of the cheapest"],
+        &[
+            "error asked",
+            "cheapest",
+            "default settings",
+            "command line of the cheapest",
+        ],
         &rows,
     )
 }
@@ -49,11 +54,22 @@ pub fn prices(study: &Study) -> String {
             setting,
             relative(words::ratio(price.time_ratio)),
             words::number(price.rays_per_second.value * 1e-6),
-            relative(if price.same_bits { "same picture".to_owned() } else { words::ratio(price.noise_ratio) }),
+            relative(if price.same_bits {
+                "same picture".to_owned()
+            } else {
+                words::ratio(price.noise_ratio)
+            }),
             relative(speed_up(price)),
-            if price.same_bits { "none: same bits".to_owned() } else { words::bias(price.bias) },
+            if price.same_bits {
+                "none: same bits".to_owned()
+            } else {
+                words::bias(price.bias)
+            },
             match price.bias_equals_noise_at {
-                Some(spp) => format!("{verdict}<br>bias equals noise at {} samples a pixel", words::number(spp)),
+                Some(spp) => format!(
+                    "{verdict}<br>bias equals noise at {} samples a pixel",
+                    words::number(spp)
+                ),
                 None => verdict,
             },
         ]
@@ -90,16 +106,32 @@ pub fn effects(study: &Study, scene: &Scene) -> String {
         ("diffuse surfaces", found.diffuse, "shaded as a stream of their own"),
         ("Phong surfaces", found.phong, "shaded as a stream of their own"),
         ("spheres that reflect", found.spheres, "tested whole packets at a time"),
-        ("meshes that reflect", found.meshes, "triangles, tested whole packets at a time"),
-        ("lights that are spheres", found.sphere_lights, "sampled by the cone that they subtend; two numbers each and sample"),
-        ("lights that are meshes", found.mesh_lights, "found by directions, or sampled where an estimator can"),
+        (
+            "meshes that reflect",
+            found.meshes,
+            "triangles, tested whole packets at a time",
+        ),
+        (
+            "lights that are spheres",
+            found.sphere_lights,
+            "sampled by the cone that they subtend; two numbers each and sample",
+        ),
+        (
+            "lights that are meshes",
+            found.mesh_lights,
+            "found by directions, or sampled where an estimator can",
+        ),
         ("smooth normals", found.smooth_normals, "interpolated at every hit"),
     ];
     let row = |&(effect, count, follows): &(&str, usize, &str)| {
         let none = "<span class=\"soft\">no code for it runs</span>".to_owned();
         vec![
             effect.to_owned(),
-            if count > 0 { count.to_string() } else { "none".to_owned() },
+            if count > 0 {
+                count.to_string()
+            } else {
+                "none".to_owned()
+            },
             if count > 0 { follows.to_owned() } else { none },
         ]
     };
@@ -107,11 +139,16 @@ pub fn effects(study: &Study, scene: &Scene) -> String {
     rows.push(vec![
         "shapes in all".to_owned(),
         format!("{}, {triangles} of them triangles", found.shapes),
-        format!("<code>{}</code>: {}", escape(&study.phases.kernel), escape(&study.phases.why)),
+        format!(
+            "<code>{}</code>: {}",
+            escape(&study.phases.kernel),
+            escape(&study.phases.why)
+        ),
     ]);
-    let impossible = study.impossible.iter().map(|(label, why)| {
-        vec![escape(label), "not possible here".to_owned(), escape(why)]
-    });
+    let impossible = study
+        .impossible
+        .iter()
+        .map(|(label, why)| vec![escape(label), "not possible here".to_owned(), escape(why)]);
     rows.extend(impossible);
     table("cards", &["effect", "in the scene", "what follows"], &rows)
 }
@@ -120,7 +157,11 @@ pub fn effects(study: &Study, scene: &Scene) -> String {
 pub fn phases(study: &Study) -> String {
     let p = &study.phases;
     let rays = |count: f64| {
-        format!("{} million a pass, {} million / s", words::number(count * 1e-6), words::number(count * 1e-6 / p.pass_s))
+        format!(
+            "{} million a pass, {} million / s",
+            words::number(count * 1e-6),
+            words::number(count * 1e-6 / p.pass_s)
+        )
     };
     let [width, height] = study.scene_film;
     let pairs = [
@@ -128,13 +169,23 @@ pub fn phases(study: &Study) -> String {
         ("set up threads and tables", words::seconds(p.setup_s)),
         ("build the accelerator", words::seconds(p.build_s)),
         ("first pass", words::seconds(p.first_pass_s)),
-        ("each further pass", format!("{} <span class=\"soft\">mean of {}</span>", words::seconds(p.pass_s), p.passes)),
+        (
+            "each further pass",
+            format!(
+                "{} <span class=\"soft\">mean of {}</span>",
+                words::seconds(p.pass_s),
+                p.passes
+            ),
+        ),
         ("write EXR and PNG", words::seconds(p.write_s)),
         ("eye rays", rays(p.eye_rays)),
         ("shadow rays", rays(p.shadow_rays)),
     ];
     let pairs: Vec<_> = pairs.map(|(name, what)| (name.to_owned(), what)).into();
-    format!("<p>One render of {width} × {height} pixels with the default settings.</p>\n{}", definitions(&pairs))
+    format!(
+        "<p>One render of {width} × {height} pixels with the default settings.</p>\n{}",
+        definitions(&pairs)
+    )
 }
 
 /// What the figures hold for.
@@ -148,14 +199,35 @@ pub fn circumstances(study: &Study, c: &Circumstances) -> String {
     );
     let pairs = [
         ("command", format!("<code>{}</code>", escape(&c.command))),
-        ("Octolux", format!("{}, commit {}", escape(&c.version), escape(&c.commit))),
+        (
+            "Octolux",
+            format!("{}, commit {}", escape(&c.version), escape(&c.commit)),
+        ),
         ("processor", escape(&c.cpu)),
-        ("compiled for", format!("{}; kernels of {} lanes", escape(&c.target_features), c.lanes)),
+        (
+            "compiled for",
+            format!("{}; kernels of {} lanes", escape(&c.target_features), c.lanes),
+        ),
         ("Embree", escape(&study.phases.embree_version)),
         ("threads", c.threads.to_string()),
         ("load before", load),
-        ("default settings", format!("{}, {}, {} lanes, {} threads", escape(&c.estimator), escape(&c.sampler), c.lanes, c.threads)),
-        ("comparisons", format!("{} × {} pixels, {} seeds from {} on", study.film[0], study.film[1], study.seeds, study.seed)),
+        (
+            "default settings",
+            format!(
+                "{}, {}, {} lanes, {} threads",
+                escape(&c.estimator),
+                escape(&c.sampler),
+                c.lanes,
+                c.threads
+            ),
+        ),
+        (
+            "comparisons",
+            format!(
+                "{} × {} pixels, {} seeds from {} on",
+                study.film[0], study.film[1], study.seeds, study.seed
+            ),
+        ),
         ("reference", reference),
         ("took", format!("{:.0} s of {:.0} s", study.seconds, c.budget)),
     ];

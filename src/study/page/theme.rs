@@ -50,7 +50,9 @@ impl Role {
     }
 
     fn all() -> impl Iterator<Item = Self> {
-        [Self::Ink, Self::Soft, Self::Grid].into_iter().chain((0..SERIES).map(Self::Series))
+        [Self::Ink, Self::Soft, Self::Grid]
+            .into_iter()
+            .chain((0..SERIES).map(Self::Series))
     }
 }
 

@@ -13,7 +13,7 @@ pub fn number(value: f64) -> String {
         "0".to_owned()
     } else if !value.is_finite() {
         "∞".to_owned()
-    } else if size >= 9.995e4 || size < 9.995e-4 {
+    } else if !(9.995e-4..9.995e4).contains(&size) {
         power_of_ten(value)
     } else if size >= 99.5 {
         format!("{value:.0}")
@@ -113,7 +113,11 @@ pub struct Headline {
 /// The relMSE of the headline: the power of ten next to what the defaults reached.
 pub fn level(study: &Study) -> f64 {
     let reached = study.prices[0].points.last().map_or(1e-3, |point| point.relmse.value);
-    if reached > 0.0 { 10.0_f64.powf(reached.log10().round()) } else { 1e-3 }
+    if reached > 0.0 {
+        10.0_f64.powf(reached.log10().round())
+    } else {
+        1e-3
+    }
 }
 
 /// Times of the scene's own film over those of the study's.
@@ -135,7 +139,10 @@ pub fn headline(study: &Study) -> Headline {
     let asked = format!("relMSE {}", number(level));
     let faster = default.seconds_for_relmse(level) / best.seconds_for_relmse(level);
     let answer = if best.variant.knob.is_empty() || faster < 1.05 {
-        format!("{asked} takes {} with the default settings, and nothing is cheaper.", time(default))
+        format!(
+            "{asked} takes {} with the default settings, and nothing is cheaper.",
+            time(default)
+        )
     } else {
         format!(
             "{asked} takes {} with {}, and {} with the default settings.",
@@ -237,9 +244,20 @@ mod tests {
             assert_eq!(seconds(value), text);
         }
         assert_eq!(percent(0.0123), "1.2 %");
-        let figure = Figure { value: -0.001, low: -0.002, high: 0.0 };
+        let figure = Figure {
+            value: -0.001,
+            low: -0.002,
+            high: 0.0,
+        };
         assert_eq!(bias(figure), "−0.10 % ± 0.10 %");
         assert_eq!(bias(Figure::exact(0.0)), "none");
-        assert_eq!(ratio(Figure { value: 2.0, low: 1.5, high: 3.0 }), "× 2.0 (1.5 to 3.0)");
+        assert_eq!(
+            ratio(Figure {
+                value: 2.0,
+                low: 1.5,
+                high: 3.0
+            }),
+            "× 2.0 (1.5 to 3.0)"
+        );
     }
 }

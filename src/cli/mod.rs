@@ -13,6 +13,7 @@ mod machine;
 mod options;
 mod outputs;
 mod progress;
+mod reading;
 mod reference;
 mod render;
 mod report;

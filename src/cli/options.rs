@@ -2,6 +2,7 @@
 
 use clap::builder::RangedU64ValueParser;
 
+use super::reading::Reading;
 use super::{CliError, machine};
 use crate::pipeline::{Settings, widest_lanes};
 use crate::scene::{EstimatorKind, FilmSize, SamplerKind, Scene};
@@ -48,6 +49,8 @@ pub struct Options {
     /// Threads, 1 to 1024 [default: as many as the machine offers]
     #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
     pub threads: Option<usize>,
+    #[command(flatten)]
+    pub reading: Reading,
 }
 
 impl Options {

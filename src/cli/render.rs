@@ -12,7 +12,6 @@ use super::stats::{Stats, Times};
 use super::{CliError, Exit, report};
 use crate::film::write_picture;
 use crate::pipeline::{Renderer, Settings};
-use crate::scene::Scene;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -127,7 +126,7 @@ impl<'a> Job<'a> {
     /// Loads the scene and builds what its render needs.
     fn set_up(self) -> Result<Render<'a>, CliError> {
         let started = Instant::now();
-        let scene = Scene::load(self.path).map_err(CliError::scene)?;
+        let scene = self.args.options.reading.load(self.path)?;
         let times = Times {
             load_s: started.elapsed().as_secs_f64(),
             ..Times::default()

@@ -8,10 +8,10 @@ use clap::builder::RangedU64ValueParser;
 
 use super::interrupt::Interrupt;
 use super::looker::Looker;
+use super::reading::Reading;
 use super::verify_report::{self, Circumstances};
 use super::{CliError, Exit, options, report};
 use crate::film::{Attributes, Value, replace, write_picture};
-use crate::scene::Scene;
 use crate::study::verify::{self, Options, Report, Verdict, VerifyError};
 
 const EXAMPLES: &str = "\
@@ -63,6 +63,8 @@ pub struct Args {
     /// No progress, and nothing but errors on standard error; the table is printed all the same
     #[arg(short, long)]
     quiet: bool,
+    #[command(flatten)]
+    reading: Reading,
 }
 
 /// Verifies and prints the table on standard output.
@@ -72,7 +74,7 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<Exit, CliError> {
     check_targets(args)?;
     let interrupt = Interrupt::listen(true)?;
-    let scene = Scene::load(&args.scene).map_err(CliError::scene)?;
+    let scene = args.reading.load(&args.scene)?;
     let options = Options {
         budget: args.budget,
         threads: args

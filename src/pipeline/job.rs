@@ -105,7 +105,8 @@ impl Job<'_> {
             sum: &mut sum,
             counters: &mut counters,
         };
-        (self.plan.kernel)(&mut chunk, &mut scratch);
+        (self.plan.eye)(&mut chunk, &mut scratch);
+        (self.plan.shade)(&mut chunk, &mut scratch);
         pads().push(scratch);
         self.progress
             .add(counters.samples, counters.eye_rays + counters.shadow_rays);

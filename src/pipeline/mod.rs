@@ -4,6 +4,7 @@ mod job;
 mod plan;
 mod progress;
 mod renderer;
+mod rows;
 mod stage;
 mod stream;
 mod tracer;

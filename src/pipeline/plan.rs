@@ -1,17 +1,9 @@
 //! Which kernel a scene gets, and why.
 
-use std::marker::PhantomData;
-
-use super::stage::{Chunk, Scratch, eye, shade};
-use super::tracer::{ByEmbree, InLine, Tracer};
-use crate::embree::TraceLane;
-use crate::estimator::{per_light, per_point};
-use crate::lane::{F32x8, F32x16, Work, has_avx512, with_avx512};
+use super::rows::{self, Run};
+use crate::lane::has_avx512;
 use crate::scene::{EstimatorKind, Features};
 use crate::settings::AccelKind;
-
-/// Renders a chunk: eye, shade and shadow in one.
-pub type Kernel = fn(&mut Chunk, &mut Scratch);
 
 /// The most shapes that are tested in a line where the choice is free: a careful bound. With the 17 of Veach's scene the line
 /// is 1.34 times as fast as Embree, with the 48 of `large-lights` still 1.24 times (16 lanes, one thread, commit 89698de); where
@@ -34,8 +26,10 @@ pub struct Plan {
     pub accel: AccelKind,
     /// Pairs of random numbers that a sample takes.
     pub pairs: u32,
-    /// The kernel.
-    pub kernel: Kernel,
+    /// Traces the samples of a chunk to what they meet first.
+    pub eye: Run,
+    /// Turns hits into light: shading and visibility.
+    pub shade: Run,
 }
 
 impl Plan {
@@ -73,10 +67,7 @@ impl Plan {
             ),
         };
         let accel = accel.unwrap_or(free_choice);
-        let kernel = match accel {
-            AccelKind::Embree => kernel::<ByEmbree>(estimator, lanes),
-            AccelKind::Linear => kernel::<InLine>(estimator, lanes),
-        };
+        let (eye, shade) = (rows::eye().run(accel, lanes), rows::shade(estimator).run(accel, lanes));
         let pairs = 1 + if per_light { features.sphere_lights as u32 } else { 1 };
         let name = format!("{}-f32x{lanes}-{}", accel.name(), estimator.name());
         Ok(Self {
@@ -84,40 +75,8 @@ impl Plan {
             why,
             accel,
             pairs,
-            kernel,
+            eye,
+            shade,
         })
-    }
-}
-
-fn kernel<T: Tracer>(estimator: EstimatorKind, lanes: usize) -> Kernel {
-    match estimator {
-        EstimatorKind::Uniform => of_width::<T, shade::PerPoint<per_point::Sphere>>(lanes),
-        EstimatorKind::Brdf => of_width::<T, shade::PerPoint<per_point::Lobe>>(lanes),
-        EstimatorKind::Light => of_width::<T, shade::PerLight<per_light::ConeOnly>>(lanes),
-        EstimatorKind::Mis => of_width::<T, shade::PerLight<per_light::Average>>(lanes),
-    }
-}
-
-fn of_width<T: Tracer, S: shade::Shade>(lanes: usize) -> Kernel {
-    match lanes {
-        16 => |chunk, scratch| with_avx512(Sixteen::<T, S>(chunk, scratch, PhantomData)),
-        8 => run::<F32x8, T, S>,
-        _ => run::<f32, T, S>,
-    }
-}
-
-#[inline(always)]
-fn run<L: TraceLane, T: Tracer, S: shade::Shade>(chunk: &mut Chunk, scratch: &mut Scratch) {
-    eye::trace::<L, T>(chunk, scratch);
-    S::shade::<L, T>(chunk, scratch);
-}
-
-/// A kernel of sixteen lanes, compiled as a whole for AVX-512.
-struct Sixteen<'a, 'c, T, S>(&'a mut Chunk<'c>, &'a mut Scratch, PhantomData<(T, S)>);
-
-impl<T: Tracer, S: shade::Shade> Work for Sixteen<'_, '_, T, S> {
-    #[inline(always)]
-    fn run(self) {
-        run::<F32x16, T, S>(self.0, self.1);
     }
 }

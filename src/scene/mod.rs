@@ -9,6 +9,7 @@
 
 mod error;
 mod features;
+mod files;
 mod load;
 mod materials;
 mod memory;
@@ -27,6 +28,7 @@ use glam::DVec3;
 pub use crate::settings::{EstimatorKind, SamplerKind};
 pub use error::SceneError;
 pub use features::Features;
+pub use files::Outside;
 
 /// A scene whose every value has been checked. Lengths are in the units of the file, in `f64`, not yet made relative
 /// to anything; colours are linear RGB.
@@ -36,6 +38,8 @@ pub struct Scene {
     pub name: String,
     /// The file that the scene came from.
     pub path: PathBuf,
+    /// SHA-256 of that file and of all files that it names, in hexadecimal: another picture has another one.
+    pub hash: String,
     /// The pinhole camera.
     pub camera: Camera,
     /// The size of the picture.

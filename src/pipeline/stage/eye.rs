@@ -1,6 +1,6 @@
 //! Eye rays: through the film, to the first hit, into the hit streams.
 
-use super::{Chunk, Scratch, pairs};
+use super::{Chunk, Scratch, Stage, pairs};
 use crate::bsdf::Bsdf;
 use crate::embree::{Coherence, Hit, NO_SPHERE, Ray, TraceLane};
 use crate::estimator::ShadingPoint;
@@ -106,8 +106,17 @@ impl Grid {
 }
 
 /// Traces every sample of a chunk. Emitters that are seen go onto the film, surfaces into the streams.
+pub struct Eye;
+
+impl Stage for Eye {
+    #[inline(always)]
+    fn run<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
+        trace::<L, T>(chunk, scratch);
+    }
+}
+
 #[inline(always)]
-pub fn trace<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
+fn trace<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
     let Scratch { grid, hits, set, .. } = scratch;
     T::face_tile(chunk.world, chunk.tile, set);
     hits.iter_mut().for_each(HitStream::clear);

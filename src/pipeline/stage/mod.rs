@@ -7,11 +7,19 @@ pub mod shadow;
 
 use super::Counters;
 use super::stream::{HitStream, RayQueue};
+use super::tracer::Tracer;
 use super::world::World;
+use crate::embree::TraceLane;
 use crate::film::{Tile, TileSum};
 use crate::linear::Candidates;
 use crate::linear::cull::Points;
 use crate::sampling::PassBlock;
+
+/// A step of a chunk, written once for packets of any width and whoever answers rays.
+pub trait Stage {
+    /// Does the step. `#[inline(always)]`, as is everything in it that handles lanes.
+    fn run<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch);
+}
 
 /// What a thread works with; made once, used for chunk after chunk.
 #[derive(Debug)]

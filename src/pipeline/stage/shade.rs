@@ -2,7 +2,7 @@
 
 use std::marker::PhantomData;
 
-use super::{Chunk, Scratch, pairs, shadow};
+use super::{Chunk, Scratch, Stage, pairs, shadow};
 use crate::embree::TraceLane;
 use crate::estimator::{per_light, per_point};
 use crate::lane::{Lane, Mask};
@@ -11,22 +11,16 @@ use crate::math::Vec3;
 use crate::pipeline::stream::QueuedRays;
 use crate::pipeline::tracer::Tracer;
 
-/// How hits become light.
-pub trait Shade {
-    /// Shades the hits of a chunk.
-    fn shade<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch);
-}
-
 /// `light` and `mis`: a direction for every light.
 pub struct PerLight<D>(PhantomData<D>);
 
 /// `uniform` and `brdf`: one direction for the point.
 pub struct PerPoint<D>(PhantomData<D>);
 
-impl<D: per_light::Density> Shade for PerLight<D> {
+impl<D: per_light::Density> Stage for PerLight<D> {
     /// The light is the outer loop: it is the same for a whole stream, and its shadow rays are as alike as they can be.
     #[inline(always)]
-    fn shade<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
+    fn run<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
         let Scratch {
             hits,
             queue,
@@ -38,6 +32,8 @@ impl<D: per_light::Density> Shade for PerLight<D> {
         for stream in hits.iter().filter(|stream| stream.len() > 0) {
             T::survey::<L>(chunk.world, stream, points);
             for (i, light) in chunk.world.lights.iter().enumerate() {
+                let light =
+                    &mutate!(*light, LightBlocksItself => SphereLight { sphere: crate::shape::NO_SPHERE, ..*light });
                 queue.clear();
                 for at in (0..stream.len()).step_by(L::N) {
                     let (active, point, address) = stream.packet::<L>(at);
@@ -55,19 +51,18 @@ impl<D: per_light::Density> Shade for PerLight<D> {
                     queue.push(found.active, &rays);
                 }
                 if queue.len() > 0 {
-                    T::face_light(chunk.world, points, light, set);
-                    let aim = mutate!(light.sphere, LightBlocksItself => crate::shape::NO_SPHERE);
-                    shadow::visible::<L, T>(chunk, queue, set, aim);
+                    T::face_light::<L>(chunk.world, stream, points, light, set);
+                    shadow::visible::<L, T>(chunk, queue, set, light.sphere);
                 }
             }
         }
     }
 }
 
-impl<D: per_point::Density> Shade for PerPoint<D> {
+impl<D: per_point::Density> Stage for PerPoint<D> {
     /// Where only spheres emit, a direction that misses them all is dropped before it costs a ray.
     #[inline(always)]
-    fn shade<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
+    fn run<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
         let Scratch { hits, queue, set, .. } = scratch;
         queue.clear();
         for stream in hits.iter() {

@@ -20,6 +20,7 @@ mod report;
 mod schedule;
 mod stats;
 mod study;
+mod target;
 mod verify;
 mod verify_report;
 

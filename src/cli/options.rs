@@ -95,9 +95,14 @@ impl Options {
             ("accel", text(self.accel.map(AccelKind::name))),
             ("threads", self.threads.map(|threads| threads.to_string())),
         ];
+        let outside = if self.reading.allow_outside {
+            " --allow-outside"
+        } else {
+            ""
+        };
         let kept = all.into_iter().filter(|(name, _)| *name != turned);
-        kept.filter_map(|(name, value)| Some(format!(" --{name} {}", value?)))
-            .collect()
+        let kept = kept.filter_map(|(name, value)| Some(format!(" --{name} {}", value?)));
+        std::iter::once(outside.to_owned()).chain(kept).collect()
     }
 }
 

@@ -9,6 +9,7 @@ use super::outputs::{self, Targets};
 use super::progress::Bar;
 use super::schedule::Goal;
 use super::stats::{Stats, Times};
+use super::target::{self, Reached};
 use super::{CliError, Exit, report};
 use crate::film::write_picture;
 use crate::pipeline::{Renderer, Settings};
@@ -19,6 +20,8 @@ Examples:
       writes scene.exr and scene.png into the working directory
   octolux render scene.toml -o a.exr -o a.npy --time 5
       writes these two instead, after 5 seconds of rendering
+  octolux render scene.toml --target-error 0.01
+      renders until the noise is 1 % of the picture's mean
   octolux render a.toml b.toml -o 'out/{name}.png'
       writes out/a.png and out/b.png; one bad scene does not stop the others
   octolux render scene.toml --json --quiet | jq .rays_per_s
@@ -44,6 +47,11 @@ pub struct Args {
     /// Render for so many seconds instead (loading and writing aside), at least one sample a pixel
     #[arg(long, value_name = "SECONDS", value_parser = options::seconds, allow_negative_numbers = true)]
     time: Option<f64>,
+    /// Render until the noise is so small a share of the picture, such as 0.01: the root of the mean variance of the pixels over
+    /// the mean of all. Four renders of different seeds, whose mean is the picture, measure it
+    #[arg(long, value_name = "E", value_parser = options::error, allow_negative_numbers = true,
+          conflicts_with_all = ["spp", "time", "adaptive", "snapshots"])]
+    target_error: Option<f64>,
     /// Give more samples to pixels with more relative error, from a quarter of --spp to 64 times as many, and as many
     /// together. For mis and light; uniform and brdf on small lights are too noisy for it. The .exr tells the samples of
     /// each pixel (samples.N). Changes nothing up to 8 samples a pixel
@@ -112,7 +120,9 @@ impl<'a> Job<'a> {
             Ok(render) => render,
             Err(error) => return vec![error],
         };
-        if self.args.adaptive {
+        if let Some(asked) = self.args.target_error {
+            render.toward(asked);
+        } else if self.args.adaptive {
             render.adaptive();
         } else {
             render.passes();
@@ -146,6 +156,8 @@ impl<'a> Job<'a> {
             goal,
             settings,
             renderer,
+            siblings: Vec::new(),
+            reached: None,
             times,
             errors: Vec::new(),
         })
@@ -161,6 +173,9 @@ struct Render<'a> {
     goal: Goal,
     settings: Settings,
     renderer: Renderer,
+    /// Further replicates, where an error is the goal.
+    siblings: Vec<Renderer>,
+    reached: Option<Reached>,
     times: Times,
     /// Pictures that could not be written: no reason to keep back the others.
     errors: Vec<CliError>,
@@ -177,6 +192,16 @@ impl Render<'_> {
             self.renderer.progress(),
             self.job.args.quiet,
         )
+    }
+
+    /// Renders replicates until their spread is small enough or a stop.
+    fn toward(&mut self, asked: f64) {
+        let (name, quiet, progress) = (self.name.clone(), self.job.args.quiet, self.renderer.progress());
+        let pixels = u64::from(self.settings.film.width) * u64::from(self.settings.film.height);
+        let bar = |spp: u32| Bar::start(&name, Goal::Passes(spp), pixels, progress.clone(), quiet);
+        self.siblings = target::siblings(&self.renderer, self.settings.seed);
+        let reached = target::render(&mut self.renderer, &mut self.siblings, asked, &mut self.times, bar);
+        self.reached = Some(reached);
     }
 
     /// Renders pilot passes and what follows from them until all is spent or a stop.
@@ -278,7 +303,7 @@ impl Render<'_> {
     /// Writes the picture as it stands to each path; returns the names of those that stand.
     fn write(&mut self, paths: Vec<PathBuf>) -> Vec<String> {
         let started = Instant::now();
-        let picture = self.renderer.picture();
+        let picture = target::picture(&self.renderer, &self.siblings);
         let mut attributes = self.stats().attributes(self.job.args.exposure);
         if self.job.args.adaptive {
             attributes.samples = Some(self.renderer.samples());
@@ -295,13 +320,17 @@ impl Render<'_> {
     }
 
     fn stats(&self) -> Stats {
-        Stats::new(
+        let mut stats = Stats::new(
             self.job.path,
             self.settings,
             self.job.args.adaptive,
             &self.renderer,
             self.times,
             self.job.interrupt.asked(),
-        )
+        );
+        self.siblings.iter().for_each(|sibling| stats.add_replicate(sibling));
+        stats.target_error = self.reached.map(|reached| reached.asked);
+        stats.error = self.reached.map(|reached| reached.error);
+        stats
     }
 }

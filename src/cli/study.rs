@@ -8,7 +8,6 @@ use std::time::Instant;
 use super::interrupt::Interrupt;
 use super::looker::Looker;
 use super::options::Options;
-use super::reading::Reading;
 use super::{CliError, Exit, build, machine, report};
 use crate::film::replace;
 use crate::scene::Scene;
@@ -49,8 +48,6 @@ pub struct Args {
     #[arg(long, value_name = "E", value_parser = super::options::error, allow_negative_numbers = true)]
     recommend: Option<f64>,
     #[command(flatten)]
-    reading: Reading,
-    #[command(flatten)]
     options: Options,
     /// Render the reference again, and do not keep it
     #[arg(long)]
@@ -71,7 +68,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     let load = machine::load();
     let interrupt = Interrupt::listen(true)?;
     let started = Instant::now();
-    let mut scene = args.reading.load(&args.scene)?;
+    let mut scene = args.options.reading.load(&args.scene)?;
     let load_s = started.elapsed().as_secs_f64();
     let settings = args.options.settings(&scene)?;
     scene.film = settings.film;
@@ -114,13 +111,8 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
         }
     }
     if let Some(error) = args.recommend {
-        let outside = if args.reading.allow_outside {
-            " --allow-outside"
-        } else {
-            ""
-        };
         let given = args.options.given(study.cheapest(error).variant.knob);
-        let line = format!("{}{outside}{given}{}", command(args), study.recommendation(error));
+        let line = format!("{}{given}{}", command(args), study.recommendation(error));
         report::data(&line)?;
     }
     Ok(Exit::Well)

@@ -5,4 +5,5 @@ pub mod error;
 pub mod page;
 pub mod significance;
 pub mod student;
+pub mod target;
 pub mod verify;

@@ -19,16 +19,21 @@ pub const FALSE_ALARMS: f64 = 1e-3;
 /// A relative bias below this is priced but does no harm: a step of an 8-bit picture is 40 times as large.
 pub const HARMLESS: f64 = 1e-4;
 
+/// A speed-up above this is no slow-down that anybody would notice.
+const FREE: f64 = 0.95;
+
 /// What a setting costs, in a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
     /// What all others are measured by.
     Default,
-    /// No bias is seen, and it takes no more time for the same error.
+    /// No bias is seen, and it takes no more time for the same error: at most a twentieth more, as far as is known.
     Free,
     /// No bias is seen, but it takes more time for the same error.
     Paid,
+    /// No bias is seen; whether it takes more time is within the interval.
+    Open,
     /// Its pictures converge to something else.
     Harmful,
 }
@@ -39,6 +44,7 @@ impl fmt::Display for Verdict {
             Self::Default => "default",
             Self::Free => "free",
             Self::Paid => "paid",
+            Self::Open => "open",
             Self::Harmful => "harmful",
         })
     }
@@ -268,7 +274,8 @@ impl Judged<'_> {
             (_, true) => Verdict::Harmful,
             (true, _) => Verdict::Default,
             _ if speed_up.high < 1.0 => Verdict::Paid,
-            _ => Verdict::Free,
+            _ if speed_up.low > FREE => Verdict::Free,
+            _ => Verdict::Open,
         };
         let squared_bias = if harmful {
             self.bias.squared.value.max(self.bias.brightness.value.powi(2))

@@ -24,8 +24,17 @@ pub struct Layout {
     pub right: i32,
     /// Of all words.
     pub font: i32,
-    /// Slopes stand behind the names.
-    pub slopes: bool,
+    /// There is room for figures behind the names.
+    pub figures: bool,
+}
+
+/// What a chart is about, and so what stands behind the names of its lines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum About {
+    /// Different noise: the slope of each curve, and its band.
+    Noise,
+    /// The same noise in other times: the time of a pass over that of the defaults. One band is that of all.
+    Time,
 }
 
 /// For a screen on a desk, and for a README.
@@ -34,16 +43,16 @@ pub const DESK: Layout = Layout {
     height: 520,
     right: 232,
     font: 15,
-    slopes: true,
+    figures: true,
 };
 
 /// For a phone.
 pub const PHONE: Layout = Layout {
     width: 360,
     height: 400,
-    right: 96,
+    right: 100,
     font: 13,
-    slopes: false,
+    figures: false,
 };
 
 type Failure = Box<dyn std::error::Error>;
@@ -51,11 +60,11 @@ type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
 /// Logarithms of seconds and of relMSE.
 type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
-/// Draws the curves of some settings. `about` is read out where nobody sees.
+/// Draws the curves of some settings, the defaults first.
 ///
 /// # Errors
 /// None that is known: it draws into memory.
-pub fn draw(prices: &[&Price], layout: Layout, about: &str) -> Result<String, Failure> {
+pub fn draw(prices: &[&Price], layout: Layout, about: About) -> Result<String, Failure> {
     let mut svg = String::new();
     let size = ((layout.width * FINE) as u32, (layout.height * FINE) as u32);
     {
@@ -75,9 +84,9 @@ pub fn draw(prices: &[&Price], layout: Layout, about: &str) -> Result<String, Fa
             chart.draw_series(DashedLineSeries::new(ends, 7 * FINE, 5 * FINE, style))?;
         }
         for (i, price) in prices.iter().enumerate() {
-            curve(&mut chart, price, i)?;
+            curve(&mut chart, price, i, i == 0 || about == About::Noise)?;
         }
-        names(&root, &chart, prices, plain.map(|ends| ends[1]), layout)?;
+        names(&root, &chart, prices, plain.map(|ends| ends[1]), layout, about)?;
         root.present()?;
     }
     let opened = svg.find('>').map_or(0, |end| end + 1);
@@ -85,9 +94,19 @@ pub fn draw(prices: &[&Price], layout: Layout, about: &str) -> Result<String, Fa
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">",
         size.0,
         size.1,
-        super::html::escape(about)
+        about.aloud()
     );
     Ok(format!("{head}{}", theme::paint(&svg[opened..])))
+}
+
+impl About {
+    /// What is read out where nobody sees.
+    fn aloud(self) -> &'static str {
+        match self {
+            Self::Noise => "relMSE against time, a line for each way of sampling",
+            Self::Time => "relMSE against time, a line for each way of computing the same picture",
+        }
+    }
 }
 
 /// The same as a file of its own, on its own ground.
@@ -187,7 +206,7 @@ fn grid(
     let (left, bottom) = chart.backend_coord(&(x.0, y.0));
     let (right, top) = chart.backend_coord(&(x.1, y.1));
     let below = (layout.height - layout.font / 2) * FINE;
-    let words = if layout.slopes {
+    let words = if layout.figures {
         "time of rendering (wall clock)"
     } else {
         "time of rendering"
@@ -209,14 +228,16 @@ fn monte_carlo(prices: &[&Price], x: (f64, f64), y: (f64, f64)) -> Option<[(f64,
 }
 
 /// The band of 95 %, the line, and a marker at each point.
-fn curve(chart: &mut Chart<'_, '_>, price: &Price, i: usize) -> Result<(), Failure> {
+fn curve(chart: &mut Chart<'_, '_>, price: &Price, i: usize, with_band: bool) -> Result<(), Failure> {
     let color = Role::Series(i).color();
     let points: Vec<_> = price.points.iter().filter(|point| point.relmse.value > 0.0).collect();
     let at = |error: f64, time: f64| (log(time), log(error));
     let upper = points.iter().map(|p| at(p.relmse.high, p.seconds.value));
     let lower = points.iter().rev().map(|p| at(p.relmse.low, p.seconds.value));
     let band: Vec<_> = upper.chain(lower).collect();
-    chart.draw_series([Polygon::new(band, color.mix(0.18))])?;
+    if with_band {
+        chart.draw_series([Polygon::new(band, color.mix(0.15))])?;
+    }
     let line: Vec<_> = points.iter().map(|p| at(p.relmse.value, p.seconds.value)).collect();
     let width = if i == 0 { 3 * FINE } else { 2 * FINE };
     chart.draw_series([PathElement::new(line.clone(), color.stroke_width(width as u32))])?;
@@ -255,16 +276,17 @@ fn names(
     prices: &[&Price],
     plain: Option<(f64, f64)>,
     layout: Layout,
+    about: About,
 ) -> Result<(), Failure> {
     let mut ends: Vec<(Role, String, (i32, i32))> = Vec::new();
     for (i, price) in prices.iter().enumerate() {
         if let Some(point) = price.points.iter().rev().find(|point| point.relmse.value > 0.0) {
             let at = chart.backend_coord(&(log(point.seconds.value), log(point.relmse.value)));
-            ends.push((Role::Series(i), name(price, layout), at));
+            ends.push((Role::Series(i), name(price, layout, about), at));
         }
     }
     if let Some(end) = plain {
-        let words = if layout.slopes {
+        let words = if layout.figures {
             "plain Monte Carlo  −1"
         } else {
             "Monte Carlo"
@@ -294,13 +316,21 @@ fn names(
     Ok(())
 }
 
-/// A setting with the slope of its curve, where there is room for it.
-fn name(price: &Price, layout: Layout) -> String {
-    match price.slope {
-        Some(slope) if layout.slopes => {
+/// A setting with its figure, where there is room for it.
+fn name(price: &Price, layout: Layout, about: About) -> String {
+    let figure = match (about, price.slope) {
+        _ if !layout.figures => None,
+        (About::Noise, Some(slope)) => {
             let value = format!("{:.2}", slope.value).replace('-', "−");
-            format!("{}  {value} ± {:.2}", price.label, slope.reach())
+            Some(format!("{value} ± {:.2}", slope.reach()))
         }
-        _ => price.label.clone(),
+        (About::Time, _) if !price.variant.knob.is_empty() => {
+            Some(format!("time × {}", words::number(price.time_ratio.value)))
+        }
+        _ => None,
+    };
+    match figure {
+        Some(figure) => format!("{}  {figure}", price.label),
+        None => price.label.clone(),
     }
 }

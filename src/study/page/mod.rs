@@ -13,6 +13,7 @@ use serde::Serialize;
 use crate::scene::Scene;
 use crate::study::cost::Study;
 use crate::study::cost::price::Price;
+use chart::About;
 use html::escape;
 
 /// The page with marks where its parts go.
@@ -57,10 +58,8 @@ pub fn files(
     circumstances: &Circumstances,
 ) -> Result<Vec<(&'static str, String)>, Box<dyn std::error::Error>> {
     let (bits, time): (Vec<&Price>, Vec<&Price>) = split(study);
-    let about_error = "relMSE against time, a line for each way of sampling";
-    let about_time = "relMSE against time, a line for each way of computing the same picture";
-    let error = [chart::DESK, chart::PHONE].map(|layout| chart::draw(&bits, layout, about_error));
-    let same = [chart::DESK, chart::PHONE].map(|layout| chart::draw(&time, layout, about_time));
+    let error = [chart::DESK, chart::PHONE].map(|layout| chart::draw(&bits, layout, About::Noise));
+    let same = [chart::DESK, chart::PHONE].map(|layout| chart::draw(&time, layout, About::Time));
     let ([error, error_small], [same, same_small]) = (all(error)?, all(same)?);
     let headline = words::headline(study);
     let warnings: String = study

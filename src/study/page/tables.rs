@@ -91,7 +91,7 @@ pub fn prices(study: &Study) -> String {
 }
 
 fn speed_up(price: &Price) -> String {
-    let mut text = words::ratio(price.speed_up);
+    let mut text = words::speed_up(price.speed_up);
     if price.extrapolated {
         text += " <span class=\"soft\">along its slope</span>";
     }

@@ -84,6 +84,25 @@ pub fn ratio(figure: Figure) -> String {
     )
 }
 
+/// `1.2 × faster (1.1 to 1.3)`; below 1 `12 × slower (11 to 13)`.
+pub fn speed_up(figure: Figure) -> String {
+    if figure.value >= 1.0 {
+        format!(
+            "{} × faster ({} to {})",
+            number(figure.value),
+            number(figure.low),
+            number(figure.high)
+        )
+    } else {
+        format!(
+            "{} × slower ({} to {})",
+            number(1.0 / figure.value),
+            number(1.0 / figure.high),
+            number(1.0 / figure.low)
+        )
+    }
+}
+
 /// `+0.02 % ± 0.05 %`.
 pub fn bias(figure: Figure) -> String {
     if figure.value == 0.0 && figure.reach() == 0.0 {

@@ -3,6 +3,7 @@
 pub mod cost;
 pub mod error;
 pub mod page;
+pub mod selftest;
 pub mod significance;
 pub mod student;
 pub mod target;

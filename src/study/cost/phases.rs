@@ -34,6 +34,8 @@ pub struct Phases {
     pub kernel: String,
     /// Why.
     pub why: String,
+    /// What the kernel holds: at least what the scene calls for.
+    pub held: Vec<&'static str>,
     /// The version of Embree.
     pub embree_version: String,
 }
@@ -79,6 +81,7 @@ pub fn measure(scene: &Scene, settings: Settings, seconds: f64, watch: &dyn Watc
         shadow_rays: a_pass(counters.shadow_rays),
         kernel: renderer.kernel().to_owned(),
         why: renderer.why().to_owned(),
+        held: renderer.held().names(),
         embree_version: renderer.embree_version().to_owned(),
     })
 }

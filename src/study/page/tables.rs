@@ -2,7 +2,7 @@
 
 use super::html::{definitions, escape, table};
 use super::{Circumstances, words};
-use crate::scene::{Features, Scene};
+use crate::scene::{Effect, Features, Scene};
 use crate::study::cost::Study;
 use crate::study::cost::price::{Price, Verdict};
 
@@ -100,42 +100,26 @@ fn speed_up(price: &Price) -> String {
 
 /// What the scene calls for: effect, evidence, what follows.
 pub fn effects(study: &Study, scene: &Scene) -> String {
-    let found = Features::of(scene);
+    let found = Features::of(scene, scene.film);
     let triangles: usize = scene.meshes.iter().map(|mesh| mesh.triangles.len()).sum();
-    let all = [
-        ("diffuse surfaces", found.diffuse, "shaded as a stream of their own"),
-        ("Phong surfaces", found.phong, "shaded as a stream of their own"),
-        ("spheres that reflect", found.spheres, "tested whole packets at a time"),
-        (
-            "meshes that reflect",
-            found.meshes,
-            "triangles, tested whole packets at a time",
-        ),
-        (
-            "lights that are spheres",
-            found.sphere_lights,
-            "sampled by the cone that they subtend; two numbers each and sample",
-        ),
-        (
-            "lights that are meshes",
-            found.mesh_lights,
-            "found by directions, or sampled where an estimator can",
-        ),
-        ("smooth normals", found.smooth_normals, "interpolated at every hit"),
-    ];
-    let row = |&(effect, count, follows): &(&str, usize, &str)| {
-        let none = "<span class=\"soft\">no code for it runs</span>".to_owned();
+    let row = |effect: Effect| {
+        let count = found.count(effect);
+        let held = study.phases.held.contains(&effect.name());
         vec![
-            effect.to_owned(),
+            effect.name().to_owned(),
             if count > 0 {
                 count.to_string()
             } else {
                 "none".to_owned()
             },
-            if count > 0 { follows.to_owned() } else { none },
+            match (count > 0, held) {
+                (true, _) => "the kernel holds it".to_owned(),
+                (false, true) => "the kernel holds it for want of a smaller one".to_owned(),
+                (false, false) => "<span class=\"soft\">no code for it runs</span>".to_owned(),
+            },
         ]
     };
-    let mut rows: Vec<_> = all.iter().map(row).collect();
+    let mut rows: Vec<_> = Effect::ALL.into_iter().map(row).collect();
     rows.push(vec![
         "shapes in all".to_owned(),
         format!("{}, {triangles} of them triangles", found.shapes),
@@ -150,7 +134,7 @@ pub fn effects(study: &Study, scene: &Scene) -> String {
         .iter()
         .map(|(label, why)| vec![escape(label), "not possible here".to_owned(), escape(why)]);
     rows.extend(impossible);
-    table("cards", &["effect", "in the scene", "what follows"], &rows)
+    table("cards", &["effect", "shapes that call for it", "what follows"], &rows)
 }
 
 /// Where the time of one render goes.

@@ -5,6 +5,7 @@
 //! ([`bias`], against the independent oracle of [`truth`]). [`price`] puts the two together.
 
 pub mod bias;
+pub mod curves;
 pub mod fit;
 pub mod knobs;
 pub mod measure;
@@ -225,8 +226,7 @@ fn reference(scene: &Scene, effort: &Effort, options: &Options) -> Result<Truth,
         truth::find(scene, effort.film, few, None);
         let sample = (started.elapsed().as_secs_f64() / f64::from(few)).max(1e-9);
         let spp = (schedule::FOR_REFERENCE * options.budget / sample).clamp(16.0, 65_536.0);
-        // A power of two, so that a study of the same budget finds the same name in the cache.
-        let truth = truth::find(scene, effort.film, 1 << (spp as u32).ilog2(), options.cache.as_deref());
+        let truth = truth::find(scene, effort.film, spp as u32, options.cache.as_deref());
         let lit = truth.mean.iter().flatten().any(|&x| x > 0.0);
         if lit { Ok(truth) } else { Err(StudyError::Black) }
     })

@@ -5,12 +5,13 @@ use std::fmt;
 use serde::Serialize;
 
 use super::bias::{self, Bias};
-use super::fit::{Curve, Power, Spread};
+use super::curves::{Curves, Weights, distance, variance_figure};
+use super::fit::{Power, Spread};
 use super::knobs::Variant;
 use super::measure::{Run, Runs};
 use super::statistics::{Estimate, Figure, jackknife, mean, median};
 use super::truth::Truth;
-use crate::study::error::RELMSE_FLOOR;
+use crate::scene::EstimatorKind;
 use crate::study::student;
 
 /// The probability that any setting without fault is called harmful.
@@ -79,7 +80,7 @@ pub struct Price {
     pub same_noise: bool,
     /// Error and time.
     pub points: Vec<Point>,
-    /// Exponent of samples in relMSE off the rims of visible lights: -1 for independent samples. `None` without noise.
+    /// Exponent of samples in the variance: -1 for independent samples. `None` without noise.
     pub slope: Option<Figure>,
     /// Seconds of one pass.
     pub pass_seconds: Figure,
@@ -93,9 +94,10 @@ pub struct Price {
     pub speed_up: Figure,
     /// The speed-up reaches beyond what was measured, along the fitted slope.
     pub extrapolated: bool,
-    /// Relative bias of the picture's mean; of the defaults against the oracle, else against the defaults.
+    /// Relative bias of the picture's mean off the rims of visible lights; of the defaults against the oracle, else against the
+    /// defaults. What rare samples may hide is part of the interval.
     pub bias: Figure,
-    /// Root of the mean squared relative bias of pixels: at most this, at 97.5 %.
+    /// Root of the mean squared bias of pixels, relative to `sqrt(r^2 + m^2)` with m the picture's mean: at most this, at 97.5 %.
     pub hidden_bias_below: f64,
     /// Samples a pixel at which noise falls to the bias; only where there is one.
     pub bias_equals_noise_at: Option<f64>,
@@ -138,46 +140,34 @@ impl Price {
     }
 }
 
-/// Weights of values that make a mean of squares a relMSE.
-fn weights(truth: &Truth) -> Vec<[f64; 3]> {
-    let weight = |r: f64| 1.0 / (r * r + RELMSE_FLOOR);
-    truth.mean.iter().map(|r| r.map(weight)).collect()
+fn estimator(variant: &Variant) -> EstimatorKind {
+    variant.choice.settings.estimator
 }
 
 /// Prices of all variants, the defaults first. `false_alarms` is the probability that any without fault is called harmful.
 pub fn prices(variants: &[Variant], all: &[Runs], truth: &Truth, false_alarms: f64) -> Vec<Price> {
-    let weights = weights(truth);
-    let off_rims: Vec<[f64; 3]> = weights
-        .iter()
-        .zip(&truth.rims)
-        .map(|(weight, rim)| if *rim { [0.0; 3] } else { *weight })
-        .collect();
-    let truth_mean = truth.mean.iter().flatten().sum::<f64>() / (3 * truth.mean.len()) as f64;
-    let scale = 1.0 / (truth_mean * truth_mean).max(f64::MIN_POSITIVE);
-    let even = vec![[scale; 3]; weights.len()];
+    let weights = Weights::new(truth);
     let curves: Vec<Curves> = all
         .iter()
         .enumerate()
         .map(|(i, runs)| {
             // Same bits, same distances: they are found for the first.
-            let runs = if runs.iter().all(|run| run.same_bits) {
-                &all[0]
-            } else {
-                &all[i]
-            };
-            Curves {
-                relmse: curve(runs, &weights),
-                off_rims: curve(runs, &off_rims),
-                error: curve(runs, &even),
-            }
+            let same = runs.iter().all(|run| run.same_bits);
+            Curves::new(if same { &all[0] } else { &all[i] }, &weights)
         })
         .collect();
     let alpha = student::sidak(false_alarms, 2 * variants.len());
     let price = |(i, variant): (usize, &Variant)| {
         let bias = if i == 0 {
-            bias::of_defaults(&all[0], &off_rims, truth)
+            bias::of_defaults((&all[0], estimator(variant)), &weights.calm, truth, alpha)
         } else {
-            bias::of_variant(&all[i], &all[0], &off_rims, truth)
+            bias::of_variant(
+                (&all[i], estimator(variant)),
+                (&all[0], estimator(&variants[0])),
+                &weights.calm,
+                truth,
+                alpha,
+            )
         };
         Judged {
             variant,
@@ -186,52 +176,12 @@ pub fn prices(variants: &[Variant], all: &[Runs], truth: &Truth, false_alarms: f
             curves: &curves[i],
             plain: &curves[0],
             bias,
-            weights: &weights,
+            weights: &weights.relmse,
             alpha,
         }
         .price(i == 0)
     };
     variants.iter().enumerate().map(price).collect()
-}
-
-fn curve(runs: &Runs, weights: &[[f64; 3]]) -> Curve {
-    let looks = runs.first().map_or(0, |run| run.looks.len());
-    let points = (0..looks).map(|look| {
-        let pixels = |seed: usize| -> &[[f32; 3]] { &runs[seed].looks[look].pixels };
-        let spread = Spread::new(runs.len(), |a, b| distance(pixels(a), pixels(b), weights));
-        (runs[0].looks[look].spp, spread)
-    });
-    Curve {
-        points: points.collect(),
-    }
-}
-
-fn distance(a: &[[f32; 3]], b: &[[f32; 3]], weights: &[[f64; 3]]) -> f64 {
-    let mut sum = 0.0;
-    for ((a, b), weights) in a.iter().zip(b).zip(weights) {
-        for c in 0..3 {
-            let difference = f64::from(a[c]) - f64::from(b[c]);
-            sum += weights[c] * difference * difference;
-        }
-    }
-    sum / (3 * a.len()) as f64
-}
-
-/// The spread of a setting by several weights.
-struct Curves {
-    /// As relMSE weighs.
-    relmse: Curve,
-    /// The same off the rims of visible lights.
-    off_rims: Curve,
-    /// As `--target-error` weighs.
-    error: Curve,
-}
-
-impl Curves {
-    /// How relMSE falls with samples.
-    fn slope(&self, without: Option<usize>) -> f64 {
-        self.off_rims.law(without).map_or(-1.0, |law| law.slope)
-    }
 }
 
 /// What a price is made of.
@@ -269,7 +219,7 @@ impl Judged<'_> {
             high: -log_cost.low,
         }
         .exp();
-        let harmful = self.harmful();
+        let harmful = self.bias.is_real(self.alpha, HARMLESS);
         let verdict = match (default, harmful) {
             (_, true) => Verdict::Harmful,
             (true, _) => Verdict::Default,
@@ -291,7 +241,7 @@ impl Judged<'_> {
             same_bits,
             same_noise: default || same_bits || self.same_noise(),
             points: self.points(squared_bias),
-            slope: self.curves.off_rims.slope().map(Estimate::figure),
+            slope: self.curves.calm.slope().map(Estimate::figure),
             pass_seconds: figure(&Run::pass_seconds),
             rays_per_second: figure(&Run::rays_per_second),
             time_ratio: {
@@ -305,8 +255,8 @@ impl Judged<'_> {
             },
             speed_up,
             extrapolated: log_samples.value > 0.0 && !same_bits,
-            bias: self.bias.brightness.figure(),
-            hidden_bias_below: self.bias.squared.figure().high.max(0.0).sqrt(),
+            bias: self.bias.figure(),
+            hidden_bias_below: self.bias.squared.figure().high.max(0.0).sqrt() + self.bias.hidden,
             bias_equals_noise_at: harmful
                 .then(|| {
                     self.curves
@@ -317,13 +267,6 @@ impl Judged<'_> {
             verdict,
             by_error: self.by_error(last),
         }
-    }
-
-    /// Whether the bias is beyond chance and large enough to matter.
-    fn harmful(&self) -> bool {
-        let Bias { brightness, squared } = self.bias;
-        let beyond = |estimate: Estimate, size: f64| size > HARMLESS && estimate.probability_of_zero() < self.alpha;
-        beyond(brightness, brightness.value.abs()) || (squared.value > 0.0 && beyond(squared, squared.value.sqrt()))
     }
 
     /// Whether the picture of a seed is nearer to that of the defaults with the same seed than to any other's.
@@ -408,17 +351,6 @@ impl Judged<'_> {
         let law = self.curves.error.law(None)?;
         let here = self.curves.error.points.last()?.1.variance(None);
         Some(ByError(Power::through((f64::from(last), here), law.slope)))
-    }
-}
-
-/// A variance with an interval that is even in logarithms: variances are skewed.
-fn variance_figure(spread: &Spread) -> Figure {
-    if spread.variance(None) > 0.0 {
-        jackknife(spread.seeds(), |without| spread.variance(without).ln())
-            .figure()
-            .exp()
-    } else {
-        Figure::exact(0.0)
     }
 }
 

@@ -20,7 +20,7 @@ pub const MOST_ROUNDS: usize = 24;
 pub const FOR_REFERENCE: f64 = 0.25;
 
 /// The share for rounds.
-pub const FOR_ROUNDS: f64 = 0.5;
+pub const FOR_ROUNDS: f64 = 0.55;
 
 /// The film is this large at most: 192 x 128, where many pictures are compared in no time.
 const MOST_PIXELS: f64 = 24_576.0;

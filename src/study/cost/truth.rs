@@ -1,12 +1,23 @@
 //! The reference: the independent `f64` oracle, with its standard error, kept between studies.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use rayon::prelude::*;
 
 use crate::film::{Attributes, read_picture, write_picture};
 use crate::reference;
 use crate::reference::probe::Probe;
 use crate::scene::{FilmSize, Scene};
 use crate::study::verify;
+use crate::study::verify::blocks::Grid;
+use crate::study::verify::tails::Tails;
+
+/// Probes of a pixel.
+const PROBES: u64 = 32;
+
+/// Means and their standard errors.
+type Known = (Vec<[f64; 3]>, Vec<[f64; 3]>);
 
 /// Part of every name in the cache beside the scene's own hash: to be raised whenever the oracle's pictures change.
 const REVISION: u32 = 1;
@@ -25,15 +36,19 @@ pub struct Truth {
     /// Pixels that the rim of a visible light crosses. Their noise is that of an edge of great contrast, the same for every
     /// setting, and drowns all other: slopes and biases leave them out, errors do not.
     pub rims: Vec<bool>,
+    /// What samples may never have met.
+    pub tails: Arc<Tails>,
+    /// The cell of `tails` that is the whole picture off the rims.
+    pub whole: usize,
 }
 
-/// The oracle's picture of `spp` samples a pixel, or a better one out of `cache`, where it then stays.
+/// The oracle's picture of `spp` samples a pixel, which `cache` then keeps; or the best one there with two thirds as many.
 pub fn find(scene: &Scene, film: FilmSize, spp: u32, cache: Option<&Path>) -> Truth {
     let stem = cache.map(|folder| {
         let name = format!("{}-r{REVISION}-{}x{}", &scene.hash, film.width, film.height);
         folder.join(name)
     });
-    if let Some(found) = stem.as_deref().and_then(|stem| read(scene, stem, film, spp)) {
+    if let Some(found) = stem.as_deref().and_then(|stem| read(scene, stem, film, spp * 2 / 3)) {
         return found;
     }
     let rendered = reference::render(scene, film, spp, 0x5EED, &|_| ());
@@ -41,20 +56,29 @@ pub fn find(scene: &Scene, film: FilmSize, spp: u32, cache: Option<&Path>) -> Tr
         // A cache that cannot be written costs time, nothing else.
         let _ = store(&stem, &rendered);
     }
-    Truth {
-        mean: rendered.picture,
-        stderr: rendered.stderr,
-        spp,
-        cached: false,
-        rims: rims(scene, film),
-    }
+    Truth::new(scene, film, (rendered.picture, rendered.stderr), spp, false)
 }
 
-/// From a few passes of probes, in no time.
-fn rims(scene: &Scene, film: FilmSize) -> Vec<bool> {
-    let probe = Probe::new(scene, film);
-    let passes: Vec<_> = (0..16).map(|pass| probe.pass(pass)).collect();
-    verify::rims::find(scene, &probe, film, &passes)
+impl Truth {
+    /// Sends probes out for what else is to be known.
+    fn new(scene: &Scene, film: FilmSize, known: Known, spp: u32, cached: bool) -> Self {
+        let probe = Probe::new(scene, film);
+        let passes: Vec<_> = (0..PROBES).into_par_iter().map(|pass| probe.pass(pass)).collect();
+        let rims = verify::rims::find(scene, &probe, film, &passes);
+        let grid = Grid::new(film, &rims);
+        let mut tails = Tails::new(grid.clone(), &probe);
+        passes.iter().for_each(|found| tails.add(found));
+        let (mean, stderr) = known;
+        Self {
+            mean,
+            stderr,
+            spp,
+            cached,
+            rims,
+            tails: Arc::new(tails),
+            whole: grid.blocks(),
+        }
+    }
 }
 
 fn files(stem: &Path, spp: u32) -> [PathBuf; 2] {
@@ -78,13 +102,7 @@ fn read(scene: &Scene, stem: &Path, film: FilmSize, least: u32) -> Option<Truth>
             && picture.pixels.iter().flatten().all(|x| x.is_finite() && *x >= 0.0);
         sound.then(|| picture.pixels.iter().map(|p| p.map(f64::from)).collect())
     });
-    Some(Truth {
-        mean: mean?,
-        stderr: stderr?,
-        spp,
-        cached: true,
-        rims: rims(scene, film),
-    })
+    Some(Truth::new(scene, film, (mean?, stderr?), spp, true))
 }
 
 fn store(stem: &Path, rendered: &reference::Reference) -> Result<(), Box<dyn std::error::Error>> {
@@ -112,7 +130,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let at = Some(folder.path());
         let first = find(&scene(), FILM, 8, at);
-        let again = find(&scene(), FILM, 4, at);
+        let again = find(&scene(), FILM, 10, at);
         assert!(!first.cached && again.cached && again.spp == 8);
         for (a, b) in first.mean.iter().flatten().zip(again.mean.iter().flatten()) {
             assert!(

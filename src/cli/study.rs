@@ -41,7 +41,7 @@ pub struct Args {
     #[arg(short, long = "output", value_name = "DIR", required_unless_present = "recommend")]
     output: Option<PathBuf>,
     /// Time to spend, to within about a tenth, such as 60s or 5m
-    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = duration, allow_negative_numbers = true)]
+    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = super::options::duration, allow_negative_numbers = true)]
     budget: f64,
     /// Print just the command line that reaches this error in the least time. It means what --target-error of render
     /// means: the root of the mean variance of the pixels over the mean of the picture
@@ -173,43 +173,9 @@ fn write(folder: &Path, study: &Study, scene: &Scene, circumstances: &Circumstan
     Ok(())
 }
 
-/// `60`, `60s`, `1.5m` or `1h` in seconds.
-fn duration(text: &str) -> Result<f64, String> {
-    let unit = |ending: char| match ending {
-        's' => Some(1.0),
-        'm' => Some(60.0),
-        'h' => Some(3600.0),
-        _ => None,
-    };
-    let (number, scale) = match text.chars().last().and_then(unit) {
-        Some(scale) => (&text[..text.len() - 1], scale),
-        None => (text, 1.0),
-    };
-    match number.parse::<f64>() {
-        Ok(number) if number > 0.0 && (number * scale).is_finite() => Ok(number * scale),
-        _ => Err("a time is a positive number with s, m or h behind it, such as 60s, 5m or 1h".to_owned()),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn times_have_units() {
-        for (text, seconds) in [
-            ("60", 60.0),
-            ("60s", 60.0),
-            ("1.5m", 90.0),
-            ("1h", 3600.0),
-            ("0.5s", 0.5),
-        ] {
-            assert_eq!(duration(text), Ok(seconds));
-        }
-        for text in ["", "s", "-3s", "0", "5 minutes", "1d", "infs", "NaN"] {
-            assert!(duration(text).is_err(), "{text}");
-        }
-    }
 
     #[test]
     fn what_a_shell_would_take_apart_is_quoted() {

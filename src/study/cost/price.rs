@@ -58,7 +58,7 @@ pub struct Point {
     pub spp: u32,
     /// Seconds of rendering: median and interval.
     pub seconds: Figure,
-    /// relMSE: spread over seeds, and squared bias where there is one.
+    /// relMSE of a typical render: half the median distance of two seeds, and squared bias where there is one.
     pub relmse: Figure,
     /// The error that `--target-error` means: root of the mean variance of pixels over the mean of the picture.
     pub error: Figure,

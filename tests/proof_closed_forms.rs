@@ -63,6 +63,7 @@ fn plate(alpha: f64, tilt: f64, lights: Vec<Sphere>) -> Scene {
     Scene {
         name: format!("plate of {alpha}"),
         path: "plate.toml".into(),
+        hash: String::new(),
         camera: Camera {
             origin: 0.5 * DVec3::new(tilt.sin(), 0.0, tilt.cos()),
             target: DVec3::ZERO,

@@ -114,7 +114,8 @@ fn culling_for_a_light_changes_no_answer() {
         // Points of a tile: a patch on a triangle, a hair above it, or anywhere in a small box.
         let corner = point(&mut rng, 4.0);
         let size = 10.0_f32.powf(rng.random_range(-3.0..0.3));
-        let light = world.balls[rng.random_range(0..5)];
+        let aimed_at = rng.random_range(0..5);
+        let light = world.balls[aimed_at as usize];
         let mut patch = || -> [f32; 3] { std::array::from_fn(|k| corner[k] + size * rng.random_range(0.0..1.0)) };
         let points: Vec<Vec3<F32x8>> = (0..16).map(|_| lanes(&mut patch)).collect();
         let each = || points.iter().flat_map(|p| (0..8).map(|i| p.lane(i)));
@@ -122,19 +123,21 @@ fn culling_for_a_light_changes_no_answer() {
             low: std::array::from_fn(|k| each().map(|p| p[k]).fold(f32::INFINITY, f32::min)),
             high: std::array::from_fn(|k| each().map(|p| p[k]).fold(f32::NEG_INFINITY, f32::max)),
         };
-        let sides = world.line.planes().map(|(normal, offset)| {
+        let sides = (0..world.line.len() - world.balls.len()).map(|triangle| {
+            let (normal, offset) = world.line.plane(triangle as u32);
             let side = |p: [f32; 3]| Vec3::<f32>::splat(p).dot(Vec3::splat(normal)) - offset;
-            [
+            Some([
                 each().map(side).fold(f32::INFINITY, f32::min),
                 each().map(side).fold(f32::NEG_INFINITY, f32::max),
-            ]
+            ])
         });
-        let survey = Points {
+        let mut survey = Points {
             bounds,
             sides: sides.collect(),
         };
         let mut set = Candidates::default();
-        world.line.in_shaft(&survey, &light, &mut set);
+        world.line.in_shaft(&mut survey, &light, aimed_at, &mut set);
+        world.line.beside(&survey, &light, &mut set);
         kept += set.len();
         of += all.len();
         for origin in points {
@@ -148,7 +151,7 @@ fn culling_for_a_light_changes_no_answer() {
                 origin,
                 direction: to - origin,
                 tfar: F32x8::one(),
-                aims_at: U32x8::splat(NO_SPHERE),
+                aims_at: U32x8::splat(aimed_at),
             };
             let active = Mask::splat(true);
             let full = world.line.occluded(&all, active, &ray).to_bitmask();

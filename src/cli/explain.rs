@@ -27,7 +27,7 @@ pub struct Args {
 /// # Errors
 /// A scene that cannot be loaded, or not be rendered so.
 pub fn run(args: &Args) -> Result<Exit, CliError> {
-    let scene = Scene::load(&args.scene).map_err(CliError::scene)?;
+    let scene = args.options.reading.load(&args.scene)?;
     let settings = args.options.settings(&scene)?;
     let renderer = Renderer::new(&scene, settings).map_err(|error| CliError::setup(&args.scene, &error))?;
     let explanation = Explanation::new(&scene, settings, &renderer);

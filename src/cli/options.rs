@@ -2,6 +2,7 @@
 
 use clap::builder::RangedU64ValueParser;
 
+use super::reading::Reading;
 use super::{CliError, machine};
 use crate::pipeline::{Settings, widest_lanes};
 use crate::scene::{EstimatorKind, FilmSize, SamplerKind, Scene};
@@ -44,6 +45,8 @@ pub struct Options {
     /// Threads, 1 to 1024 [default: as many as the machine offers]
     #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
     pub threads: Option<usize>,
+    #[command(flatten)]
+    pub reading: Reading,
 }
 
 impl Options {
@@ -89,6 +92,23 @@ pub fn seconds(text: &str) -> Result<f64, String> {
         _ => Err("a time is a positive number of seconds, such as 10 or 0.5".to_owned()),
     }
 }
+
+/// A time such as `30s`, `5m` or `0.5`, in seconds where nothing else is said.
+pub fn duration(text: &str) -> Result<f64, String> {
+    let (number, unit) = match text.char_indices().next_back() {
+        Some((at, 's')) => (&text[..at], 1.0),
+        Some((at, 'm')) => (&text[..at], 60.0),
+        Some((at, 'h')) => (&text[..at], 3600.0),
+        _ => (text, 1.0),
+    };
+    match number.parse::<f64>() {
+        Ok(number) if number > 0.0 && number * unit <= MOST_SECONDS => Ok(number * unit),
+        _ => Err("a time is a positive number with s, m or h behind it, such as 30s, 5m or 1h".to_owned()),
+    }
+}
+
+/// A year: far beyond what anybody waits for, and far below where the clock's own numbers end.
+const MOST_SECONDS: f64 = 3.2e7;
 
 /// An exposure in stops.
 pub fn stops(text: &str) -> Result<f64, String> {

@@ -7,6 +7,7 @@ use clap::builder::RangedU64ValueParser;
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::ThreadPoolBuilder;
 
+use super::reading::Reading;
 use super::{CliError, Exit, options, report};
 use crate::film::{Attributes, Value, check_output, write_picture};
 use crate::reference::{Reference, render};
@@ -39,6 +40,8 @@ pub struct Args {
     /// No progress and no summary
     #[arg(short, long)]
     pub quiet: bool,
+    #[command(flatten)]
+    pub reading: Reading,
 }
 
 /// Renders the scene and writes both pictures. Progress (on a terminal) and a summary in one line go to standard
@@ -54,7 +57,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     for path in [&args.output, &stderr_path] {
         check_output(path).map_err(|error| CliError::bad_path(&error))?;
     }
-    let scene = Scene::load(&args.scene).map_err(CliError::scene)?;
+    let scene = args.reading.load(&args.scene)?;
     let film = args.size.unwrap_or(scene.film);
     // 0 stands for as many as the machine offers.
     let threads = ThreadPoolBuilder::new().num_threads(args.threads.unwrap_or(0)).build();

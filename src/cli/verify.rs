@@ -10,11 +10,11 @@ use clap::builder::RangedU64ValueParser;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::interrupt::Interrupt;
+use super::reading::Reading;
 use super::verify_report::{self, Circumstances};
 use super::{CliError, Exit, options, report};
 use crate::film::{Attributes, Value, replace, write_picture};
 use crate::pipeline::Progress;
-use crate::scene::Scene;
 use crate::study::verify::{self, Options, Report, Verdict, VerifyError, Watch};
 
 const EXAMPLES: &str = "\
@@ -66,6 +66,8 @@ pub struct Args {
     /// No progress, and nothing but errors on standard error; the table is printed all the same
     #[arg(short, long)]
     quiet: bool,
+    #[command(flatten)]
+    reading: Reading,
 }
 
 /// Verifies and prints the table on standard output.
@@ -75,7 +77,7 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<Exit, CliError> {
     check_targets(args)?;
     let interrupt = Interrupt::listen(true)?;
-    let scene = Scene::load(&args.scene).map_err(CliError::scene)?;
+    let scene = args.reading.load(&args.scene)?;
     let options = Options {
         budget: args.budget,
         threads: args

@@ -69,41 +69,55 @@ impl Line {
         );
     }
 
-    /// The shapes that may stand between points and a ball: `points` are their bounds, `light` is what they look at.
+    /// The shapes that may stand between points and the sphere `light`, which `aimed_at` names: it blocks none of its own rays.
     ///
     /// The segments lie in the convex hull of both. It is bounded by planes along one axis through a corner of one box
     /// and the same corner of the other, wherever both boxes lie on one side (the shafts of Haines and Wallace 1994), and
-    /// by the box around both. A triangle with points and light strictly on one side of its plane stands between none.
-    pub fn in_shaft(&self, points: &Points, light: &Ball, set: &mut Candidates) {
-        let target = Bounds::of_ball(light);
-        let shaft = Shaft::between(&points.bounds, &target);
-        let sides = points.sides.iter();
+    /// by the box around both. A triangle with points and light strictly on one side of its plane stands between none:
+    /// where only its plane could tell and [`Points::sides`] does not know yet, it is kept for [`Self::beside`].
+    pub fn in_shaft(&self, points: &mut Points, light: &Ball, aimed_at: u32, set: &mut Candidates) {
+        let shaft = Shaft::between(&points.bounds, &Bounds::of_ball(light));
+        points.sides.resize(self.triangles.len(), None);
         set.triangles.clear();
         set.balls.clear();
-        for ((i, (triangle, _)), &[low, high]) in (0..).zip(&self.triangles).zip(sides) {
-            let normal = triangle.normal;
-            let plane = dot(normal, triangle.corners[0]);
-            let center = dot(normal, light.center) - plane;
-            let reach = length(normal) * light.radius * (1.0 + MARGIN)
-                + MARGIN * (length(normal) * length(light.center) + plane.abs());
-            let one_side = (low > 0.0 && center > reach) || (high < 0.0 && center < -reach);
-            if !one_side && !shaft.excludes(&Bounds::of_triangle(triangle), |p| p.excludes(triangle)) {
+        for (i, (triangle, _)) in (0..).zip(&self.triangles) {
+            let (normal, offset) = self.plane(i);
+            let kept = !one_side(triangle, light, points.bounds.sides(normal, offset))
+                && !shaft.excludes(&Bounds::of_triangle(triangle), |p| p.excludes(triangle));
+            if kept {
                 set.triangles.push(i);
             }
         }
         for (i, ball) in (0..).zip(&self.balls) {
-            if !shaft.excludes(&Bounds::of_ball(ball), |p| p.excludes_ball(ball)) {
+            if i != aimed_at && !shaft.excludes(&Bounds::of_ball(ball), |p| p.excludes_ball(ball)) {
                 set.balls.push(i);
             }
         }
     }
 
-    /// The planes of all triangles, normal and offset: what [`Points::sides`] is measured against.
-    pub fn planes(&self) -> impl Iterator<Item = ([f32; 3], f32)> + '_ {
-        self.triangles
-            .iter()
-            .map(|(t, _)| (t.normal, dot(t.normal, t.corners[0])))
+    /// Leaves out the triangles that have all points, as measured, and the light on one side.
+    pub fn beside(&self, points: &Points, light: &Ball, set: &mut Candidates) {
+        set.triangles.retain(|&i| {
+            let known = points.sides[i as usize];
+            !known.is_some_and(|sides| one_side(&self.triangles[i as usize].0, light, sides))
+        });
     }
+
+    /// The plane of a triangle, normal and offset: what [`Points::sides`] is measured against.
+    pub fn plane(&self, triangle: u32) -> ([f32; 3], f32) {
+        let triangle = &self.triangles[triangle as usize].0;
+        (triangle.normal, dot(triangle.normal, triangle.corners[0]))
+    }
+}
+
+/// Whether points between `low` and `high` from the triangle's plane and a light are all strictly on one side of it.
+fn one_side(triangle: &Triangle, light: &Ball, [low, high]: [f32; 2]) -> bool {
+    let normal = triangle.normal;
+    let plane = dot(normal, triangle.corners[0]);
+    let center = dot(normal, light.center) - plane;
+    let reach =
+        length(normal) * light.radius * (1.0 + MARGIN) + MARGIN * (length(normal) * length(light.center) + plane.abs());
+    (low > 0.0 && center > reach) || (high < 0.0 && center < -reach)
 }
 
 /// What is known of a set of points.
@@ -111,8 +125,8 @@ impl Line {
 pub struct Points {
     /// A box around them.
     pub bounds: Bounds,
-    /// For each triangle of the line: the lowest and highest of `dot(normal, p) - offset` over the points.
-    pub sides: Vec<[f32; 2]>,
+    /// For each triangle of the line, once it was measured: the lowest and highest of `dot(normal, p) - offset`.
+    pub sides: Vec<Option<[f32; 2]>>,
 }
 
 /// A box along the axes.
@@ -139,6 +153,18 @@ impl Bounds {
             low: std::array::from_fn(|k| a[k].min(b[k]).min(c[k])),
             high: std::array::from_fn(|k| a[k].max(b[k]).max(c[k])),
         }
+    }
+
+    /// The lowest and highest of `dot(normal, p) - offset` over the box, with room for rounding.
+    fn sides(&self, normal: [f32; 3], offset: f32) -> [f32; 2] {
+        let (mut low, mut high, mut slack) = (-offset, -offset, offset.abs());
+        for (k, n) in normal.into_iter().enumerate() {
+            let (a, b) = (n * self.low[k], n * self.high[k]);
+            low += a.min(b);
+            high += a.max(b);
+            slack += a.abs().max(b.abs());
+        }
+        [low - MARGIN * slack, high + MARGIN * slack]
     }
 
     fn around(self, other: &Self) -> Self {

@@ -36,6 +36,11 @@ impl Candidates {
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
+
+    /// The triangles, as numbers in the line.
+    pub fn triangles(&self) -> &[u32] {
+        &self.triangles
+    }
 }
 
 impl Line {

@@ -17,8 +17,30 @@ pub trait Tracer {
     fn face_tile(world: &World, tile: &Tile, set: &mut Candidates);
     /// Looks at the points of a stream.
     fn survey<L: Lane>(world: &World, stream: &HitStream, points: &mut Points);
-    /// Prepares for rays from these points to a light.
-    fn face_light(world: &World, points: &Points, light: &SphereLight, set: &mut Candidates);
+    /// Prepares for rays from the points of a surveyed stream to a light.
+    #[inline(always)]
+    fn face_light<L: Lane>(
+        world: &World,
+        stream: &HitStream,
+        points: &mut Points,
+        light: &SphereLight,
+        set: &mut Candidates,
+    ) {
+        let ball = Ball {
+            center: light.center,
+            radius: light.radius,
+        };
+        Self::face_ball::<L>(world, stream, points, &ball, light.sphere, set);
+    }
+    /// Prepares for rays from the points of a surveyed stream into a ball; the sphere `aimed_at` blocks none of them.
+    fn face_ball<L: Lane>(
+        world: &World,
+        stream: &HitStream,
+        points: &mut Points,
+        ball: &Ball,
+        aimed_at: u32,
+        set: &mut Candidates,
+    );
     /// Prepares for any rays.
     fn face_all(world: &World, set: &mut Candidates);
     /// What active rays meet first.
@@ -45,7 +67,7 @@ impl Tracer for ByEmbree {
     #[inline(always)]
     fn survey<L: Lane>(_: &World, _: &HitStream, _: &mut Points) {}
     #[inline(always)]
-    fn face_light(_: &World, _: &Points, _: &SphereLight, _: &mut Candidates) {}
+    fn face_ball<L: Lane>(_: &World, _: &HitStream, _: &mut Points, _: &Ball, _: u32, _: &mut Candidates) {}
     #[inline(always)]
     fn face_all(_: &World, _: &mut Candidates) {}
 
@@ -68,17 +90,10 @@ impl Tracer for ByEmbree {
 
 impl Tracer for InLine {
     fn face_tile(world: &World, tile: &Tile, set: &mut Candidates) {
-        let column = |x: fn(&[u32; 2]) -> u32| {
-            let (low, high) = tile
-                .pixels
-                .iter()
-                .map(x)
-                .fold((u32::MAX, 0), |(l, h), x| (l.min(x), h.max(x)));
-            // A pixel's far side, and a little for the rounding of points in it.
-            (low as f32 - 0.01, high as f32 + 1.01)
-        };
-        let (left, right) = column(|p| p[0]);
-        let (top, bottom) = column(|p| p[1]);
+        let [first, last] = tile.corners();
+        // A pixel's far side, and a little for the rounding of points in it.
+        let [left, top] = first.map(|low| low as f32 - 0.01);
+        let [right, bottom] = last.map(|high| high as f32 + 1.01);
         let corners = [(left, top), (right, top), (right, bottom), (left, bottom)];
         world
             .line
@@ -86,7 +101,7 @@ impl Tracer for InLine {
     }
 
     #[inline(always)]
-    fn survey<L: Lane>(world: &World, stream: &HitStream, points: &mut Points) {
+    fn survey<L: Lane>(_: &World, stream: &HitStream, points: &mut Points) {
         let far: Vec3<L> = Vec3::splat([f32::INFINITY; 3]);
         let (mut low, mut high) = (far, -far);
         for at in (0..stream.len()).step_by(L::N) {
@@ -96,32 +111,28 @@ impl Tracer for InLine {
         }
         points.bounds = Bounds {
             low: least(low),
-            high: least(-high),
+            high: least(-high).map(|x| -x),
         };
-        points.bounds.high = [-points.bounds.high[0], -points.bounds.high[1], -points.bounds.high[2]];
         points.sides.clear();
-        for (normal, offset) in world.line.planes() {
-            let (normal, offset) = (Vec3::splat(normal), L::splat(offset));
-            let (mut low, mut high) = (L::splat(f32::INFINITY), L::splat(f32::NEG_INFINITY));
-            for at in (0..stream.len()).step_by(L::N) {
-                let side = stream.points::<L>(at).dot(normal) - offset;
-                low = low.min(side);
-                high = high.max(side);
-            }
-            let [low, high, _] = least(Vec3::new(low, -high, low));
-            points.sides.push([low, -high]);
-        }
     }
 
-    fn face_light(world: &World, points: &Points, light: &SphereLight, set: &mut Candidates) {
-        world.line.in_shaft(
-            points,
-            &Ball {
-                center: light.center,
-                radius: light.radius,
-            },
-            set,
-        );
+    #[inline(always)]
+    fn face_ball<L: Lane>(
+        world: &World,
+        stream: &HitStream,
+        points: &mut Points,
+        ball: &Ball,
+        aimed_at: u32,
+        set: &mut Candidates,
+    ) {
+        world.line.in_shaft(points, ball, aimed_at, set);
+        for &triangle in set.triangles() {
+            if points.sides[triangle as usize].is_none() {
+                let (normal, offset) = world.line.plane(triangle);
+                points.sides[triangle as usize] = Some(sides::<L>(stream, normal, offset));
+            }
+        }
+        world.line.beside(points, ball, set);
     }
 
     fn face_all(world: &World, set: &mut Candidates) {
@@ -148,4 +159,18 @@ fn least<L: Lane>(v: Vec3<L>) -> [f32; 3] {
         least = [least[0].min(v[0]), least[1].min(v[1]), least[2].min(v[2])];
     }
     least
+}
+
+/// The lowest and highest of `dot(normal, p) - offset` over the points of a stream.
+#[inline(always)]
+fn sides<L: Lane>(stream: &HitStream, normal: [f32; 3], offset: f32) -> [f32; 2] {
+    let (normal, offset) = (Vec3::splat(normal), L::splat(offset));
+    let (mut low, mut high) = (L::splat(f32::INFINITY), L::splat(f32::NEG_INFINITY));
+    for at in (0..stream.len()).step_by(L::N) {
+        let side = stream.points::<L>(at).dot(normal) - offset;
+        low = low.min(side);
+        high = high.max(side);
+    }
+    let [low, high, _] = least(Vec3::new(low, -high, low));
+    [low, -high]
 }

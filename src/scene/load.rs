@@ -1,5 +1,6 @@
 //! From a file to a [`Scene`].
 
+use std::collections::HashSet;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -7,9 +8,10 @@ use std::path::Path;
 use toml::de::DeTable;
 
 use super::error::Fault;
+use super::files::{Files, Outside};
 use super::materials::Materials;
 use super::table::Table;
-use super::{Mesh, Scene, SceneError, Surface, materials, shapes, view};
+use super::{Mesh, Scene, SceneError, Sphere, Surface, materials, shapes, view};
 
 /// The longest scene file, in bytes. What needs more belongs into a mesh file, which takes a tenth of the room.
 const LONGEST_FILE: u64 = 64 << 20;
@@ -17,12 +19,20 @@ const LONGEST_FILE: u64 = 64 << 20;
 const KEYS: &[&str] = &["camera", "film", "render", "materials", "spheres", "meshes"];
 
 impl Scene {
-    /// Reads a scene file and the mesh files that it names.
+    /// Reads a scene file and the files in its folder that it names.
     ///
     /// # Errors
     /// If a file cannot be read, or says something that a scene cannot be; the error names the file, the line, the
     /// key, the value and what would do.
     pub fn load(path: &Path) -> Result<Self, SceneError> {
+        Self::load_with(path, Outside::Refused)
+    }
+
+    /// The same; `outside` says whether the files may lie outside of the scene's folder.
+    ///
+    /// # Errors
+    /// As for [`Scene::load`].
+    pub fn load_with(path: &Path, outside: Outside) -> Result<Self, SceneError> {
         let text = read(path).map_err(|fault| SceneError::of_file(path, fault))?;
         let text = String::from_utf8(text).map_err(|error| {
             let good = error.utf8_error().valid_up_to();
@@ -33,7 +43,7 @@ impl Scene {
             );
             SceneError::of_text(path, &text, fault.at(good..good, "the last place that can be read"))
         })?;
-        Self::parse(&text, path)
+        parse(&text, path, outside)
     }
 
     /// Makes a scene of `text`. Mesh files are looked for beside `path`, which also gives the scene its name.
@@ -41,8 +51,12 @@ impl Scene {
     /// # Errors
     /// As for [`Scene::load`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, SceneError> {
-        scene(text, path).map_err(|fault| SceneError::of_text(path, text, fault))
+        parse(text, path, Outside::Refused)
     }
+}
+
+fn parse(text: &str, path: &Path, outside: Outside) -> Result<Scene, SceneError> {
+    scene(text, path, outside).map_err(|fault| SceneError::of_text(path, text, fault))
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, Fault> {
@@ -68,7 +82,8 @@ fn read(path: &Path) -> Result<Vec<u8>, Fault> {
     Ok(bytes)
 }
 
-fn scene(text: &str, path: &Path) -> Result<Scene, Fault> {
+fn scene(text: &str, path: &Path, outside: Outside) -> Result<Scene, Fault> {
+    let files = Files::new(path, text, outside);
     let tree = DeTable::parse(text).map_err(|error| syntax(text, &error))?;
     let root = Table::root(text, tree.get_ref(), KEYS)?;
 
@@ -102,10 +117,11 @@ fn scene(text: &str, path: &Path) -> Result<Scene, Fault> {
             spheres.push(shapes::sphere(&table, &named)?);
         }
     }
-    let (mut meshes, mut notes) = (Vec::new(), Vec::new());
+    let mut notes: Vec<String> = drop_hidden(&mut spheres).into_iter().collect();
+    let mut meshes = Vec::new();
     if let Some(value) = root.get("meshes") {
         for table in value.tables("mesh", shapes::MESH_KEYS)? {
-            let (mesh, note) = shapes::mesh(&table, &named, path.parent().unwrap_or(Path::new("")))?;
+            let (mesh, note) = shapes::mesh(&table, &named, &files)?;
             meshes.push(mesh);
             notes.extend(note);
         }
@@ -123,6 +139,7 @@ fn scene(text: &str, path: &Path) -> Result<Scene, Fault> {
     Ok(Scene {
         name,
         path: path.to_owned(),
+        hash: files.digest(),
         camera,
         film,
         render,
@@ -131,6 +148,15 @@ fn scene(text: &str, path: &Path) -> Result<Scene, Fault> {
         meshes,
         notes,
     })
+}
+
+/// Leaves out spheres that coincide with an earlier one, which hides them; returns a sentence if there are any.
+fn drop_hidden(spheres: &mut Vec<Sphere>) -> Option<String> {
+    let (mut seen, all) = (HashSet::new(), spheres.len());
+    // The sum makes one zero of the two.
+    spheres.retain(|s| seen.insert([s.center.x, s.center.y, s.center.z, s.radius].map(|x| (x + 0.0).to_bits())));
+    let hidden = all - spheres.len();
+    (hidden > 0).then(|| format!("{hidden} of {all} spheres coincide with an earlier one, which hides them: left out"))
 }
 
 /// What the TOML reader says, in our form.

@@ -7,8 +7,10 @@
 //! `materials` and `shapes` know the keys of the format. An error can then say "sphere radius must be positive", with
 //! the number as it was written, where a deserialiser only knows that some `f64` was not to its taste.
 
+mod effect;
 mod error;
 mod features;
+mod files;
 mod load;
 mod materials;
 mod memory;
@@ -16,6 +18,7 @@ mod mesh;
 mod nearest;
 mod rule;
 mod shapes;
+mod sight;
 mod table;
 mod value;
 mod view;
@@ -25,8 +28,10 @@ use std::path::PathBuf;
 use glam::DVec3;
 
 pub use crate::settings::{EstimatorKind, SamplerKind};
+pub use effect::{Effect, Effects};
 pub use error::SceneError;
 pub use features::Features;
+pub use files::Outside;
 
 /// A scene whose every value has been checked. Lengths are in the units of the file, in `f64`, not yet made relative
 /// to anything; colours are linear RGB.
@@ -36,6 +41,8 @@ pub struct Scene {
     pub name: String,
     /// The file that the scene came from.
     pub path: PathBuf,
+    /// SHA-256 of that file and of all files that it names, in hexadecimal: another picture has another one.
+    pub hash: String,
     /// The pinhole camera.
     pub camera: Camera,
     /// The size of the picture.
@@ -105,6 +112,16 @@ pub struct Material {
     pub bsdf: Bsdf,
 }
 
+impl Material {
+    /// What it calls for.
+    pub fn effects(&self) -> Effects {
+        Effects::of(&[match self.bsdf {
+            Bsdf::Diffuse { .. } => Effect::Diffuse,
+            Bsdf::Phong { .. } => Effect::Phong,
+        }])
+    }
+}
+
 /// The reflection models. Reflectances are finite and not negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bsdf {
@@ -131,6 +148,16 @@ pub enum Surface {
     Emission(DVec3),
 }
 
+impl Surface {
+    /// What a shape of this surface calls for: `reflector`, `light`, or nothing where it emits nothing.
+    fn effects(&self, reflector: Effect, light: Effect) -> Effects {
+        match self {
+            Self::Material(_) => Effects::of(&[reflector]),
+            Self::Emission(le) => Effects::default().with(light, le.max_element() > 0.0),
+        }
+    }
+}
+
 /// A sphere of finite centre and finite radius above 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {
@@ -140,6 +167,13 @@ pub struct Sphere {
     pub radius: f64,
     /// What it does.
     pub surface: Surface,
+}
+
+impl Sphere {
+    /// What it calls for, its material aside.
+    pub fn effects(&self) -> Effects {
+        self.surface.effects(Effect::Spheres, Effect::SphereLights)
+    }
 }
 
 /// Triangles in scene space (transforms are applied); vertices finite, indices in range, at least one triangle.
@@ -153,4 +187,13 @@ pub struct Mesh {
     pub normals: Option<Vec<DVec3>>,
     /// What it does.
     pub surface: Surface,
+}
+
+impl Mesh {
+    /// What it calls for, its material aside.
+    pub fn effects(&self) -> Effects {
+        let smooth = self.normals.is_some() && matches!(self.surface, Surface::Material(_));
+        let plain = self.surface.effects(Effect::Meshes, Effect::MeshLights);
+        plain.with(Effect::SmoothNormals, smooth)
+    }
 }

@@ -1,8 +1,7 @@
 //! `[[spheres]]` and `[[meshes]]`, and what their surfaces do.
 
-use std::path::Path;
-
 use super::error::Fault;
+use super::files::Files;
 use super::materials::Materials;
 use super::mesh::{self, Normals};
 use super::nearest::nearest;
@@ -30,11 +29,11 @@ pub(super) fn sphere(table: &Table<'_>, materials: &Materials<'_>) -> Result<Sph
     })
 }
 
-/// A mesh, and a sentence if part of it was left out. Files are looked for in `folder`.
+/// A mesh, and a sentence if part of it was left out. Files are those of the scene.
 pub(super) fn mesh(
     table: &Table<'_>,
     materials: &Materials<'_>,
-    folder: &Path,
+    files: &Files,
 ) -> Result<(Mesh, Option<String>), Fault> {
     // What is cheap is checked first: a wrong name should not wait for a big file.
     let surface = surface(table, materials)?;
@@ -55,7 +54,7 @@ pub(super) fn mesh(
             }
             let name = source.string()?;
             let (span, label) = source.place();
-            let raw = mesh::read(folder, name).map_err(|fault| fault.at(span, label))?;
+            let raw = mesh::read(files, name).map_err(|fault| fault.at(span, label))?;
             (raw, source, format!("{} ({name})", table.title))
         }
         _ => {

@@ -72,6 +72,7 @@ pub fn random_scene(rng: &mut Pcg64, distance: f64) -> Scene {
     Scene {
         name: "random".into(),
         path: "random.toml".into(),
+        hash: String::new(),
         camera: Camera {
             origin,
             target: near(0.3),

@@ -15,6 +15,7 @@ pub fn scene(origin: DVec3, target: DVec3, bsdf: Bsdf) -> Scene {
     Scene {
         name: "test".into(),
         path: "test.toml".into(),
+        hash: String::new(),
         camera: Camera {
             origin,
             target,

@@ -3,10 +3,6 @@
 //! The numbers are read here: the crate's readers trust the counts and offsets of the file (1.4.1: `count - 1`
 //! underflows, strides are only asserted), and a scene may come from anywhere.
 
-use std::fs::File;
-use std::io::Read;
-use std::path::Path;
-
 use glam::{DMat4, DVec3};
 use gltf::accessor::{DataType, Dimensions};
 use gltf::buffer::{Data, Source};
@@ -17,16 +13,9 @@ use super::{Problem, RawMesh, fan, transform};
 
 const DAMAGED: &str = "the file is damaged or cut short: export it again";
 
-/// Reads all triangles of the file's default scene, moved to where its nodes put them. Buffers of their own are looked
-/// for in `folder`.
-pub fn read(mut file: File, folder: &Path) -> Result<RawMesh, Problem> {
-    let mut bytes = Vec::new();
-    file.read_to_end(&mut bytes)
-        .map_err(|error| Problem::new(format!("cannot be read: {error}"), "try again"))?;
-    parse(&bytes, folder)
-}
-
-fn parse(bytes: &[u8], folder: &Path) -> Result<RawMesh, Problem> {
+/// Reads all triangles of the file's default scene, moved to where its nodes put them. `file` reads buffers of their own,
+/// whose names are relative to the file.
+pub fn read(bytes: &[u8], file: &dyn Fn(&str) -> Result<Vec<u8>, Problem>) -> Result<RawMesh, Problem> {
     if bytes.starts_with(b"glTF") {
         check_length(bytes)?;
     }
@@ -34,10 +23,15 @@ fn parse(bytes: &[u8], folder: &Path) -> Result<RawMesh, Problem> {
     let document = validated(document)?;
     let mut buffers = Vec::new();
     for buffer in document.buffers() {
-        if let Source::Uri(uri) = buffer.source() {
-            check_uri(uri)?;
-        }
-        let data = Data::from_source_and_blob(buffer.source(), Some(folder), &mut blob).map_err(problem)?;
+        let data = match buffer.source() {
+            Source::Uri(uri) if !uri.starts_with("data:") => {
+                let bytes = file(&name(uri)?);
+                Data(bytes.map_err(|fault| {
+                    Problem::new(format!("has a buffer that cannot be read: {}", fault.what), fault.help)
+                })?)
+            }
+            source => Data::from_source_and_blob(source, None, &mut blob).map_err(problem)?,
+        };
         if data.len() < buffer.length() {
             return Err(Problem::new(
                 format!("is cut short: buffer {} ends too early", buffer.index()),
@@ -107,8 +101,14 @@ fn validated(document: Document) -> Result<Document, Problem> {
     Document::from_json(root).map_err(problem)
 }
 
-/// The crate panics on a file name whose percent signs do not make UTF-8.
-fn check_uri(uri: &str) -> Result<(), Problem> {
+/// The name of a file: a URI without a scheme, whose percent signs stand for bytes.
+fn name(uri: &str) -> Result<String, Problem> {
+    let unreadable = || {
+        Problem::new(
+            "names a buffer in an unreadable way",
+            "rename the .bin file and export again",
+        )
+    };
     let digits = |pair: &[u8]| {
         std::str::from_utf8(pair)
             .ok()
@@ -121,13 +121,7 @@ fn check_uri(uri: &str) -> Result<(), Problem> {
         decoded.push(byte.unwrap_or(*first));
         rest = if byte.is_some() { &after[2..] } else { after };
     }
-    match std::str::from_utf8(&decoded) {
-        Ok(_) => Ok(()),
-        Err(_) => Err(Problem::new(
-            "names a buffer in an unreadable way",
-            "rename the .bin file and export again",
-        )),
-    }
+    String::from_utf8(decoded).map_err(|_| unreadable())
 }
 
 fn problem(error: gltf::Error) -> Problem {

@@ -8,13 +8,13 @@ mod obj;
 mod ply;
 mod transform;
 
-use std::fs::File;
 use std::path::Path;
 
 use glam::{DMat4, DVec3};
 
 use super::error::Fault;
-use super::{Mesh, Surface, memory};
+use super::files::Files;
+use super::{Mesh, Surface};
 
 pub(super) use inline::inline;
 pub(super) use transform::transform;
@@ -47,81 +47,27 @@ impl Normals {
     }
 }
 
-/// Reading takes at most about this many times the file's length (OBJ: the text, 64-bit numbers and tables of both).
-const BYTES_PER_BYTE: u64 = 6;
-
-/// Reads the mesh file `name` in `folder`.
-pub(super) fn read(folder: &Path, name: &str) -> Result<RawMesh, Fault> {
-    let path = folder.join(name);
-    let fault = |what: String, help: &str| Fault::new(format!("mesh file \"{name}\" {what}"), help);
-
-    let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+/// Reads the mesh file `name`.
+pub(super) fn read(files: &Files, name: &str) -> Result<RawMesh, Fault> {
+    let ending = Path::new(name).extension().unwrap_or_default();
+    let ending = ending.to_string_lossy().to_lowercase();
     if !["obj", "ply", "gltf", "glb"].contains(&ending.as_str()) {
-        let help = "save the mesh as .obj, .ply, .gltf or .glb";
-        return Err(fault("has an ending that Octolux does not read".to_owned(), help));
+        let what = format!("mesh file \"{name}\" has an ending that Octolux does not read");
+        return Err(Fault::new(what, "save the mesh as .obj, .ply, .gltf or .glb"));
     }
-    // Its kind before it is opened: opening a named pipe would wait for somebody to write into it.
-    let length = match std::fs::metadata(&path) {
-        Ok(metadata) if metadata.is_file() => metadata.len(),
-        Ok(_) => {
-            return Err(fault(
-                "is not a file".to_owned(),
-                "name a file: paths are relative to the scene file",
-            ));
-        }
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-            return Err(fault("does not exist".to_owned(), &how_to_get(folder, name)));
-        }
-        Err(error) => {
-            return Err(fault(
-                format!("cannot be read: {error}"),
-                "check that the file may be read",
-            ));
-        }
-    };
-    if length == 0 {
-        return Err(fault(
-            "is empty".to_owned(),
-            "save the mesh again, or name another file",
-        ));
-    }
-    if !memory::fits(length.saturating_mul(BYTES_PER_BYTE)) {
-        return Err(fault(
-            "is too large for the memory that is free".to_owned(),
-            "use a mesh with fewer triangles",
-        ));
-    }
-
-    let file = File::open(&path)
-        .map_err(|error| fault(format!("cannot be read: {error}"), "check that the file may be read"))?;
+    let bytes = files.bytes("mesh file", name)?;
     let raw = match ending.as_str() {
-        "obj" => obj::read(file),
-        "ply" => ply::read(file, length),
-        _ => gltf::read(file, path.parent().unwrap_or(folder)),
+        "obj" => obj::read(&bytes),
+        "ply" => ply::read(&bytes),
+        _ => gltf::read(&bytes, &|buffer| files.bytes("buffer", &beside(name, buffer))),
     };
     let raw = raw.and_then(|raw| clean::check(&raw).map(|()| raw));
     raw.map_err(|problem| Fault::new(format!("mesh file \"{name}\" {}", problem.what), problem.help))
 }
 
-/// Where a missing file may come from: a script `fetch-NAME.sh` beside the scene fetches what has NAME in its name.
-fn how_to_get(folder: &Path, name: &str) -> String {
-    // The folder of `dragon.toml` is the empty path, which cannot be listed.
-    let here = if folder.as_os_str().is_empty() {
-        Path::new(".")
-    } else {
-        folder
-    };
-    let scripts = std::fs::read_dir(here).into_iter().flatten().flatten();
-    let script = scripts
-        .map(|entry| entry.file_name().to_string_lossy().into_owned())
-        .find(|script| {
-            let subject = script.strip_prefix("fetch-").and_then(|rest| rest.strip_suffix(".sh"));
-            subject.is_some_and(|subject| name.contains(subject))
-        });
-    match script {
-        Some(script) => format!("run {}, which fetches it", folder.join(script).display()),
-        None => "check the name: paths are relative to the scene file".to_owned(),
-    }
+/// The file `other` in the folder of the file `name`.
+fn beside(name: &str, other: &str) -> String {
+    Path::new(name).with_file_name(other).to_string_lossy().into_owned()
 }
 
 /// What is wrong with the contents of a mesh file; `what` follows the file's name.

@@ -1,7 +1,6 @@
 //! Wavefront OBJ, read by `tobj`.
 
 use std::collections::HashMap;
-use std::fs::File;
 use std::io::{BufRead, Read};
 
 use glam::DVec3;
@@ -10,14 +9,7 @@ use tobj::{LoadError, LoadOptions};
 use super::{Problem, RawMesh};
 
 /// Reads all faces of an OBJ file; objects, groups and materials make no difference.
-pub fn read(mut file: File) -> Result<RawMesh, Problem> {
-    let mut bytes = Vec::new();
-    file.read_to_end(&mut bytes)
-        .map_err(|error| Problem::new(format!("cannot be read: {error}"), "try again"))?;
-    parse(&bytes)
-}
-
-fn parse(bytes: &[u8]) -> Result<RawMesh, Problem> {
+pub fn read(bytes: &[u8]) -> Result<RawMesh, Problem> {
     let mut lines = Geometry {
         rest: bytes,
         line: &[],
@@ -142,7 +134,7 @@ mod tests {
 
     #[test]
     fn quads_negative_indices_and_groups() {
-        let raw = parse(CUBE.as_bytes()).unwrap();
+        let raw = read(CUBE.as_bytes()).unwrap();
         assert_eq!(raw.vertices.len(), 8, "groups share their vertices");
         assert_eq!(raw.triangles.len(), 12);
         assert!(raw.normals.is_none());
@@ -155,14 +147,14 @@ mod tests {
     #[test]
     fn a_pair_of_position_and_normal_is_a_vertex() {
         let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvn 0 0 1\nvn 1 0 0\nf 1//1 2//1 3//1\nf 1//2 3//2 4//2\n";
-        let raw = parse(text.as_bytes()).unwrap();
+        let raw = read(text.as_bytes()).unwrap();
         assert_eq!(raw.vertices.len(), 6);
         assert_eq!(raw.normals.unwrap()[3], DVec3::X);
     }
 
     #[test]
     fn errors_name_the_line() {
-        let error = |text: &str| parse(text.as_bytes()).unwrap_err().what;
+        let error = |text: &str| read(text.as_bytes()).unwrap_err().what;
         assert_eq!(
             error("v 0 0 0\nv 1 zero 0\n"),
             "has a vertex that cannot be read in line 2"

@@ -1,6 +1,6 @@
 //! PLY, ASCII and binary, read by `ply-rs-bw`.
 
-use std::io::{BufReader, ErrorKind, Read};
+use std::io::ErrorKind;
 
 use glam::DVec3;
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
@@ -11,14 +11,14 @@ use super::{Problem, RawMesh, fan};
 
 const DAMAGED: &str = "the file is damaged or cut short: save or fetch it again";
 
-/// Reads the `vertex` and `face` elements of a PLY file of `length` bytes; other elements and properties are skipped.
-pub fn read(file: impl Read, length: u64) -> Result<RawMesh, Problem> {
-    let mut reader = Reader::new(BufReader::with_capacity(1 << 16, file));
+/// Reads the `vertex` and `face` elements of a PLY file; other elements and properties are skipped.
+pub fn read(bytes: &[u8]) -> Result<RawMesh, Problem> {
+    let mut reader = Reader::new(bytes);
     let parser = Parser::<Element>::new();
     let header = parser
         .read_header(&mut reader)
         .map_err(|error| header_problem(&error))?;
-    check(&header, length)?;
+    check(&header, bytes.len() as u64)?;
 
     let mut raw = RawMesh::default();
     for element in header.elements.values() {
@@ -211,10 +211,6 @@ impl PropertyAccess for Element {
 mod tests {
     use super::*;
 
-    fn parse(bytes: &[u8]) -> Result<RawMesh, Problem> {
-        read(bytes, bytes.len() as u64)
-    }
-
     const HEADER: &str = "element vertex 4\nproperty float x\nproperty double y\nproperty short z\nproperty uchar red\n\
         element face 2\nproperty list uchar int vertex_indices\nproperty float quality\nend_header\n";
 
@@ -231,7 +227,7 @@ mod tests {
             "ply\nformat ascii 1.0\ncomment by hand\n{HEADER}0 0 0 1\n1.5 0 0 1\n1.5 2.25 -3 1\n0 2.25 -3 1\n\
              4 0 1 2 3 0.5\n3 2 1 0 0.5"
         );
-        expected(&parse(text.as_bytes()).unwrap());
+        expected(&read(text.as_bytes()).unwrap());
     }
 
     #[test]
@@ -260,10 +256,10 @@ mod tests {
                 corners.iter().for_each(|corner| put(&corner.to_be_bytes()));
                 put(&0.5_f32.to_be_bytes());
             }
-            expected(&parse(&bytes).unwrap());
+            expected(&read(&bytes).unwrap());
             // Any cut is an error, never a smaller mesh.
             for end in 0..bytes.len() {
-                assert!(parse(&bytes[..end]).is_err(), "cut at {end}");
+                assert!(read(&bytes[..end]).is_err(), "cut at {end}");
             }
         }
     }
@@ -274,7 +270,7 @@ mod tests {
             property float nx\nproperty float ny\nproperty float nz\nelement face 1\n\
             property list uchar uint vertex_index\nend_header\n0 0 0 0 0 1\n1 0 0 0 1 0\n0 1 0 1 0 0\n3 0 1 2\n";
         assert_eq!(
-            parse(text.as_bytes()).unwrap().normals.unwrap(),
+            read(text.as_bytes()).unwrap().normals.unwrap(),
             [DVec3::Z, DVec3::Y, DVec3::X]
         );
     }
@@ -287,14 +283,14 @@ mod tests {
                     "ply\nformat {encoding} 1.0\nelement vertex {vertices}\nproperty float x\nproperty float y\n\
                      property float z\nelement face 1\nproperty list uint uint vertex_indices\nend_header\n"
                 );
-                assert!(parse(text.as_bytes()).unwrap_err().what.starts_with("is cut short"));
+                assert!(read(text.as_bytes()).unwrap_err().what.starts_with("is cut short"));
             }
             // An element without properties takes no bytes: its count is not believed either.
             let text = format!(
                 "ply\nformat {encoding} 1.0\nelement thing 4000000000\nelement vertex 0\nproperty float x\n\
                  property float y\nproperty float z\nelement face 0\nend_header\n"
             );
-            assert!(parse(text.as_bytes()).is_err());
+            assert!(read(text.as_bytes()).is_err());
         }
     }
 }

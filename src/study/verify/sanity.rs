@@ -147,6 +147,7 @@ mod tests {
         Scene {
             name: "test".into(),
             path: PathBuf::from("test.toml"),
+            hash: String::new(),
             camera: Camera {
                 origin: DVec3::Z * 10.0,
                 target: DVec3::ZERO,

@@ -1,0 +1,29 @@
+//! How scenes are read, for every command that reads one.
+
+use std::path::Path;
+
+use super::CliError;
+use crate::scene::{Outside, Scene};
+
+/// What a scene may do.
+#[derive(clap::Args, Clone, Copy, Debug)]
+pub struct Reading {
+    /// Let scenes name files outside of their own folder
+    #[arg(long)]
+    pub allow_outside: bool,
+}
+
+impl Reading {
+    /// Reads the scene at `path`.
+    ///
+    /// # Errors
+    /// What is wrong with it, and where.
+    pub fn load(self, path: &Path) -> Result<Scene, CliError> {
+        let outside = if self.allow_outside {
+            Outside::Allowed
+        } else {
+            Outside::Refused
+        };
+        Scene::load_with(path, outside).map_err(CliError::scene)
+    }
+}

@@ -1,0 +1,217 @@
+//! The files that a scene names: where they may be, how they are read, and what they hash to. All reading goes through
+//! [`Files::bytes`], so that the hash of a scene covers every byte that it was made of.
+
+use std::cell::RefCell;
+use std::fs::File;
+use std::io::{ErrorKind, Read};
+use std::path::{Component, Path, PathBuf};
+
+use sha2::{Digest, Sha256};
+
+use super::error::Fault;
+use super::memory;
+
+/// Whether a scene may name files outside of its own folder.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Outside {
+    /// No: what comes from a stranger looks at nothing but what came with it.
+    #[default]
+    Refused,
+    /// Yes.
+    Allowed,
+}
+
+/// Making sense of a file takes at most about this many times its length (OBJ: the text, 64-bit numbers and tables of
+/// both).
+const BYTES_PER_BYTE: u64 = 6;
+
+/// The files of one scene.
+#[derive(Debug)]
+pub(super) struct Files {
+    folder: PathBuf,
+    outside: Outside,
+    hash: RefCell<Sha256>,
+}
+
+impl Files {
+    /// For the scene file at `path` with this `text`, the first that is hashed.
+    pub fn new(path: &Path, text: &str, outside: Outside) -> Self {
+        let files = Self {
+            folder: path.parent().unwrap_or(Path::new("")).to_owned(),
+            outside,
+            hash: RefCell::default(),
+        };
+        files.hashed(text.as_bytes());
+        files
+    }
+
+    /// The bytes of the file `name`, which is looked for in the scene's folder; `kind` is what errors call it, such as
+    /// "mesh file". What is hashed is what is returned: a file that changes later changes nothing.
+    ///
+    /// # Errors
+    /// A fault without a place about a file that is missing, empty, no file, outside, or too large for the free memory.
+    pub fn bytes(&self, kind: &str, name: &str) -> Result<Vec<u8>, Fault> {
+        let fault = |what: &str, help: &str| Fault::new(format!("{kind} \"{name}\" {what}"), help);
+        let unreadable =
+            |error: std::io::Error| fault(&format!("cannot be read: {error}"), "check that the file may be read");
+        let path = self.folder.join(name);
+        if self.outside == Outside::Refused && !self.is_inside(&path, name) {
+            return Err(fault(
+                "lies outside of the scene's folder",
+                "copy it beside the scene; or, if you trust the scene, give the option --allow-outside",
+            ));
+        }
+        // Its kind before it is opened: opening a named pipe would wait for somebody to write into it.
+        let length = match std::fs::metadata(&path) {
+            Ok(metadata) if metadata.is_file() => metadata.len(),
+            Ok(_) => {
+                return Err(fault(
+                    "is not a file",
+                    "name a file: paths are relative to the scene file",
+                ));
+            }
+            Err(error) if error.kind() == ErrorKind::NotFound => {
+                return Err(fault("does not exist", &how_to_get(&self.folder, name)));
+            }
+            Err(error) => return Err(unreadable(error)),
+        };
+        if length == 0 {
+            return Err(fault("is empty", "save it again, or name another file"));
+        }
+        if !memory::fits(length.saturating_mul(BYTES_PER_BYTE)) {
+            return Err(fault("is too large for the memory that is free", "use a smaller one"));
+        }
+        let mut bytes = Vec::new();
+        let file = File::open(&path).map_err(unreadable)?;
+        // No more than was looked at above, should it grow meanwhile.
+        file.take(length).read_to_end(&mut bytes).map_err(unreadable)?;
+        self.hashed(&bytes);
+        Ok(bytes)
+    }
+
+    /// SHA-256 in hexadecimal of the length and the bytes of everything that was read, in the order of reading.
+    pub fn digest(self) -> String {
+        let digest = self.hash.into_inner().finalize();
+        digest.iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+
+    fn hashed(&self, bytes: &[u8]) {
+        let mut hash = self.hash.borrow_mut();
+        hash.update((bytes.len() as u64).to_le_bytes());
+        hash.update(bytes);
+    }
+
+    /// Whether `name` stays in the folder by its words, and behind symbolic links too where there is something.
+    fn is_inside(&self, path: &Path, name: &str) -> bool {
+        let mut depth = 0_i32;
+        for part in Path::new(name).components() {
+            depth += match part {
+                Component::Normal(_) => 1,
+                Component::CurDir => 0,
+                Component::ParentDir => -1,
+                Component::RootDir | Component::Prefix(_) => return false,
+            };
+            if depth < 0 {
+                return false;
+            }
+        }
+        let here = here(&self.folder).canonicalize();
+        match (here, path.canonicalize()) {
+            (Ok(folder), Ok(path)) => path.starts_with(folder),
+            _ => true,
+        }
+    }
+}
+
+/// The folder of `dragon.toml` is the empty path, which cannot be listed.
+fn here(folder: &Path) -> &Path {
+    if folder.as_os_str().is_empty() {
+        Path::new(".")
+    } else {
+        folder
+    }
+}
+
+/// Where a missing file may come from: a script `fetch-NAME.sh` beside the scene fetches what has NAME in its name.
+fn how_to_get(folder: &Path, name: &str) -> String {
+    let scripts = std::fs::read_dir(here(folder)).into_iter().flatten().flatten();
+    let script = scripts
+        .map(|entry| entry.file_name().to_string_lossy().into_owned())
+        .find(|script| {
+            let subject = script.strip_prefix("fetch-").and_then(|rest| rest.strip_suffix(".sh"));
+            subject.is_some_and(|subject| name.contains(subject))
+        });
+    match script {
+        Some(script) => format!("run {}, which fetches it", folder.join(script).display()),
+        None => "check the name: paths are relative to the scene file".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    /// A scene's folder `in` beside a file `secret`, in a folder of its own.
+    fn place() -> (tempfile::TempDir, PathBuf) {
+        let place = tempfile::tempdir().unwrap();
+        fs::create_dir_all(place.path().join("in/deep")).unwrap();
+        for name in ["secret", "in/own", "in/deep/own"] {
+            fs::write(place.path().join(name), name).unwrap();
+        }
+        let scene = place.path().join("in/scene.toml");
+        (place, scene)
+    }
+
+    #[test]
+    fn a_scene_looks_at_nothing_outside_of_its_folder() {
+        let (place, scene) = place();
+        std::os::unix::fs::symlink(place.path().join("secret"), place.path().join("in/link")).unwrap();
+        let absolute = place.path().join("secret");
+        let outside = [
+            "../secret",
+            "deep/../../secret",
+            "link",
+            absolute.to_str().unwrap(),
+            "../nothing",
+        ];
+        let files = Files::new(&scene, "", Outside::Refused);
+        for name in outside {
+            let fault = files.bytes("mesh file", name).unwrap_err();
+            assert_eq!(
+                fault.what,
+                format!("mesh file \"{name}\" lies outside of the scene's folder")
+            );
+        }
+        for name in ["own", "./own", "deep/own", "deep/../own"] {
+            assert!(files.bytes("mesh file", name).is_ok(), "{name}");
+        }
+        let trusting = Files::new(&scene, "", Outside::Allowed);
+        for name in &outside[..4] {
+            assert_eq!(trusting.bytes("mesh file", name).unwrap(), b"secret");
+        }
+    }
+
+    #[test]
+    fn a_hash_is_that_of_all_bytes_and_of_where_files_end() {
+        let (place, scene) = place();
+        let digest = |text: &str, names: &[&str]| {
+            let files = Files::new(&scene, text, Outside::Refused);
+            names
+                .iter()
+                .for_each(|name| _ = files.bytes("mesh file", name).unwrap());
+            files.digest()
+        };
+        let before = digest("text", &["own", "deep/own"]);
+        assert_eq!(before.len(), 64);
+        assert_eq!(before, digest("text", &["own", "deep/own"]));
+        let others = [
+            digest("test", &["own", "deep/own"]),
+            digest("text", &["own"]),
+            digest("text", &["deep/own", "own"]),
+        ];
+        assert!(others.iter().all(|other| *other != before));
+        fs::write(place.path().join("in/own"), "in/own!").unwrap();
+        assert_ne!(before, digest("text", &["own", "deep/own"]));
+    }
+}

@@ -82,7 +82,8 @@ class Place:
     def scheduler(self) -> str:
         """Start `dask scheduler`; return its scheduler file."""
         file = self.folder / "scheduler.json"
-        self._dask("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(file))
+        address = ("--host", "127.0.0.1", "--port", "0", "--dashboard-address", "127.0.0.1:0")
+        self._dask("scheduler", *address, "--scheduler-file", str(file))
         self.wait_for(file.exists)
         return str(file)
 

@@ -168,6 +168,20 @@ class Command(unittest.TestCase):
         self.assertEqual((self.place.folder / "log").read_text().count("render"), 3 - kept)
         self.assertEqual(self.place.sha256("many.npy"), self.place.one_process(SCENE, *SETTINGS))
 
+    def test_a_part_of_another_render_is_refused_with_the_name_of_its_worker(self) -> None:
+        """As from a worker with another Embree, which only the part itself tells."""
+        program = self.place.program("odd", 'case "$*" in *"--shard 2/3"*) set -- "$@" --seed 9;; esac')
+        words = (SCENE, "--shards", "3", *SETTINGS[:4], "-o", "many.npy")
+        code, said = self.place.run(*words, program=program)
+        self.assertEqual(code, 1)
+        self.assertRegex(said, "error: .*/2-of-3.acc: belongs to another render: seed")
+        self.assertRegex(said, "note: 2-of-3.acc was rendered by inproc://")
+        self.assertFalse((self.place.folder / "many.npy").exists())
+        self.place.parts()[1].unlink()
+        code, said = self.place.run(*words)
+        self.assertEqual(code, 0, said)
+        self.assertEqual(self.place.sha256("many.npy"), self.place.one_process(SCENE, *SETTINGS[:4]))
+
     def test_a_bad_scene_is_told_at_once_and_never_tried_again(self) -> None:
         """In the words of octolux, with exit code 2; so is a bad option."""
         program = self.place.program("logs", 'echo "$*" >> $here/log')

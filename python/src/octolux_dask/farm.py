@@ -44,7 +44,13 @@ def connected(address: str | None, threads: int) -> Iterator[Client]:
             workers = max(1, len(os.sched_getaffinity(0)) // threads)
             with (
                 LocalCluster(
-                    n_workers=workers, threads_per_worker=1, processes=False, dashboard_address=None, memory_limit=0
+                    n_workers=workers,
+                    threads_per_worker=1,
+                    processes=False,
+                    # None would listen on all interfaces.
+                    dashboard_address="127.0.0.1:0",
+                    worker_dashboard_address="127.0.0.1:0",
+                    memory_limit=0,
                 ) as cluster,
                 Client(cluster, set_as_default=False) as client,
             ):

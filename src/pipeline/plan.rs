@@ -1,6 +1,7 @@
 //! Which kernel a scene gets, and why.
 
 use super::rows::{self, Run};
+use super::stage::grid::Order;
 use crate::lane::has_avx512;
 use crate::scene::{EstimatorKind, Features};
 use crate::settings::AccelKind;
@@ -26,6 +27,8 @@ pub struct Plan {
     pub accel: AccelKind,
     /// Pairs of random numbers that a sample takes.
     pub pairs: u32,
+    /// How samples make packets.
+    pub order: Order,
     /// Traces the samples of a chunk to what they meet first.
     pub eye: Run,
     /// Turns hits into light: shading and visibility.
@@ -69,12 +72,17 @@ impl Plan {
         let accel = accel.unwrap_or(free_choice);
         let (eye, shade) = (rows::eye().run(accel, lanes), rows::shade(estimator).run(accel, lanes));
         let pairs = 1 + if per_light { features.sphere_lights as u32 } else { 1 };
+        let order = match std::env::var("X_ORDER").ok().as_deref() {
+            Some("1") => Order::Neighbours,
+            _ => Order::Passes,
+        };
         let name = format!("{}-f32x{lanes}-{}", accel.name(), estimator.name());
         Ok(Self {
             name,
             why,
             accel,
             pairs,
+            order,
             eye,
             shade,
         })

@@ -3,13 +3,19 @@
 use super::rows::{self, Run};
 use super::stage::grid::Order;
 use crate::lane::has_avx512;
-use crate::scene::{EstimatorKind, Features};
+use crate::scene::{Effect, Effects, EstimatorKind, Features};
 use crate::settings::AccelKind;
 
 /// The most shapes that are tested in a line where the choice is free: a careful bound. With the 17 of Veach's scene the line
 /// is 1.34 times as fast as Embree, with the 48 of `large-lights` still 1.24 times (16 lanes, one thread, commit 89698de); where
 /// it stops to pay was not looked for yet.
 const IN_LINE: usize = 32;
+
+/// From so many shapes on packets hold all passes of a few pixels, where Embree answers them. Whole renders of a mesh of a
+/// million triangles take 0.88 of the time then (`brdf`: 0.77), of `knot` with 11 207 shapes 0.93, of 100 000 spheres 0.92;
+/// but of `many-spheres` with 152 1.04 and of Veach's scene 1.09, because `mis` then mixes techniques in its packets (384 x
+/// 256, 15 samples a pixel, 16 lanes, one thread, commit e02d658).
+const NEIGHBOURS: usize = 1000;
 
 /// The widest packets that this processor has kernels for.
 pub fn widest_lanes() -> usize {
@@ -31,24 +37,28 @@ pub struct Plan {
     pub order: Order,
     /// Traces the samples of a chunk to what they meet first.
     pub eye: Run,
-    /// Turns hits into light: shading and visibility.
-    pub shade: Run,
+    /// Turns hits into light, shading and visibility: a stage for each model of reflection that there is.
+    pub shade: Vec<Run>,
+    /// What the stages hold: at least what the scene calls for.
+    pub held: Effects,
 }
 
 impl Plan {
-    /// The kernel for a scene with `features`; `accel` is what the user insists on.
+    /// The kernel for a scene with `features`; `accel` is what the user insists on, `forced` are effects that it holds
+    /// whether the scene calls for them or not.
     ///
     /// # Errors
     /// A sentence where no kernel supports what is asked for, and what would do.
     pub fn choose(
         features: &Features,
+        forced: Effects,
         estimator: EstimatorKind,
         lanes: usize,
         accel: Option<AccelKind>,
     ) -> Result<Self, (String, &'static str)> {
         let per_light = matches!(estimator, EstimatorKind::Light | EstimatorKind::Mis);
-        if per_light && features.mesh_lights > 0 {
-            let (name, count) = (estimator.name(), features.mesh_lights);
+        if per_light && features.count(Effect::MeshLights) > 0 {
+            let (name, count) = (estimator.name(), features.count(Effect::MeshLights));
             let what =
                 format!("estimator \"{name}\" cannot sample lights that are meshes yet, and this scene has {count}");
             return Err((what, "use --estimator brdf, or uniform"));
@@ -70,21 +80,58 @@ impl Plan {
             ),
         };
         let accel = accel.unwrap_or(free_choice);
-        let (eye, shade) = (rows::eye().run(accel, lanes), rows::shade(estimator).run(accel, lanes));
-        let pairs = 1 + if per_light { features.sphere_lights as u32 } else { 1 };
-        let order = match std::env::var("X_ORDER").ok().as_deref() {
-            Some("1") => Order::Neighbours,
-            _ => Order::Passes,
+        let needs = features.effects().and(forced);
+        let pairs = 1 + if per_light {
+            features.count(Effect::SphereLights) as u32
+        } else {
+            1
+        };
+        let order = if accel == AccelKind::Embree && features.shapes >= NEIGHBOURS {
+            Order::Neighbours
+        } else {
+            Order::Passes
         };
         let name = format!("{}-f32x{lanes}-{}", accel.name(), estimator.name());
+        if features.nothing_in_sight() {
+            return Ok(Self {
+                name: format!("{name}-blank"),
+                why: "no eye ray can meet anything".to_owned(),
+                accel,
+                pairs,
+                order,
+                eye: rows::blank().run(accel, lanes),
+                shade: Vec::new(),
+                held: Effects::default(),
+            });
+        }
+        let (in_eye, eye) = rows::eye(needs);
+        let models: Vec<Effect> = rows::MODELS.into_iter().filter(|&model| needs.has(model)).collect();
+        let held = in_eye.and(Effects::of(&models));
+        let why = format!(
+            "{why}; of the eye stages, this one holds {} and no more",
+            listed(*in_eye)
+        );
         Ok(Self {
             name,
             why,
             accel,
             pairs,
             order,
-            eye,
-            shade,
+            eye: eye.run(accel, lanes),
+            shade: models
+                .iter()
+                .map(|&model| rows::shade(estimator, model).run(accel, lanes))
+                .collect(),
+            held,
         })
+    }
+}
+
+/// Names in a row: `a, b and c`.
+fn listed(effects: Effects) -> String {
+    match effects.names().split_last() {
+        Some((last, [])) => (*last).to_owned(),
+        Some((last, others)) => format!("{} and {last}", others.join(", ")),
+        None => "nothing".to_owned(),
     }
 }

@@ -72,7 +72,11 @@ impl Grid {
                 }
             }
         }
-        if listed { self.length } else { self.length * chunk.passes as usize }
+        if listed {
+            self.length
+        } else {
+            self.length * chunk.passes as usize
+        }
     }
 
     /// The number of rows.

@@ -48,7 +48,7 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
     // only the last packet of a chunk has idle lanes. Behind the last sample these stay on its pass: their addresses must
     // exist too.
     let (length, listed) = (grid.len(), grid.lists_passes());
-    let [left, top] = chunk.tile.pixels[0];
+    let [[left, top], _] = chunk.tile.corners();
     let first_pixel = L::Bits::splat(top.wrapping_mul(chunk.film_width).wrapping_add(left));
     let (left, top) = (L::splat(left as f32), L::splat(top as f32));
     let (mut at, mut pass) = (0, chunk.first);

@@ -48,8 +48,7 @@ impl Grid {
         let tile = chunk.tile;
         let even = tile.goals().is_empty() && !tile.measures_noise();
         let listed = !even || chunk.order == Order::Neighbours;
-        let [left, top] = tile.pixels[0];
-        let [right, bottom] = tile.pixels[tile.pixels.len() - 1];
+        let [[left, top], [right, bottom]] = tile.corners();
         let shape = even.then_some(Shape {
             size: [right - left, bottom - top],
             film_width: chunk.film_width,
@@ -60,7 +59,7 @@ impl Grid {
             match (chunk.order, listed) {
                 (Order::Neighbours, _) => self.neighbours(chunk),
                 (Order::Passes, true) => self.pass_by_pass(chunk),
-                (Order::Passes, false) => (0..tile.pixels.len()).for_each(|at| self.push(chunk, at)),
+                (Order::Passes, false) => (0..tile.area()).for_each(|at| self.push(chunk, at)),
             }
             self.length = self.x.len();
             self.shape = shape;
@@ -91,7 +90,7 @@ impl Grid {
 
     /// Pass by pass and in each the pixels that take part, in tile order.
     fn pass_by_pass(&mut self, chunk: &Chunk) {
-        let pixels = chunk.tile.pixels.len();
+        let pixels = chunk.tile.area();
         for at in (0..pixels).filter(|&at| takes_part(chunk, at, 0)) {
             self.push(chunk, at);
         }
@@ -123,12 +122,11 @@ impl Grid {
 
     /// By squares of 2 x 2 pixels along Morton's curve, in each pass by pass.
     fn neighbours(&mut self, chunk: &Chunk) {
-        let pixels = &chunk.tile.pixels;
-        let [left, top] = pixels[0];
+        let pixels = chunk.tile.offsets();
         let spread = |x: u32| (x & 1) | (x & 2) << 1 | (x & 4) << 2;
         let square = |at: &usize| {
             let [x, y] = pixels[*at];
-            spread((x - left) / 2) | spread((y - top) / 2) << 1
+            spread(x / 2) | spread(y / 2) << 1
         };
         let mut order: Vec<usize> = (0..pixels.len()).collect();
         order.sort_by_key(square);
@@ -152,8 +150,7 @@ impl Grid {
     }
 
     fn push(&mut self, chunk: &Chunk, at: usize) {
-        let ([x, y], [left, top]) = (chunk.tile.pixels[at], chunk.tile.pixels[0]);
-        let (x, y) = (x - left, y - top);
+        let [x, y] = chunk.tile.offsets()[at];
         self.x.push(x as f32);
         self.y.push(y as f32);
         self.index.push(at as u32);
@@ -177,7 +174,7 @@ fn takes_part(chunk: &Chunk, at: usize, pass: u32) -> bool {
 /// What a pass adds to the places of pixels: while noise is measured every pair of passes has sums of its own.
 fn slot(chunk: &Chunk, pass: u32) -> u32 {
     if chunk.tile.measures_noise() {
-        pass / 2 * chunk.tile.pixels.len() as u32
+        pass / 2 * chunk.tile.area() as u32
     } else {
         0
     }

@@ -37,7 +37,8 @@ pub struct Plan {
     pub order: Order,
     /// Traces the samples of a chunk to what they meet first.
     pub eye: Run,
-    /// Turns hits into light, shading and visibility: a stage for each model of reflection that there is.
+    /// Turns hits into light, shading and visibility: a stage for each model of reflection, and for `light` and
+    /// `mis` each kind of light, that there is.
     pub shade: Vec<Run>,
     /// What the stages hold: at least what the scene calls for.
     pub held: Effects,
@@ -57,12 +58,6 @@ impl Plan {
         accel: Option<AccelKind>,
     ) -> Result<Self, (String, &'static str)> {
         let per_light = matches!(estimator, EstimatorKind::Light | EstimatorKind::Mis);
-        if per_light && features.count(Effect::MeshLights) > 0 {
-            let (name, count) = (estimator.name(), features.count(Effect::MeshLights));
-            let what =
-                format!("estimator \"{name}\" cannot sample lights that are meshes yet, and this scene has {count}");
-            return Err((what, "use --estimator brdf, or uniform"));
-        }
         match lanes {
             1 | 8 => {}
             16 if has_avx512() => {}
@@ -81,11 +76,7 @@ impl Plan {
         };
         let accel = accel.unwrap_or(free_choice);
         let needs = features.effects().and(forced);
-        let pairs = 1 + if per_light {
-            features.count(Effect::SphereLights) as u32
-        } else {
-            1
-        };
+        let pairs = 1 + if per_light { features.lights() as u32 } else { 1 };
         let order = if accel == AccelKind::Embree && features.shapes >= NEIGHBOURS {
             Order::Neighbours
         } else {
@@ -120,7 +111,8 @@ impl Plan {
             eye: eye.run(accel, lanes),
             shade: models
                 .iter()
-                .map(|&model| rows::shade(estimator, model).run(accel, lanes))
+                .flat_map(|&model| rows::shade(estimator, needs, model))
+                .map(|row| row.run(accel, lanes))
                 .collect(),
             held,
         })

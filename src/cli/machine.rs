@@ -16,11 +16,6 @@ pub fn peak_rss_bytes() -> Option<u64> {
     kib("/proc/self/status", "VmHWM:")
 }
 
-/// Memory that can be taken without swapping, in bytes; `None` where the system does not say.
-pub fn available_bytes() -> Option<u64> {
-    kib("/proc/meminfo", "MemAvailable:")
-}
-
 fn kib(file: &str, key: &str) -> Option<u64> {
     let text = fs::read_to_string(file).ok()?;
     let value = text.lines().find_map(|line| line.strip_prefix(key))?;

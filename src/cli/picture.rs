@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use super::batch::Overall;
 use super::interrupt::Interrupt;
 use super::merge::is_sums;
 use super::outputs::{self, Targets};
@@ -12,9 +13,10 @@ use super::record::Record;
 use super::render::Args;
 use super::schedule::Goal;
 use super::stats::{Stats, Times};
-use super::{CliError, machine, options, report};
+use super::{CliError, done, options, report};
 use crate::film::{Film, leaf_passes, sums_file, write_picture};
 use crate::pipeline::{Renderer, Settings};
+use crate::scene::available_memory;
 
 /// One scene of a command.
 #[derive(Clone, Copy)]
@@ -23,13 +25,16 @@ pub struct Job<'a> {
     pub targets: &'a Targets,
     pub args: &'a Args,
     pub interrupt: &'a Interrupt,
+    /// What it shares with the other pictures of a batch.
+    pub overall: Option<&'a Overall>,
 }
 
 impl<'a> Job<'a> {
     /// Renders and writes; returns everything that went wrong.
     pub fn run(self) -> Vec<CliError> {
         let mut render = match self.set_up() {
-            Ok(render) => render,
+            Ok(Some(render)) => render,
+            Ok(None) => return Vec::new(),
             Err(error) => return vec![error],
         };
         if self.args.adaptive {
@@ -43,8 +48,8 @@ impl<'a> Job<'a> {
         render.errors
     }
 
-    /// Loads the scene and builds what its render needs, or takes it up again.
-    fn set_up(self) -> Result<Render<'a>, CliError> {
+    /// Loads the scene and builds what its render needs, or takes it up again; nothing where a batch has it already.
+    fn set_up(self) -> Result<Option<Render<'a>>, CliError> {
         let (args, started) = (self.args, Instant::now());
         let scene = args.options.reading.load(self.path)?;
         let times = Times {
@@ -61,7 +66,11 @@ impl<'a> Job<'a> {
         renderer.begin_at(passes.start);
         self.interrupt.watch(renderer.progress());
         if !args.quiet {
-            scene.notes.iter().for_each(|note| report::note(note));
+            let of = self
+                .overall
+                .map(|_| format!("{}: ", self.path.display()))
+                .unwrap_or_default();
+            scene.notes.iter().for_each(|note| report::note(&format!("{of}{note}")));
         }
         let mut render = Render {
             job: self,
@@ -81,17 +90,23 @@ impl<'a> Job<'a> {
             complete: false,
             errors: Vec::new(),
         };
+        if let Some(overall) = self.overall {
+            if overall.is_done(&render.key(), &self.targets.pictures) {
+                return Ok(None);
+            }
+            overall.watch(render.renderer.progress());
+        }
         if let Some(path) = &self.targets.checkpoint {
             render.resume(path)?;
         }
-        Ok(render)
+        Ok(Some(render))
     }
 
     /// Says before it is tried what would not fit.
     fn announce_memory(self, settings: Settings, passes: u32) -> Result<(), CliError> {
         let passes = if self.args.time.is_some() { 1 } else { passes };
         let needed = Film::bytes(settings.film, passes, self.args.adaptive);
-        let free = machine::available_bytes().unwrap_or(u64::MAX);
+        let free = available_memory().unwrap_or(u64::MAX);
         if needed <= free {
             return Ok(());
         }
@@ -130,8 +145,23 @@ struct Render<'a> {
 }
 
 impl Render<'_> {
+    /// A hash of everything that decides the pictures.
+    fn key(&self) -> String {
+        let args = self.job.args;
+        let more = (
+            &self.record.identity,
+            self.record.shard,
+            args.time.map(f64::to_bits),
+            args.exposure.to_bits(),
+        );
+        done::key(&format!("{more:?} {}", args.snapshots))
+    }
+
     /// Shows the way to the goal until it is dropped.
     fn bar(&self) -> Bar {
+        if self.job.overall.is_some() {
+            return Bar::none();
+        }
         let pixels = u64::from(self.settings.film.width) * u64::from(self.settings.film.height);
         let goal = match self.goal {
             Goal::Passes(_) => Goal::Passes(self.passes.end - self.passes.start),
@@ -282,6 +312,9 @@ impl Render<'_> {
         let written = self.write(self.job.targets.pictures.clone());
         if self.complete {
             self.leave_checkpoint();
+        }
+        if let Some(overall) = self.job.overall.filter(|_| self.complete && self.errors.is_empty()) {
+            overall.note(self.key(), &self.job.targets.pictures)?;
         }
         let stats = self.stats();
         if let Some(path) = &self.job.targets.stats {

@@ -187,7 +187,7 @@ impl Size {
         let film = options.size.unwrap_or(film);
         let pixels = u64::from(film.width) * u64::from(film.height);
         let spp = spp.or(render.spp).unwrap_or(options::DEFAULT_SPP);
-        let samples = if one.args.time.is_some() {
+        let samples = if one.args.time.is_some() || one.args.target_error.is_some() {
             u64::MAX >> 20
         } else {
             pixels * u64::from(spp)

@@ -1,8 +1,10 @@
 //! One scene to its pictures: set up or taken up again, rendered block by block, written.
 
+mod state;
+
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use super::batch::Overall;
 use super::interrupt::Interrupt;
@@ -13,6 +15,7 @@ use super::record::Record;
 use super::render::Args;
 use super::schedule::Goal;
 use super::stats::{Stats, Times};
+use super::target::{self, Reached};
 use super::{CliError, done, options, report};
 use crate::film::{Film, leaf_passes, sums_file, write_picture};
 use crate::pipeline::{Renderer, Settings};
@@ -37,7 +40,9 @@ impl<'a> Job<'a> {
             Ok(None) => return Vec::new(),
             Err(error) => return vec![error],
         };
-        if self.args.adaptive {
+        if let Some(asked) = self.args.target_error {
+            render.toward(asked);
+        } else if self.args.adaptive {
             render.adaptive();
         } else {
             render.passes();
@@ -85,6 +90,8 @@ impl<'a> Job<'a> {
             },
             passes,
             renderer,
+            siblings: Vec::new(),
+            reached: None,
             times,
             saved: Instant::now(),
             complete: false,
@@ -134,6 +141,9 @@ struct Render<'a> {
     goal: Goal,
     settings: Settings,
     renderer: Renderer,
+    /// Further replicates, where an error is the goal.
+    siblings: Vec<Renderer>,
+    reached: Option<Reached>,
     record: Record,
     times: Times,
     /// When the state was kept last.
@@ -151,7 +161,7 @@ impl Render<'_> {
         let more = (
             &self.record.identity,
             self.record.shard,
-            args.time.map(f64::to_bits),
+            [args.time, args.target_error].map(|goal| goal.map(f64::to_bits)),
             args.exposure.to_bits(),
         );
         done::key(&format!("{more:?} {}", args.snapshots))
@@ -170,32 +180,16 @@ impl Render<'_> {
         Bar::start(&self.name, goal, pixels, self.renderer.progress(), self.job.args.quiet)
     }
 
-    /// Takes up what the checkpoint holds, if it may and there is one.
-    fn resume(&mut self, path: &Path) -> Result<(), CliError> {
-        if !path.exists() {
-            return Ok(());
-        }
-        if !self.job.args.resume {
-            let what = format!("{}: a checkpoint is there already", path.display());
-            return Err(CliError::usage(what).with_help("--resume goes on from it; or delete it"));
-        }
-        let read = sums_file::read(path).map_err(|error| CliError::bad_path(&error));
-        let (record, film): (Record, Film) = read?;
-        let help = "render with the settings of the checkpoint, or delete it";
-        self.record
-            .expect(&record, path, false)
-            .map_err(|error| error.with_help(help))?;
-        if (&record.passes, record.shard) != (&self.passes, self.record.shard) {
-            let what = format!("{}: belongs to another shard of this render", path.display());
-            return Err(CliError::usage(what).with_help(help));
-        }
-        self.renderer.restore(film, record.counters);
-        self.times.render_s = record.render_s;
-        if !self.job.args.quiet {
-            let share = self.renderer.passes() - self.passes.start;
-            report::note(&format!("{}: going on after {share} passes", path.display()));
-        }
-        Ok(())
+    /// Renders replicates until their spread is small enough or a stop.
+    fn toward(&mut self, asked: f64) {
+        let (name, progress) = (self.name.clone(), self.renderer.progress());
+        let quiet = self.job.args.quiet || self.job.overall.is_some();
+        let pixels = u64::from(self.settings.film.width) * u64::from(self.settings.film.height);
+        let bar = |spp: u32| Bar::start(&name, Goal::Passes(spp), pixels, progress.clone(), quiet);
+        self.siblings = target::siblings(&self.renderer, self.settings.seed);
+        let reached = target::render(&mut self.renderer, &mut self.siblings, asked, &mut self.times, bar);
+        self.reached = Some(reached);
+        self.complete = !progress.stop_requested();
     }
 
     /// Renders pilot passes and what follows from them until all is spent or a stop.
@@ -247,42 +241,6 @@ impl Render<'_> {
                 self.complete = true;
                 break;
             }
-        }
-    }
-
-    /// When the state is to be kept next; tiles pause then.
-    fn next_checkpoint(&mut self) -> Option<Instant> {
-        let every = Duration::from_secs_f64(self.job.args.every);
-        let due = self.job.targets.checkpoint.as_ref().map(|_| self.saved + every);
-        self.renderer.pause_at(due);
-        due
-    }
-
-    fn save_if_due(&mut self, due: Option<Instant>) {
-        if due.is_some_and(|due| Instant::now() >= due) {
-            self.save();
-        }
-    }
-
-    /// Keeps the state. A disk that is full is no reason to stop: the state before this one still stands.
-    fn save(&mut self) {
-        let Some(path) = &self.job.targets.checkpoint else {
-            return;
-        };
-        if let Err(error) = sums_file::write(path, &self.state(), self.renderer.film()) {
-            report::warning(&error.to_string());
-        }
-        self.saved = Instant::now();
-    }
-
-    /// What a file of the sums says as they stand.
-    fn state(&self) -> Record {
-        let attributes = self.stats().attributes(0.0).settings.into_iter();
-        Record {
-            counters: self.renderer.counters(),
-            render_s: self.times.render_s,
-            attributes: attributes.map(|(name, value)| (name.to_owned(), value)).collect(),
-            ..self.record.clone()
         }
     }
 
@@ -341,23 +299,13 @@ impl Render<'_> {
         Ok(())
     }
 
-    /// Removes the checkpoint of a render that is done, or keeps all of it where its pictures could not be written.
-    fn leave_checkpoint(&mut self) {
-        if !self.errors.is_empty() {
-            self.save();
-        } else if let Some(path) = &self.job.targets.checkpoint {
-            // Where there never was one, there is nothing to remove.
-            let _ = std::fs::remove_file(path);
-        }
-    }
-
     /// Writes the picture, or its sums if they are complete, to each path; returns the names of those that stand.
     fn write(&mut self, paths: Vec<PathBuf>) -> Vec<String> {
         let started = Instant::now();
         let (sums, pictures): (Vec<_>, Vec<_>) = paths.into_iter().partition(|path| is_sums(path));
         let mut results = Vec::new();
         if !pictures.is_empty() {
-            let picture = self.renderer.picture();
+            let picture = target::picture(&self.renderer, &self.siblings);
             let mut attributes = self.stats().attributes(self.job.args.exposure);
             if self.job.args.adaptive {
                 attributes.samples = Some(self.renderer.samples());
@@ -390,13 +338,17 @@ impl Render<'_> {
     }
 
     fn stats(&self) -> Stats {
-        Stats::new(
+        let mut stats = Stats::new(
             self.job.path,
             self.settings,
             self.job.args.adaptive,
             &self.renderer,
             self.times,
             self.job.interrupt.asked(),
-        )
+        );
+        self.siblings.iter().for_each(|sibling| stats.add_replicate(sibling));
+        stats.target_error = self.reached.map(|reached| reached.asked);
+        stats.error = self.reached.map(|reached| reached.error);
+        stats
     }
 }

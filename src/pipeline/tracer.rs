@@ -32,7 +32,7 @@ pub trait Tracer {
         };
         Self::face_ball::<L>(world, stream, points, &ball, light.sphere, set);
     }
-    /// Prepares for rays from the points of a surveyed stream into a ball; the sphere `aimed_at` blocks none of them.
+    /// Prepares for rays from the points of a surveyed stream into a ball; what `aimed_at` names blocks none of them.
     fn face_ball<L: Lane>(
         world: &World,
         stream: &HitStream,

@@ -169,10 +169,12 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
 }
 
 /// How much work a picture is.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Size {
     pixels: u64,
     samples: u64,
+    /// Something else than samples ends it: a time, an error.
+    open_ended: bool,
 }
 
 impl Size {
@@ -182,21 +184,22 @@ impl Size {
             options, spp, scenes, ..
         } = &one.args;
         let Ok((film, render)) = Scene::outline(&scenes[0]) else {
-            return Self { pixels: 0, samples: 0 };
+            return Self::default();
         };
         let film = options.size.unwrap_or(film);
         let pixels = u64::from(film.width) * u64::from(film.height);
         let spp = spp.or(render.spp).unwrap_or(options::DEFAULT_SPP);
-        let samples = if one.args.time.is_some() || one.args.target_error.is_some() {
-            u64::MAX >> 20
-        } else {
-            pixels * u64::from(spp)
-        };
-        Self { pixels, samples }
+        let samples = pixels * u64::from(spp);
+        let open_ended = one.args.time.is_some() || one.args.target_error.is_some();
+        Self {
+            pixels,
+            samples,
+            open_ended,
+        }
     }
 
     fn is_small(self) -> bool {
-        self.samples <= SMALL && self.pixels <= SMALL_PIXELS
+        !self.open_ended && self.samples <= SMALL && self.pixels <= SMALL_PIXELS
     }
 }
 

@@ -2,4 +2,4 @@
 
 pub mod sphere;
 
-pub use sphere::{Cone, SphereLight};
+pub use sphere::{Cone, SphereLight, View};

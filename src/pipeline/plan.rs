@@ -68,7 +68,7 @@ impl Plan {
         };
         let accel = accel.unwrap_or(free_choice);
         let (eye, shade) = (rows::eye().run(accel, lanes), rows::shade(estimator).run(accel, lanes));
-        let pairs = 1 + if per_light { features.sphere_lights as u32 } else { 1 };
+        let pairs = 2 + if per_light { features.sphere_lights as u32 } else { 0 };
         let name = format!("{}-f32x{lanes}-{}", accel.name(), estimator.name());
         Ok(Self {
             name,

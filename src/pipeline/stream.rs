@@ -93,7 +93,7 @@ pub struct Address<L: Lane> {
 
 /// Shading points that wait for light.
 #[derive(Debug)]
-pub struct HitStream(Columns<20>);
+pub struct HitStream(Columns<23>);
 
 impl HitStream {
     /// Room for the points of a chunk.
@@ -134,6 +134,20 @@ impl HitStream {
         let p: Vec3<L> = self.0.get3(0, at);
         let first = [self.0.columns[0][at], self.0.columns[1][at], self.0.columns[2][at]];
         Vec3::select(self.0.lanes::<L>(at), p, Vec3::splat(first))
+    }
+
+    /// Keeps a direction for each point of the packet at `at`.
+    #[inline(always)]
+    pub fn set_drawn<L: Lane>(&mut self, at: usize, wi: Vec3<L>) {
+        wi.x.store(&mut self.0.columns[20][at..at + L::N]);
+        wi.y.store(&mut self.0.columns[21][at..at + L::N]);
+        wi.z.store(&mut self.0.columns[22][at..at + L::N]);
+    }
+
+    /// The directions kept for the packet at `at`.
+    #[inline(always)]
+    pub fn drawn<L: Lane>(&self, at: usize) -> Vec3<L> {
+        self.0.get3(20, at)
     }
 
     /// The packet that starts at point `at`.

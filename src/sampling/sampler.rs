@@ -27,6 +27,8 @@ impl<B: Bits> Pair<B> {
 pub struct Toss<B: Bits> {
     /// Lanes where it fell on heads.
     pub heads: B::Mask,
+    /// Whether the coin is the same for all pairs.
+    pub shared: bool,
     /// The numbers.
     pub pair: Pair<B>,
 }
@@ -49,11 +51,23 @@ pub struct PassBlock {
 
 impl PassBlock {
     /// Prepares a block for addresses with `pair < pairs`.
+    ///
+    /// Of two neighbouring passes 2k and 2k + 1, one has the top bit of a pair's first number set. From pair 1 on the two are
+    /// put in the order in which all pairs agree, so that one coin serves all lights; pair 0, the point in the pixel, must
+    /// not know of the coin.
     pub fn new(kind: SamplerKind, seed: u32, first: u32, passes: u32, pairs: u32) -> Self {
+        let point = |pass, pair| {
+            let point = scrambled_point(pass, pair, seed);
+            if pair < 2 || (point[0] ^ scrambled_point(pass, 1, seed)[0]) >> 31 == 0 {
+                point
+            } else {
+                scrambled_point(pass ^ 1, pair, seed)
+            }
+        };
         let table = match kind {
             SamplerKind::Independent => Vec::new(),
             SamplerKind::Sobol => (0..pairs)
-                .flat_map(|pair| (first..first + passes).map(move |pass| scrambled_point(pass, pair, seed)))
+                .flat_map(|pair| (first..first + passes).map(move |pass| point(pass, pair)))
                 .collect(),
         };
         Self {
@@ -91,30 +105,40 @@ impl PassBlock {
         Pair(a ^ sa, b ^ sb)
     }
 
-    /// As [`Self::pair`], with a coin for the choice between two techniques: the top bit of the first number.
+    /// As [`Self::pair`] for a pair from 1 on, with a coin for the choice between two techniques: the top bit of the first
+    /// number.
     ///
-    /// With Sobol points the coin is stratified, of passes 2k and 2k + 1 of a pixel one has heads, and from pass 2 on
-    /// the pixels of a `group` share it, so that packets seldom mix techniques. (The first two passes do without: a picture
-    /// of one pass would show the groups.) Each coin is fair and independent of the numbers that come with it.
+    /// With Sobol points the coin is stratified and the same for all pairs: of passes 2k and 2k + 1 of a pixel one has heads.
+    /// From pass 2 on the pixels of a `group` share it, so that packets seldom mix techniques. (The first two passes do
+    /// without: a picture of one pass would show the groups.) A coin is fair and independent of the numbers that come with
+    /// any pair.
     #[inline(always)]
     pub fn toss<B: Bits>(&self, key: B, pass: B, pair: u32, group: u32) -> Toss<B> {
-        let (heads, Pair(a, b)) = if self.table.is_empty() {
-            let numbers = self.independent(key, pass, pair);
-            (numbers.0.top_bit(), numbers)
+        let Pair(a, b) = self.pair(key, pass, pair);
+        let shared = !self.table.is_empty();
+        let heads = if shared {
+            self.coin(key, pass, group)
         } else {
-            let Pair(a, b) = self.points(pass, pair);
-            let [sa, sb] = shift(key, pair);
-            let coin = if self.first < 2 {
-                sa
-            } else {
-                B::splat(mix(mix(group ^ self.seed).wrapping_add(pair)))
-            };
-            ((a ^ coin).top_bit(), Pair(a ^ sa, b ^ sb))
+            a.top_bit()
         };
         Toss {
-            heads,
+            heads: mutate!(heads, AlwaysHeads => B::Mask::splat(true)),
+            shared,
             pair: Pair(a.shl(1), b),
         }
+    }
+
+    /// The coin that all pairs share.
+    #[inline(always)]
+    fn coin<B: Bits>(&self, key: B, pass: B, group: u32) -> B::Mask {
+        let Pair(a, _) = self.points(pass, 1);
+        let flip = if self.first < 2 {
+            let [flip, _] = shift(key, 1);
+            flip
+        } else {
+            B::splat(mix(group ^ self.seed))
+        };
+        (a ^ flip).top_bit()
     }
 
     #[inline(always)]

@@ -4,11 +4,11 @@ use std::marker::PhantomData;
 
 use super::{Chunk, Scratch, Stage, pairs, shadow};
 use crate::embree::TraceLane;
-use crate::estimator::{per_light, per_point};
+use crate::estimator::{ShadingPoint, per_light, per_point};
 use crate::lane::{Lane, Mask};
 use crate::light::SphereLight;
 use crate::math::Vec3;
-use crate::pipeline::stream::QueuedRays;
+use crate::pipeline::stream::{Address, HitStream, QueuedRays, RayQueue};
 use crate::pipeline::tracer::Tracer;
 
 /// `light` and `mis`: a direction for every light.
@@ -18,7 +18,8 @@ pub struct PerLight<D>(PhantomData<D>);
 pub struct PerPoint<D>(PhantomData<D>);
 
 impl<D: per_light::Density> Stage for PerLight<D> {
-    /// The light is the outer loop: it is the same for a whole stream, and its shadow rays are as alike as they can be.
+    /// The light is the outer loop: it is the same for a whole stream, and its shadow rays are as alike as they can be. Each
+    /// technique has a loop of its own, for whole packets mostly follow one.
     #[inline(always)]
     fn run<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
         let Scratch {
@@ -28,27 +29,19 @@ impl<D: per_light::Density> Stage for PerLight<D> {
             set,
             ..
         } = scratch;
-        let group = chunk.tile.number();
-        for stream in hits.iter().filter(|stream| stream.len() > 0) {
+        for stream in hits.iter_mut().filter(|stream| stream.len() > 0) {
             T::survey::<L>(chunk.world, stream, points);
+            if D::MIXED {
+                draw::<L>(chunk, stream);
+            }
             for (i, light) in chunk.world.lights.iter().enumerate() {
                 let light =
                     &mutate!(*light, LightBlocksItself => SphereLight { sphere: crate::shape::NO_SPHERE, ..*light });
+                let light = &mutate!(*light, LightTwice => SphereLight { le: light.le.map(|x| if i == 0 { x + x } else { x }), ..*light });
                 queue.clear();
-                for at in (0..stream.len()).step_by(L::N) {
-                    let (active, point, address) = stream.packet::<L>(at);
-                    let toss = || chunk.numbers.toss(address.key, address.pass, pairs::light(i), group);
-                    let Some(found) = per_light::sample::<L, D>(&point, light, toss, active) else {
-                        continue;
-                    };
-                    let rays = QueuedRays {
-                        origin: point.p,
-                        direction: found.wi,
-                        tfar: found.distance,
-                        value: mutate!(found.ld, LightTwice => if i == 0 { found.ld + found.ld } else { found.ld }),
-                        index: address.index,
-                    };
-                    queue.push(found.active, &rays);
+                toward::<L, D>(chunk, stream, i, light, queue);
+                if D::MIXED {
+                    along::<L, D>(chunk, stream, i, light, queue);
                 }
                 if queue.len() > 0 {
                     T::face_light::<L>(chunk.world, stream, points, light, set);
@@ -57,6 +50,93 @@ impl<D: per_light::Density> Stage for PerLight<D> {
             }
         }
     }
+}
+
+/// Draws for each point of a stream the direction of its BRDF.
+#[inline(always)]
+fn draw<L: TraceLane>(chunk: &Chunk, stream: &mut HitStream) {
+    for at in (0..stream.len()).step_by(L::N) {
+        let (_, point, address) = stream.packet::<L>(at);
+        let toss = chunk
+            .numbers
+            .toss(address.key, address.pass, pairs::DIRECTION, chunk.tile.number());
+        if toss.shared && toss.heads.none() {
+            continue;
+        }
+        stream.set_drawn(at, per_light::along_lobe(&point, toss.pair));
+    }
+}
+
+/// Directions in the cone of a light, for the points that follow it.
+#[inline(always)]
+fn toward<L: TraceLane, D: per_light::Density>(
+    chunk: &Chunk,
+    stream: &HitStream,
+    i: usize,
+    light: &SphereLight,
+    queue: &mut RayQueue,
+) {
+    for at in (0..stream.len()).step_by(L::N) {
+        let (mut active, point, address) = stream.packet::<L>(at);
+        let toss = chunk
+            .numbers
+            .toss(address.key, address.pass, pairs::light(i), chunk.tile.number());
+        if D::MIXED {
+            active = active & !toss.heads;
+            if active.none() {
+                continue;
+            }
+        }
+        if let Some(found) = per_light::by_cone::<L, D>(&point, light, || toss.pair, active) {
+            push(queue, &point, &address, &found);
+        }
+    }
+}
+
+/// Directions of the BRDF, for the points that follow it and as far as they meet a light.
+#[inline(always)]
+fn along<L: TraceLane, D: per_light::Density>(
+    chunk: &Chunk,
+    stream: &HitStream,
+    i: usize,
+    light: &SphereLight,
+    queue: &mut RayQueue,
+) {
+    for at in (0..stream.len()).step_by(L::N) {
+        let (mask, point, address) = stream.packet::<L>(at);
+        let toss = chunk
+            .numbers
+            .toss(address.key, address.pass, pairs::light(i), chunk.tile.number());
+        if toss.shared && (mask & toss.heads).none() {
+            continue;
+        }
+        let wi = stream.drawn(at);
+        let active = mask & light.may_meet(point.p, wi);
+        if active.none() || (active & toss.heads).none() {
+            continue;
+        }
+        let active = active & toss.heads;
+        if let Some(found) = per_light::by_brdf::<L, D>(&point, light, wi, active) {
+            push(queue, &point, &address, &found);
+        }
+    }
+}
+
+#[inline(always)]
+fn push<L: Lane>(
+    queue: &mut RayQueue,
+    point: &ShadingPoint<L>,
+    address: &Address<L>,
+    found: &per_light::Contribution<L>,
+) {
+    let rays = QueuedRays {
+        origin: point.p,
+        direction: found.wi,
+        tfar: found.distance,
+        value: found.ld,
+        index: address.index,
+    };
+    queue.push(found.active, &rays);
 }
 
 impl<D: per_point::Density> Stage for PerPoint<D> {

@@ -3,6 +3,8 @@
 //! Positions are made relative to the pinhole in `f64` before they are rounded, so a scene far from the origin is as
 //! good as one around it, and what the camera sees close by has the most digits.
 
+use std::collections::HashSet;
+
 use glam::DVec3;
 
 use crate::embree::{Accel, Device, EmbreeError, SceneBuilder};
@@ -10,7 +12,7 @@ use crate::lane::Lane;
 use crate::light::SphereLight;
 use crate::linear::Line;
 use crate::math::Vec3;
-use crate::scene::{Bsdf, FilmSize, Fov, Scene, Surface};
+use crate::scene::{Bsdf, FilmSize, Fov, Scene, Sphere, Surface};
 use crate::settings::AccelKind;
 use crate::shape::Ball;
 
@@ -48,8 +50,8 @@ pub struct SurfaceRecord {
     pub le: Option<[f32; 3]>,
     /// The sphere that it is, or one of no size at the camera.
     pub ball: Ball,
-    /// How far shading points have to leave the surface so that rounding puts none behind it.
-    pub offset: f32,
+    /// How far one of its shapes reaches along each axis, at most: the largest box around a triangle, or the radius.
+    pub extent: [f32; 3],
 }
 
 /// Vertex normals and the corners that they belong to.
@@ -72,14 +74,47 @@ pub struct CameraRays {
     pub down: [f32; 3],
 }
 
-/// Units in the last place by which a shading point leaves its surface, of the largest coordinate that took part.
-///
-/// Embree finds the distance from a numerator `dot(v0 - o, ng)` whose rounding is a few ulp of the farthest vertex; the
-/// hit itself is `o + t d`, a few ulp of its own coordinates. 32 covers both, and the same again for the shadow ray.
-const OFFSET_ULPS: f32 = 32.0 * f32::EPSILON / 2.0;
-
 fn narrow(v: DVec3) -> [f32; 3] {
     v.to_array().map(|x| x as f32)
+}
+
+/// The spheres relative to the camera. Of spheres that coincide once they are rounded, the first hides the others.
+fn distinct_spheres(scene: &Scene) -> Vec<(&Sphere, Ball)> {
+    let mut seen = HashSet::new();
+    let narrowed = scene.spheres.iter().map(|sphere| {
+        let ball = Ball {
+            center: narrow(sphere.center - scene.camera.origin),
+            radius: sphere.radius as f32,
+        };
+        (sphere, ball)
+    });
+    narrowed
+        .filter(|(_, ball)| {
+            // The sum makes one zero of the two.
+            let place = ball.center.map(|x| (x + 0.0).to_bits());
+            seen.insert((place, ball.radius.to_bits()))
+        })
+        .collect()
+}
+
+/// What orders lights; any order will do that depends on nothing else.
+fn by_content(light: &SphereLight) -> [f32; 7] {
+    let [x, y, z] = light.center;
+    let [r, g, b] = light.le;
+    [x, y, z, light.radius, r, g, b]
+}
+
+/// The sides of the smallest box that every triangle fits into, moved about.
+fn largest_box(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> [f32; 3] {
+    let mut largest = [0.0_f32; 3];
+    for corners in triangles {
+        let [a, b, c] = corners.map(|i| vertices[i as usize]);
+        for k in 0..3 {
+            let side = a[k].max(b[k]).max(c[k]) - a[k].min(b[k]).min(c[k]);
+            largest[k] = largest[k].max(side);
+        }
+    }
+    largest
 }
 
 impl World {
@@ -99,29 +134,21 @@ impl World {
                 AccelKind::Embree => _ = builder.add_mesh(&vertices, &mesh.triangles)?,
                 AccelKind::Linear => line.add_mesh(normals.len() as u32, &vertices, &mesh.triangles),
             }
-            let reach = vertices.iter().flatten().fold(0.0_f32, |m, x| m.max(x.abs()));
+            let extent = largest_box(&vertices, &mesh.triangles);
             let none = Ball {
                 center: [0.0; 3],
                 radius: 0.0,
             };
-            surfaces.push(SurfaceRecord::new(scene, &mesh.surface, none, reach));
+            surfaces.push(SurfaceRecord::new(scene, &mesh.surface, none, extent));
             normals.push(mesh.normals.as_ref().map(|n| SmoothNormals {
                 triangles: mesh.triangles.clone(),
                 normals: n.iter().map(|&n| narrow(n)).collect(),
             }));
         }
-        let balls: Vec<Ball> = scene
-            .spheres
-            .iter()
-            .map(|s| Ball {
-                center: narrow(s.center - origin),
-                radius: s.radius as f32,
-            })
-            .collect();
+        let spheres = distinct_spheres(scene);
         let mut lights = Vec::new();
-        for (i, (sphere, ball)) in scene.spheres.iter().zip(&balls).enumerate() {
-            let reach = ball.center.iter().fold(0.0_f32, |m, x| m.max(x.abs())) + ball.radius;
-            let record = SurfaceRecord::new(scene, &sphere.surface, *ball, reach);
+        for (i, (sphere, ball)) in spheres.iter().enumerate() {
+            let record = SurfaceRecord::new(scene, &sphere.surface, *ball, [ball.radius; 3]);
             if let Some(le) = record.le
                 && le.iter().any(|&x| x > 0.0)
             {
@@ -134,7 +161,16 @@ impl World {
             }
             surfaces.push(record);
         }
+        // Random numbers and sums follow the place of a light in this list: with an order by what a light is, the order in the
+        // file changes no bit.
+        lights.sort_by(|a, b| {
+            by_content(a)
+                .into_iter()
+                .map(f32::to_bits)
+                .cmp(by_content(b).into_iter().map(f32::to_bits))
+        });
         let sphere_geometry = scene.meshes.len() as u32;
+        let balls = spheres.into_iter().map(|(_, ball)| ball).collect();
         match accel {
             AccelKind::Embree => _ = builder.set_spheres(balls)?,
             AccelKind::Linear => line.set_spheres(balls, sphere_geometry),
@@ -167,7 +203,7 @@ impl World {
 }
 
 impl SurfaceRecord {
-    fn new(scene: &Scene, surface: &Surface, ball: Ball, reach: f32) -> Self {
+    fn new(scene: &Scene, surface: &Surface, ball: Ball, extent: [f32; 3]) -> Self {
         let (rho, alpha, le) = match *surface {
             Surface::Emission(le) => ([0.0; 3], 1.0, Some(narrow(le))),
             Surface::Material(i) => match scene.materials[i].bsdf {
@@ -181,7 +217,7 @@ impl SurfaceRecord {
             alpha,
             le,
             ball,
-            offset: mutate!(reach, OffsetDropped => 0.0) * OFFSET_ULPS,
+            extent,
         }
     }
 }

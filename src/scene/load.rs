@@ -1,5 +1,6 @@
 //! From a file to a [`Scene`].
 
+use std::collections::HashSet;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -10,7 +11,7 @@ use super::error::Fault;
 use super::files::{Files, Outside};
 use super::materials::Materials;
 use super::table::Table;
-use super::{Mesh, Scene, SceneError, Surface, materials, shapes, view};
+use super::{Mesh, Scene, SceneError, Sphere, Surface, materials, shapes, view};
 
 /// The longest scene file, in bytes. What needs more belongs into a mesh file, which takes a tenth of the room.
 const LONGEST_FILE: u64 = 64 << 20;
@@ -116,7 +117,8 @@ fn scene(text: &str, path: &Path, outside: Outside) -> Result<Scene, Fault> {
             spheres.push(shapes::sphere(&table, &named)?);
         }
     }
-    let (mut meshes, mut notes) = (Vec::new(), Vec::new());
+    let mut notes: Vec<String> = drop_hidden(&mut spheres).into_iter().collect();
+    let mut meshes = Vec::new();
     if let Some(value) = root.get("meshes") {
         for table in value.tables("mesh", shapes::MESH_KEYS)? {
             let (mesh, note) = shapes::mesh(&table, &named, &files)?;
@@ -146,6 +148,15 @@ fn scene(text: &str, path: &Path, outside: Outside) -> Result<Scene, Fault> {
         meshes,
         notes,
     })
+}
+
+/// Leaves out spheres that coincide with an earlier one, which hides them; returns a sentence if there are any.
+fn drop_hidden(spheres: &mut Vec<Sphere>) -> Option<String> {
+    let (mut seen, all) = (HashSet::new(), spheres.len());
+    // The sum makes one zero of the two.
+    spheres.retain(|s| seen.insert([s.center.x, s.center.y, s.center.z, s.radius].map(|x| (x + 0.0).to_bits())));
+    let hidden = all - spheres.len();
+    (hidden > 0).then(|| format!("{hidden} of {all} spheres coincide with an earlier one, which hides them: left out"))
 }
 
 /// What the TOML reader says, in our form.

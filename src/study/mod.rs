@@ -1,6 +1,7 @@
 //! Studies: how far a picture is from another, and what accuracy costs.
 
 pub mod error;
+pub mod selftest;
 pub mod significance;
 pub mod student;
 pub mod verify;

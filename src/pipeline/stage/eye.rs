@@ -219,7 +219,7 @@ struct Surfaces<L: Lane> {
     emits: L::Mask,
     rho: Vec3<L>,
     alpha: L,
-    offset: L,
+    extent: Vec3<L>,
 }
 
 impl<L: Lane> Surfaces<L> {
@@ -233,14 +233,13 @@ impl<L: Lane> Surfaces<L> {
             let one = &world.surfaces[first as usize];
             let index = L::Bits::splat(first);
             let emits = L::Mask::splat(one.le.is_some());
-            let (alpha, offset) = (L::splat(one.alpha), L::splat(one.offset));
             return Self {
                 index,
                 spheres,
                 emits,
                 rho: Vec3::splat(one.rho),
-                alpha,
-                offset,
+                alpha: L::splat(one.alpha),
+                extent: Vec3::splat(one.extent),
             };
         }
         let index = L::Bits::select(hit.found, index, L::Bits::splat(first));
@@ -258,7 +257,11 @@ impl<L: Lane> Surfaces<L> {
                 L::from_fn(|lane| record(lane).rho[2]),
             ),
             alpha: L::from_fn(|lane| record(lane).alpha),
-            offset: L::from_fn(|lane| record(lane).offset),
+            extent: Vec3::new(
+                L::from_fn(|lane| record(lane).extent[0]),
+                L::from_fn(|lane| record(lane).extent[1]),
+                L::from_fn(|lane| record(lane).extent[2]),
+            ),
         }
     }
 
@@ -272,8 +275,12 @@ impl<L: Lane> Surfaces<L> {
 fn shading_point<L: Lane>(world: &World, hit: &Hit<L>, direction: Vec3<L>, surfaces: &Surfaces<L>) -> ShadingPoint<L> {
     let wo = -direction;
     let mut p = direction * hit.t;
-    let mut ng = hit.ng.normalize();
+    // The normal of a triangle is as long as its area: of small ones the square of that would be denormal.
+    let largest = hit.ng.max_abs();
+    let mut ng = (hit.ng * (L::one() / largest)).normalize();
     if surfaces.spheres.any() {
+        // A sphere smaller than the spacing of numbers can be met at its very centre.
+        ng = Vec3::select(surfaces.spheres & !largest.gt(L::zero()), wo, ng);
         // Back onto the sphere: the error of a distance grows as distance over radius.
         let ball = |lane: usize| &surfaces.record(world, lane).ball;
         let center = Vec3::new(
@@ -282,18 +289,34 @@ fn shading_point<L: Lane>(world: &World, hit: &Hit<L>, direction: Vec3<L>, surfa
             L::from_fn(|lane| ball(lane).center[2]),
         );
         let radius = L::from_fn(|lane| ball(lane).radius);
-        let outward = (p - center).normalize();
-        ng = Vec3::select(surfaces.spheres, outward, ng);
-        p = Vec3::select(surfaces.spheres, outward.mul_add(radius, center), p);
+        p = Vec3::select(surfaces.spheres, ng.mul_add(radius, center), p);
     }
     ng = face(ng, wo);
     let n = smooth_normal(world, hit, surfaces, ng);
-    let p = ng.mul_add(surfaces.offset, p);
     ShadingPoint {
-        p,
+        p: leave(p, ng, surfaces.extent),
         ng,
         bsdf: Bsdf::new(n, wo, surfaces.rho, surfaces.alpha),
     }
+}
+
+/// How far a shading point leaves its surface, in the unit that [`leave`] says.
+///
+/// What rounding can do, in half-ulps `u` of `size` below: the distance `n·a / n·d` loses 3 u in each product and 1 u in the
+/// quotient, `t d` another, and the shadow ray's `n·(a - p)` 4 u more; Embree forms `n` anew for it. All at their worst
+/// together that is about 20 u. Counted on 12 scales x 12 offsets of a plane, a sphere, a mesh and a floor a thousand times
+/// as far as it is seen from (`selftest --case 24`), by Embree 4.4.0 and in a line: acne up to 3 u, none from 4 u on.
+const OFFSET: f32 = 8.0 * f32::EPSILON / 2.0;
+
+/// The point `p` of a surface, moved to the side of its normal as far as rounding can have put it on the other.
+///
+/// Rounding works on coordinates, of the point and of the corners of its triangle, and it counts as far as it is along the
+/// normal: `size = |n|·(|p| + extent)`. For a floor that is its depth below the eye, however far it reaches.
+#[inline(always)]
+fn leave<L: Lane>(p: Vec3<L>, ng: Vec3<L>, extent: Vec3<L>) -> Vec3<L> {
+    let size =
+        ng.x.abs() * (p.x.abs() + extent.x) + ng.y.abs() * (p.y.abs() + extent.y) + ng.z.abs() * (p.z.abs() + extent.z);
+    ng.mul_add(size * L::splat(mutate!(OFFSET, OffsetDropped => 0.0)), p)
 }
 
 /// `v` or its opposite, whichever is on the side of `towards`.

@@ -1,0 +1,155 @@
+//! Scenes and renders for cases: texts of scenes, pictures, means with their errors.
+
+use std::error::Error;
+use std::path::Path;
+
+use glam::DVec3;
+
+use crate::film::Picture;
+use crate::pipeline::{Renderer, Settings, widest_lanes};
+use crate::scene::{EstimatorKind, FilmSize, SamplerKind, Scene};
+use crate::settings::AccelKind;
+
+/// What stops a case.
+pub type Trouble = Box<dyn Error + Send + Sync>;
+
+/// Both who answer rays.
+pub const ACCELS: [AccelKind; 2] = [AccelKind::Linear, AccelKind::Embree];
+
+/// Standard errors that a mean may be off. One in 26 million is by chance, and seeds are fixed: what passes once passes for
+/// good. With twice the samples that a test at 4 standard errors would take, it sees smaller faults than that one.
+pub const SIGMAS: f64 = 5.5;
+
+/// The scene that a text describes.
+///
+/// # Errors
+/// As for [`Scene::parse`].
+pub fn scene(text: &str) -> Result<Scene, Trouble> {
+    Ok(Scene::parse(text, Path::new("selftest.toml"))?)
+}
+
+/// A camera.
+pub fn camera(origin: [f64; 3], target: [f64; 3], fov: f64) -> String {
+    let up = if origin[0] == target[0] && origin[2] == target[2] {
+        [0, 0, 1]
+    } else {
+        [0, 1, 0]
+    };
+    format!(
+        "[camera]\norigin = {origin:?}\ntarget = {target:?}\nup = {up:?}\nfov_x = {fov:?}\n[film]\nwidth = 32\nheight = 32\n"
+    )
+}
+
+/// One spot of a plate in the plane y = 0 of reflectance 0.5: every pixel shows its origin, seen from a distance of 4.24.
+pub fn spot() -> String {
+    camera([-3.0, 3.0, 0.0], [0.0; 3], 0.001)
+        + "[materials.plate]\ndiffuse = [0.5, 0.5, 0.5]\n[[meshes]]\nmaterial = \"plate\"\n\
+           vertices = [[-1, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1]]\nfaces = [[0, 1, 2, 3]]\n"
+}
+
+/// A sphere that emits.
+pub fn light(center: [f64; 3], radius: f64, radiance: f64) -> String {
+    format!(
+        "[[spheres]]\ncenter = {center:?}\nradius = {radius:?}\nemission = [{radiance:?}, {radiance:?}, {radiance:?}]\n"
+    )
+}
+
+/// A sphere that reflects, of a material by name.
+pub fn ball(center: [f64; 3], radius: f64, material: &str) -> String {
+    format!("[[spheres]]\ncenter = {center:?}\nradius = {radius:?}\nmaterial = \"{material}\"\n")
+}
+
+/// Independent numbers, one thread, the widest lanes.
+pub fn settings(width: u32, height: u32, estimator: EstimatorKind) -> Settings {
+    Settings {
+        film: FilmSize { width, height },
+        estimator,
+        sampler: SamplerKind::Independent,
+        seed: 1,
+        lanes: widest_lanes(),
+        threads: 1,
+        accel: None,
+    }
+}
+
+/// A renderer after so many passes.
+///
+/// # Errors
+/// Where the scene cannot be rendered so.
+pub fn render(scene: &Scene, settings: Settings, passes: u32) -> Result<Renderer, Trouble> {
+    let mut renderer = Renderer::new(scene, settings)?;
+    while renderer.next_block(passes) < passes {}
+    Ok(renderer)
+}
+
+/// The picture after so many passes.
+///
+/// # Errors
+/// As for [`render`].
+pub fn picture(scene: &Scene, settings: Settings, passes: u32) -> Result<Picture, Trouble> {
+    Ok(render(scene, settings, passes)?.picture())
+}
+
+/// Contributions that a renderer threw away.
+pub fn invalid(renderer: &Renderer) -> usize {
+    let counters = renderer.counters();
+    (counters.invalid_nan + counters.invalid_inf + counters.invalid_negative) as usize
+}
+
+/// A mean of independent values and its standard error.
+#[derive(Clone, Copy, Debug)]
+pub struct Mean {
+    /// The mean.
+    pub mean: f64,
+    /// Its standard error.
+    pub error: f64,
+}
+
+impl Mean {
+    /// Of values.
+    pub fn of(values: impl Iterator<Item = f64> + Clone) -> Self {
+        let n = values.clone().count() as f64;
+        let mean = values.clone().sum::<f64>() / n;
+        let variance = values.map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0);
+        Self {
+            mean,
+            error: (variance / n).sqrt(),
+        }
+    }
+
+    /// Of the green of pixels that all show the same.
+    pub fn of_pixels(picture: &Picture) -> Self {
+        Self::of(picture.pixels.iter().map(|p| f64::from(p[1])))
+    }
+
+    /// How many standard errors it is from the truth. What single precision may lose, relative, is taken off first.
+    pub fn sigmas(self, truth: f64, rounding: f64) -> f64 {
+        let beyond = ((self.mean - truth).abs() - rounding * truth.abs()).max(0.0);
+        if beyond == 0.0 { 0.0 } else { beyond / self.error }
+    }
+}
+
+/// Pixels that differ in any bit.
+pub fn differences(a: &Picture, b: &Picture) -> usize {
+    let bits = |p: &[f32; 3]| p.map(f32::to_bits);
+    let pairs = a.pixels.iter().zip(&b.pixels);
+    pairs.filter(|(a, b)| bits(a) != bits(b)).count() + a.pixels.len().abs_diff(b.pixels.len())
+}
+
+/// The scene, `scale` times as large about 0 and then moved by `offset`.
+pub fn moved(scene: &Scene, scale: f64, offset: DVec3) -> Scene {
+    let mut scene = scene.clone();
+    let change = |place: &mut DVec3| *place = *place * scale + offset;
+    for sphere in &mut scene.spheres {
+        sphere.radius *= scale;
+        change(&mut sphere.center);
+    }
+    scene
+        .meshes
+        .iter_mut()
+        .flat_map(|mesh| &mut mesh.vertices)
+        .for_each(change);
+    change(&mut scene.camera.origin);
+    change(&mut scene.camera.target);
+    scene
+}

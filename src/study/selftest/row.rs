@@ -1,0 +1,57 @@
+//! What a case says: figures with their bounds.
+
+use std::error::Error;
+
+use serde::Serialize;
+
+/// One figure of a case. It passes where it is at most its bound; what is not a number does not.
+#[derive(Clone, Debug, Serialize)]
+pub struct Check {
+    /// What is measured, with its unit.
+    pub measured: String,
+    /// What was found.
+    pub figure: f64,
+    /// What is allowed.
+    pub bound: f64,
+}
+
+impl Check {
+    /// A figure with its bound.
+    pub fn new(measured: impl Into<String>, figure: f64, bound: f64) -> Self {
+        Self {
+            measured: measured.into(),
+            figure,
+            bound,
+        }
+    }
+
+    /// How often something happened that must not.
+    pub fn none(measured: impl Into<String>, count: usize) -> Self {
+        Self::new(measured, count as f64, 0.0)
+    }
+
+    /// Whether the figure is within its bound.
+    pub fn passes(&self) -> bool {
+        self.figure <= self.bound
+    }
+}
+
+/// The figures of a case, or why it could not be run.
+pub type Checks = Result<Vec<Check>, Box<dyn Error + Send + Sync>>;
+
+/// How much work a case does.
+#[derive(Clone, Copy, Debug)]
+pub struct Effort {
+    /// 1 for all of it; a divisor of sizes and samples else.
+    pub divisor: u32,
+}
+
+impl Effort {
+    /// All of it.
+    pub const FULL: Self = Self { divisor: 1 };
+
+    /// A share of `count`, at least 1.
+    pub fn of(self, count: u32) -> u32 {
+        (count / self.divisor).max(1)
+    }
+}

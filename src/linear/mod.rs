@@ -5,15 +5,32 @@
 
 pub mod cull;
 
+use cull::Bounds;
+
 use crate::lane::{Bits, Lane, Mask};
 use crate::math::Vec3;
 use crate::shape::{Ball, Hit, Ray, Triangle};
 
+/// So few shapes are worth a look one by one before rays are asked for, whoever answers them.
+pub const FEW: usize = 32;
+
+/// A triangle in a line, and what culling asks of it again and again.
+#[derive(Clone, Debug)]
+struct Member {
+    triangle: Triangle,
+    /// The mesh, and the place in it.
+    name: [u32; 2],
+    bounds: Bounds,
+    /// Its plane is where `dot(normal, p)` is this.
+    offset: f32,
+    /// Length of the normal.
+    length: f32,
+}
+
 /// All shapes of a scene.
 #[derive(Clone, Debug, Default)]
 pub struct Line {
-    /// Triangles with the mesh and the place in it.
-    triangles: Vec<(Triangle, [u32; 2])>,
+    triangles: Vec<Member>,
     balls: Vec<Ball>,
     /// The geometry that hits name for spheres.
     sphere_geometry: u32,
@@ -56,7 +73,7 @@ impl Line {
         self.triangles.extend(
             corners
                 .zip(0..)
-                .map(|(c, primitive)| (Triangle::new(c), [geometry, primitive])),
+                .map(|(c, primitive)| Member::new(c, [geometry, primitive])),
         );
     }
 
@@ -77,7 +94,7 @@ impl Line {
         set.triangles.extend(
             (0..)
                 .zip(&self.triangles)
-                .filter(|(_, t)| triangle(&t.0))
+                .filter(|(_, t)| triangle(&t.triangle))
                 .map(|(i, _)| i),
         );
         set.balls
@@ -103,7 +120,11 @@ impl Line {
             primitive: L::Bits::splat(u32::MAX),
         };
         for &i in &set.triangles {
-            let (triangle, [geometry, primitive]) = &self.triangles[i as usize];
+            let Member {
+                triangle,
+                name: [geometry, primitive],
+                ..
+            } = &self.triangles[i as usize];
             let met = triangle.intersect(&ray);
             let nearer = met.found & active & met.t.lt(hit.t);
             if nearer.none() {
@@ -141,7 +162,7 @@ impl Line {
     pub fn occluded<L: Lane>(&self, set: &Candidates, active: L::Mask, ray: &Ray<L>) -> L::Mask {
         let mut open = active;
         for &i in &set.triangles {
-            open = open & !self.triangles[i as usize].0.intersect(ray).found;
+            open = open & !self.triangles[i as usize].triangle.intersect(ray).found;
             if open.none() {
                 return active;
             }

@@ -27,8 +27,6 @@ impl<B: Bits> Pair<B> {
 pub struct Toss<B: Bits> {
     /// Lanes where it fell on heads.
     pub heads: B::Mask,
-    /// Whether the coin is the same for all pairs.
-    pub shared: bool,
     /// The numbers.
     pub pair: Pair<B>,
 }
@@ -105,40 +103,48 @@ impl PassBlock {
         Pair(a ^ sa, b ^ sb)
     }
 
-    /// As [`Self::pair`] for a pair from 1 on, with a coin for the choice between two techniques: the top bit of the first
-    /// number.
+    /// A coin for the choice between two techniques, and the numbers of pair `pair` without it: it is the top bit of the
+    /// first.
     ///
-    /// With Sobol points the coin is stratified and the same for all pairs: of passes 2k and 2k + 1 of a pixel one has heads.
-    /// From pass 2 on the pixels of a `group` share it, so that packets seldom mix techniques. (The first two passes do
-    /// without: a picture of one pass would show the groups.) A coin is fair and independent of the numbers that come with
-    /// any pair.
+    /// With Sobol points the coin is stratified, of passes 2k and 2k + 1 of a pixel one has heads, and the same for all pairs
+    /// from 1 on. From pass 2 on the pixels of a `group` share it, so that packets seldom mix techniques. (The first two passes
+    /// do without: a picture of one pass would show the groups.) A coin is fair and independent of the numbers.
     #[inline(always)]
     pub fn toss<B: Bits>(&self, key: B, pass: B, pair: u32, group: u32) -> Toss<B> {
-        let Pair(a, b) = self.pair(key, pass, pair);
-        let shared = !self.table.is_empty();
-        let heads = if shared {
-            self.coin(key, pass, group)
-        } else {
-            a.top_bit()
-        };
         Toss {
-            heads: mutate!(heads, AlwaysHeads => B::Mask::splat(true)),
-            shared,
-            pair: Pair(a.shl(1), b),
+            heads: self.heads(key, pass, pair, group),
+            pair: self.after_toss(key, pass, pair),
         }
     }
 
-    /// The coin that all pairs share.
+    /// The coin of [`Self::toss`].
     #[inline(always)]
-    fn coin<B: Bits>(&self, key: B, pass: B, group: u32) -> B::Mask {
-        let Pair(a, _) = self.points(pass, 1);
-        let flip = if self.first < 2 {
-            let [flip, _] = shift(key, 1);
-            flip
+    pub fn heads<B: Bits>(&self, key: B, pass: B, pair: u32, group: u32) -> B::Mask {
+        let heads = if self.table.is_empty() {
+            self.independent(key, pass, pair).0.top_bit()
         } else {
-            B::splat(mix(group ^ self.seed))
+            let flip = if self.first < 2 {
+                let [flip, _] = shift(key, 1);
+                flip
+            } else {
+                B::splat(mix(group ^ self.seed))
+            };
+            (self.points(pass, 1).0 ^ flip).top_bit()
         };
-        (a ^ flip).top_bit()
+        mutate!(heads, AlwaysHeads => B::Mask::splat(true))
+    }
+
+    /// The numbers of [`Self::toss`].
+    #[inline(always)]
+    pub fn after_toss<B: Bits>(&self, key: B, pass: B, pair: u32) -> Pair<B> {
+        let Pair(a, b) = self.pair(key, pass, pair);
+        Pair(a.shl(1), b)
+    }
+
+    /// Whether all pairs from 1 on have one coin.
+    #[inline(always)]
+    pub fn one_coin(&self) -> bool {
+        !self.table.is_empty()
     }
 
     #[inline(always)]

@@ -31,112 +31,143 @@ impl<D: per_light::Density> Stage for PerLight<D> {
         } = scratch;
         for stream in hits.iter_mut().filter(|stream| stream.len() > 0) {
             T::survey::<L>(chunk.world, stream, points);
-            if D::MIXED {
-                draw::<L>(chunk, stream);
-            }
+            prepare::<L, D>(chunk, stream);
             for (i, light) in chunk.world.lights.iter().enumerate() {
-                let light =
-                    &mutate!(*light, LightBlocksItself => SphereLight { sphere: crate::shape::NO_SPHERE, ..*light });
-                let light = &mutate!(*light, LightTwice => SphereLight { le: light.le.map(|x| if i == 0 { x + x } else { x }), ..*light });
-                queue.clear();
-                toward::<L, D>(chunk, stream, i, light, queue);
+                let light = &Lamp::new(i, light);
+                let mut sink = Sink {
+                    open: T::face_light::<L>(chunk.world, stream, points, &light.sphere, set),
+                    queue: &mut *queue,
+                    answered: 0,
+                };
+                toward::<L, D>(chunk, stream, light, &mut sink);
                 if D::MIXED {
-                    along::<L, D>(chunk, stream, i, light, queue);
+                    along::<L, D>(chunk, stream, light, &mut sink);
                 }
-                if queue.len() > 0 {
-                    T::face_light::<L>(chunk.world, stream, points, light, set);
-                    shadow::visible::<L, T>(chunk, queue, set, light.sphere);
-                }
+                chunk.counters.shadow_rays += sink.answered;
+                shadow::visible::<L, T>(chunk, queue, set, light.sphere.sphere);
+                queue.clear();
             }
+            shadow::arrived::<L>(chunk, stream);
         }
     }
 }
 
-/// Draws for each point of a stream the direction of its BRDF.
-#[inline(always)]
-fn draw<L: TraceLane>(chunk: &Chunk, stream: &mut HitStream) {
-    for at in (0..stream.len()).step_by(L::N) {
-        let (_, point, address) = stream.packet::<L>(at);
-        let toss = chunk
-            .numbers
-            .toss(address.key, address.pass, pairs::DIRECTION, chunk.tile.number());
-        if toss.shared && toss.heads.none() {
-            continue;
+/// A light and the pair of random numbers for its cone.
+struct Lamp {
+    sphere: SphereLight,
+    pair: u32,
+}
+
+impl Lamp {
+    fn new(i: usize, light: &SphereLight) -> Self {
+        let light = mutate!(*light, LightTwice => SphereLight { le: light.le.map(|x| if i == 0 { x + x } else { x }), ..*light });
+        let light = mutate!(light, LightBlocksItself => SphereLight { sphere: crate::shape::NO_SPHERE, ..light });
+        Self {
+            sphere: light,
+            pair: pairs::light(i),
         }
-        stream.set_drawn(at, per_light::along_lobe(&point, toss.pair));
     }
+}
+
+/// Where contributions of a light go: where nothing can be in their way, to their points at once; else to the rays that wait.
+struct Sink<'a> {
+    open: bool,
+    queue: &'a mut RayQueue,
+    /// Rays that need not be asked for.
+    answered: u64,
+}
+
+impl Sink<'_> {
+    #[inline(always)]
+    fn take<L: Lane>(
+        &mut self,
+        stream: &mut HitStream,
+        at: usize,
+        point: &ShadingPoint<L>,
+        address: &Address<L>,
+        found: &per_light::Contribution<L>,
+    ) {
+        if self.open {
+            let light = stream.light(at) + found.ld;
+            stream.set_light(at, light);
+            self.answered += found.active.count() as u64;
+            return;
+        }
+        let rays = QueuedRays {
+            origin: point.p,
+            direction: found.wi,
+            tfar: found.distance,
+            value: found.ld,
+            index: address.index,
+        };
+        self.queue.push(found.active, &rays);
+    }
+}
+
+/// Tosses for each point of a stream and draws the direction of its BRDF, where it may be asked for.
+#[inline(always)]
+fn prepare<L: TraceLane, D: per_light::Density>(chunk: &Chunk, stream: &mut HitStream) {
+    for at in (0..stream.len()).step_by(L::N) {
+        stream.set_light::<L>(at, Vec3::zero());
+        if D::MIXED {
+            let (mask, point, Address { key, pass, .. }) = stream.packet::<L>(at);
+            let heads = chunk.numbers.heads(key, pass, pairs::DIRECTION, chunk.tile.number());
+            let mut wi = Vec3::zero();
+            if !chunk.numbers.one_coin() || (heads & mask).any() {
+                wi = per_light::along_lobe(&point, chunk.numbers.after_toss(key, pass, pairs::DIRECTION));
+            }
+            stream.set_drawn(at, heads, wi);
+        }
+    }
+}
+
+/// The points of the packet at `at` that follow their BRDF when they look for a light.
+#[inline(always)]
+fn heads<L: Lane>(chunk: &Chunk, stream: &HitStream, at: usize, light: &Lamp) -> L::Mask {
+    if chunk.numbers.one_coin() {
+        return stream.heads::<L>(at);
+    }
+    let (_, _, Address { key, pass, .. }) = stream.packet::<L>(at);
+    chunk.numbers.heads(key, pass, light.pair, chunk.tile.number())
 }
 
 /// Directions in the cone of a light, for the points that follow it.
 #[inline(always)]
-fn toward<L: TraceLane, D: per_light::Density>(
-    chunk: &Chunk,
-    stream: &HitStream,
-    i: usize,
-    light: &SphereLight,
-    queue: &mut RayQueue,
-) {
+fn toward<L: TraceLane, D: per_light::Density>(chunk: &Chunk, stream: &mut HitStream, light: &Lamp, sink: &mut Sink) {
     for at in (0..stream.len()).step_by(L::N) {
-        let (mut active, point, address) = stream.packet::<L>(at);
-        let toss = chunk
-            .numbers
-            .toss(address.key, address.pass, pairs::light(i), chunk.tile.number());
+        let mut active = stream.lanes::<L>(at);
         if D::MIXED {
-            active = active & !toss.heads;
+            active = active & !heads::<L>(chunk, stream, at, light);
             if active.none() {
                 continue;
             }
         }
-        if let Some(found) = per_light::by_cone::<L, D>(&point, light, || toss.pair, active) {
-            push(queue, &point, &address, &found);
+        let (_, point, address) = stream.packet::<L>(at);
+        let numbers = || chunk.numbers.after_toss(address.key, address.pass, light.pair);
+        if let Some(found) = per_light::by_cone::<L, D>(&point, &light.sphere, numbers, active) {
+            sink.take(stream, at, &point, &address, &found);
         }
     }
 }
 
 /// Directions of the BRDF, for the points that follow it and as far as they meet a light.
 #[inline(always)]
-fn along<L: TraceLane, D: per_light::Density>(
-    chunk: &Chunk,
-    stream: &HitStream,
-    i: usize,
-    light: &SphereLight,
-    queue: &mut RayQueue,
-) {
+fn along<L: TraceLane, D: per_light::Density>(chunk: &Chunk, stream: &mut HitStream, light: &Lamp, sink: &mut Sink) {
     for at in (0..stream.len()).step_by(L::N) {
-        let (mask, point, address) = stream.packet::<L>(at);
-        let toss = chunk
-            .numbers
-            .toss(address.key, address.pass, pairs::light(i), chunk.tile.number());
-        if toss.shared && (mask & toss.heads).none() {
+        let mut active = stream.lanes::<L>(at) & heads::<L>(chunk, stream, at, light);
+        if active.none() {
             continue;
         }
         let wi = stream.drawn(at);
-        let active = mask & light.may_meet(point.p, wi);
-        if active.none() || (active & toss.heads).none() {
+        active = active & light.sphere.may_meet(stream.position(at), wi);
+        if active.none() {
             continue;
         }
-        let active = active & toss.heads;
-        if let Some(found) = per_light::by_brdf::<L, D>(&point, light, wi, active) {
-            push(queue, &point, &address, &found);
+        let (_, point, address) = stream.packet::<L>(at);
+        if let Some(found) = per_light::by_brdf::<L, D>(&point, &light.sphere, wi, active) {
+            sink.take(stream, at, &point, &address, &found);
         }
     }
-}
-
-#[inline(always)]
-fn push<L: Lane>(
-    queue: &mut RayQueue,
-    point: &ShadingPoint<L>,
-    address: &Address<L>,
-    found: &per_light::Contribution<L>,
-) {
-    let rays = QueuedRays {
-        origin: point.p,
-        direction: found.wi,
-        tfar: found.distance,
-        value: found.ld,
-        index: address.index,
-    };
-    queue.push(found.active, &rays);
 }
 
 impl<D: per_point::Density> Stage for PerPoint<D> {
@@ -176,11 +207,7 @@ impl<D: per_point::Density> Stage for PerPoint<D> {
 fn may_meet<L: Lane>(lights: &[SphereLight], p: Vec3<L>, wi: Vec3<L>) -> L::Mask {
     let mut meets = L::Mask::splat(false);
     for light in lights {
-        let cone = light.cone(p);
-        // The chord to the rim, widened by more than unit vectors can be off: |w - wi| is true to 3e-7.
-        let rim = (cone.omc + cone.omc).sqrt() + L::splat(1e-6);
-        let chord = (cone.axis - wi).length();
-        meets = mutate!(meets, LastLightOnly => L::Mask::splat(false)) | chord.le(rim);
+        meets = mutate!(meets, LastLightOnly => L::Mask::splat(false)) | light.may_meet(p, wi);
     }
     meets
 }

@@ -7,7 +7,7 @@ use crate::lane::{Lane, Mask};
 use crate::light::{Cone, SphereLight, View};
 use crate::math::elementary::sin_cos_turn;
 use crate::math::{Frame, Vec3};
-use crate::sampling::{Pair, warp};
+use crate::sampling::{Pair, Toss, warp};
 
 /// Which density directions are drawn from.
 pub trait Density {
@@ -39,6 +39,31 @@ pub struct Contribution<L: Lane> {
     pub distance: L,
     /// `le * f_cos / pdf`, to be counted where nothing else stands before the light.
     pub ld: Vec3<L>,
+}
+
+/// One sample of the density: a direction of the BRDF where the coin shows heads and `D` is an average, else of the cone. What a
+/// render does in two steps, since its packets mostly follow one technique, and lights share the direction of the BRDF.
+#[inline(always)]
+pub fn sample<L: Lane, D: Density>(
+    point: &ShadingPoint<L>,
+    light: &SphereLight,
+    toss: impl FnOnce() -> Toss<L::Bits>,
+    active: L::Mask,
+) -> Option<Contribution<L>> {
+    let Toss { heads, pair } = toss();
+    let heads = if D::MIXED { heads } else { L::Mask::splat(false) };
+    let tails = by_cone::<L, D>(point, light, || pair, active & !heads);
+    let heads = active & heads & light.may_meet(point.p, along_lobe(point, pair));
+    let heads = by_brdf::<L, D>(point, light, along_lobe(point, pair), heads);
+    match (tails, heads) {
+        (Some(a), Some(b)) => Some(Contribution {
+            active: a.active | b.active,
+            wi: Vec3::select(b.active, b.wi, a.wi),
+            distance: L::select(b.active, b.distance, a.distance),
+            ld: a.ld + b.ld,
+        }),
+        (a, b) => a.or(b),
+    }
 }
 
 /// Draws one direction in the cone of `light` for each active point and weighs it; `None` where no lane gets light by it.

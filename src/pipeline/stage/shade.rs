@@ -8,16 +8,16 @@ use crate::estimator::{ShadingPoint, per_light, per_point};
 use crate::lane::{Lane, Mask};
 use crate::light::SphereLight;
 use crate::math::Vec3;
-use crate::pipeline::stream::{Address, HitStream, QueuedRays, RayQueue};
+use crate::pipeline::stream::{Address, HitStream, Model, QueuedRays, RayQueue};
 use crate::pipeline::tracer::Tracer;
 
 /// `light` and `mis`: a direction for every light.
-pub struct PerLight<D>(PhantomData<D>);
+pub struct PerLight<D, M>(PhantomData<(D, M)>);
 
 /// `uniform` and `brdf`: one direction for the point.
-pub struct PerPoint<D>(PhantomData<D>);
+pub struct PerPoint<D, M>(PhantomData<(D, M)>);
 
-impl<D: per_light::Density> Stage for PerLight<D> {
+impl<D: per_light::Density, M: Model> Stage for PerLight<D, M> {
     /// The light is the outer loop: it is the same for a whole stream, and its shadow rays are as alike as they can be. Each
     /// technique has a loop of its own, for whole packets mostly follow one.
     #[inline(always)]
@@ -29,26 +29,28 @@ impl<D: per_light::Density> Stage for PerLight<D> {
             set,
             ..
         } = scratch;
-        for stream in hits.iter_mut().filter(|stream| stream.len() > 0) {
-            T::survey::<L>(chunk.world, stream, points);
-            prepare::<L, D>(chunk, stream);
-            for (i, light) in chunk.world.lights.iter().enumerate() {
-                let light = &Lamp::new(i, light);
-                let mut sink = Sink {
-                    open: T::face_light::<L>(chunk.world, stream, points, &light.sphere, set),
-                    queue: &mut *queue,
-                    answered: 0,
-                };
-                toward::<L, D>(chunk, stream, light, &mut sink);
-                if D::MIXED {
-                    along::<L, D>(chunk, stream, light, &mut sink);
-                }
-                chunk.counters.shadow_rays += sink.answered;
-                shadow::visible::<L, T>(chunk, queue, set, light.sphere.sphere);
-                queue.clear();
-            }
-            shadow::arrived::<L>(chunk, stream);
+        let stream = &mut hits[M::STREAM];
+        if stream.len() == 0 {
+            return;
         }
+        T::survey::<L>(chunk.world, stream, points);
+        prepare::<L, D, M>(chunk, stream);
+        for (i, light) in chunk.world.lights.iter().enumerate() {
+            let light = &Lamp::new(i, light);
+            let mut sink = Sink {
+                open: T::face_light::<L>(chunk.world, stream, points, &light.sphere, set),
+                queue: &mut *queue,
+                answered: 0,
+            };
+            toward::<L, D, M>(chunk, stream, light, &mut sink);
+            if D::MIXED {
+                along::<L, D, M>(chunk, stream, light, &mut sink);
+            }
+            chunk.counters.shadow_rays += sink.answered;
+            shadow::visible::<L, T>(chunk, queue, set, light.sphere.sphere);
+            queue.clear();
+        }
+        shadow::arrived::<L>(chunk, stream);
     }
 }
 
@@ -106,11 +108,11 @@ impl Sink<'_> {
 
 /// Tosses for each point of a stream and draws the direction of its BRDF, where it may be asked for.
 #[inline(always)]
-fn prepare<L: TraceLane, D: per_light::Density>(chunk: &Chunk, stream: &mut HitStream) {
+fn prepare<L: TraceLane, D: per_light::Density, M: Model>(chunk: &Chunk, stream: &mut HitStream) {
     for at in (0..stream.len()).step_by(L::N) {
         stream.set_light::<L>(at, Vec3::zero());
         if D::MIXED {
-            let (mask, point, Address { key, pass, .. }) = stream.packet::<L>(at);
+            let (mask, point, Address { key, pass, .. }) = stream.packet::<L, M>(at);
             let heads = chunk.numbers.heads(key, pass, pairs::DIRECTION, chunk.tile.number());
             let mut wi = Vec3::zero();
             if !chunk.numbers.one_coin() || (heads & mask).any() {
@@ -123,26 +125,31 @@ fn prepare<L: TraceLane, D: per_light::Density>(chunk: &Chunk, stream: &mut HitS
 
 /// The points of the packet at `at` that follow their BRDF when they look for a light.
 #[inline(always)]
-fn heads<L: Lane>(chunk: &Chunk, stream: &HitStream, at: usize, light: &Lamp) -> L::Mask {
+fn heads<L: Lane, M: Model>(chunk: &Chunk, stream: &HitStream, at: usize, light: &Lamp) -> L::Mask {
     if chunk.numbers.one_coin() {
         return stream.heads::<L>(at);
     }
-    let (_, _, Address { key, pass, .. }) = stream.packet::<L>(at);
+    let (_, _, Address { key, pass, .. }) = stream.packet::<L, M>(at);
     chunk.numbers.heads(key, pass, light.pair, chunk.tile.number())
 }
 
 /// Directions in the cone of a light, for the points that follow it.
 #[inline(always)]
-fn toward<L: TraceLane, D: per_light::Density>(chunk: &Chunk, stream: &mut HitStream, light: &Lamp, sink: &mut Sink) {
+fn toward<L: TraceLane, D: per_light::Density, M: Model>(
+    chunk: &Chunk,
+    stream: &mut HitStream,
+    light: &Lamp,
+    sink: &mut Sink,
+) {
     for at in (0..stream.len()).step_by(L::N) {
         let mut active = stream.lanes::<L>(at);
         if D::MIXED {
-            active = active & !heads::<L>(chunk, stream, at, light);
+            active = active & !heads::<L, M>(chunk, stream, at, light);
             if active.none() {
                 continue;
             }
         }
-        let (_, point, address) = stream.packet::<L>(at);
+        let (_, point, address) = stream.packet::<L, M>(at);
         let numbers = || chunk.numbers.after_toss(address.key, address.pass, light.pair);
         if let Some(found) = per_light::by_cone::<L, D>(&point, &light.sphere, numbers, active) {
             sink.take(stream, at, &point, &address, &found);
@@ -152,9 +159,14 @@ fn toward<L: TraceLane, D: per_light::Density>(chunk: &Chunk, stream: &mut HitSt
 
 /// Directions of the BRDF, for the points that follow it and as far as they meet a light.
 #[inline(always)]
-fn along<L: TraceLane, D: per_light::Density>(chunk: &Chunk, stream: &mut HitStream, light: &Lamp, sink: &mut Sink) {
+fn along<L: TraceLane, D: per_light::Density, M: Model>(
+    chunk: &Chunk,
+    stream: &mut HitStream,
+    light: &Lamp,
+    sink: &mut Sink,
+) {
     for at in (0..stream.len()).step_by(L::N) {
-        let mut active = stream.lanes::<L>(at) & heads::<L>(chunk, stream, at, light);
+        let mut active = stream.lanes::<L>(at) & heads::<L, M>(chunk, stream, at, light);
         if active.none() {
             continue;
         }
@@ -163,39 +175,38 @@ fn along<L: TraceLane, D: per_light::Density>(chunk: &Chunk, stream: &mut HitStr
         if active.none() {
             continue;
         }
-        let (_, point, address) = stream.packet::<L>(at);
+        let (_, point, address) = stream.packet::<L, M>(at);
         if let Some(found) = per_light::by_brdf::<L, D>(&point, &light.sphere, wi, active) {
             sink.take(stream, at, &point, &address, &found);
         }
     }
 }
 
-impl<D: per_point::Density> Stage for PerPoint<D> {
+impl<D: per_point::Density, M: Model> Stage for PerPoint<D, M> {
     /// Where only spheres emit, a direction that misses them all is dropped before it costs a ray.
     #[inline(always)]
     fn run<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
         let Scratch { hits, queue, set, .. } = scratch;
         queue.clear();
-        for stream in hits.iter() {
-            for at in (0..stream.len()).step_by(L::N) {
-                let (active, point, address) = stream.packet::<L>(at);
-                let numbers = chunk.numbers.pair(address.key, address.pass, pairs::DIRECTION);
-                let Some(found) = per_point::sample::<L, D>(&point, numbers, active) else {
-                    continue;
-                };
-                let mut wanted = found.active;
-                if !chunk.world.mesh_lights {
-                    wanted = wanted & may_meet(&chunk.world.lights, point.p, found.wi);
-                }
-                let rays = QueuedRays {
-                    origin: point.p,
-                    direction: found.wi,
-                    tfar: L::splat(f32::INFINITY),
-                    value: found.throughput,
-                    index: address.index,
-                };
-                queue.push(wanted, &rays);
+        let stream = &hits[M::STREAM];
+        for at in (0..stream.len()).step_by(L::N) {
+            let (active, point, address) = stream.packet::<L, M>(at);
+            let numbers = chunk.numbers.pair(address.key, address.pass, pairs::DIRECTION);
+            let Some(found) = per_point::sample::<L, D>(&point, numbers, active) else {
+                continue;
+            };
+            let mut wanted = found.active;
+            if !chunk.world.mesh_lights {
+                wanted = wanted & may_meet(&chunk.world.lights, point.p, found.wi);
             }
+            let rays = QueuedRays {
+                origin: point.p,
+                direction: found.wi,
+                tfar: L::splat(f32::INFINITY),
+                value: found.throughput,
+                index: address.index,
+            };
+            queue.push(wanted, &rays);
         }
         T::face_all(chunk.world, set);
         shadow::emitted::<L, T>(chunk, queue, set);

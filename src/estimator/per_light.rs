@@ -52,7 +52,9 @@ pub fn sample<L: Lane, D: Density>(
 ) -> Option<Contribution<L>> {
     let Toss { heads, pair } = toss();
     let heads = if D::MIXED { heads } else { L::Mask::splat(false) };
-    let tails = by_cone::<L, D>(point, light, || pair, active & !heads);
+    let view = light.seen_from(point.p);
+    let tails = active & !heads & may_contribute(point, &view);
+    let tails = by_cone::<L, D>(point, light, &view, pair, tails);
     let heads = active & heads & light.may_meet(point.p, along_lobe(point, pair));
     let heads = by_brdf::<L, D>(point, light, along_lobe(point, pair), heads);
     match (tails, heads) {
@@ -66,22 +68,18 @@ pub fn sample<L: Lane, D: Density>(
     }
 }
 
-/// Draws one direction in the cone of `light` for each active point and weighs it; `None` where no lane gets light by it.
-/// `numbers` gives the random numbers, once they are needed.
+/// Draws one direction in the cone of `light`, as it is viewed from each active point, and weighs it; `None` where no lane gets
+/// light by it. Ask [`may_contribute`] first: it is cheaper.
 #[inline(always)]
 pub fn by_cone<L: Lane, D: Density>(
     point: &ShadingPoint<L>,
     light: &SphereLight,
-    numbers: impl FnOnce() -> Pair<L::Bits>,
+    view: &View<L>,
+    numbers: Pair<L::Bits>,
     active: L::Mask,
 ) -> Option<Contribution<L>> {
-    let view = light.seen_from(point.p);
-    let active = active & may_contribute(point, &view);
-    if active.none() {
-        return None;
-    }
     let cone = view.cone();
-    let (u, v) = numbers().unit::<L>();
+    let (u, v) = numbers.unit::<L>();
     let t = warp::cone(u, cone.omc);
     let (sin_phi, cos_phi) = sin_cos_turn(v);
     let wi = Frame::about(cone.axis).direction(t, sin_phi, cos_phi);
@@ -156,7 +154,7 @@ fn weigh<L: Lane, D: Density>(
 /// The chord from the axis to a direction of the cone is `2 sin(theta / 2) <= sqrt(2) sin(theta)` for a cone of up to a
 /// right angle.
 #[inline(always)]
-fn may_contribute<L: Lane>(point: &ShadingPoint<L>, view: &View<L>) -> L::Mask {
+pub fn may_contribute<L: Lane>(point: &ShadingPoint<L>, view: &View<L>) -> L::Mask {
     let bsdf = &point.bsdf;
     let radius = mutate!(view.radius, RimForgotten => L::zero());
     let highest = bsdf.n.dot(view.to_center) + radius;

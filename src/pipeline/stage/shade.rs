@@ -150,8 +150,13 @@ fn toward<L: TraceLane, D: per_light::Density, M: Model>(
             }
         }
         let (_, point, address) = stream.packet::<L, M>(at);
-        let numbers = || chunk.numbers.after_toss(address.key, address.pass, light.pair);
-        if let Some(found) = per_light::by_cone::<L, D>(&point, &light.sphere, numbers, active) {
+        let view = light.sphere.seen_from(point.p);
+        active = active & per_light::may_contribute(&point, &view);
+        if active.none() {
+            continue;
+        }
+        let numbers = chunk.numbers.after_toss(address.key, address.pass, light.pair);
+        if let Some(found) = per_light::by_cone::<L, D>(&point, &light.sphere, &view, numbers, active) {
             sink.take(stream, at, &point, &address, &found);
         }
     }

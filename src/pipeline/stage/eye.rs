@@ -1,121 +1,16 @@
 //! Eye rays: through the film, to the first hit, into the hit streams.
 
+use super::grid::lists_samples;
 use super::{Chunk, Scratch, Stage, pairs};
 use crate::bsdf::Bsdf;
 use crate::embree::{Coherence, Hit, NO_SPHERE, Ray, TraceLane};
 use crate::estimator::ShadingPoint;
-use crate::film::Tile;
 use crate::lane::{Bits, Lane, Mask};
 use crate::math::Vec3;
 use crate::pipeline::stream::{Address, Diffuse, HitStream, Model, Phong};
 use crate::pipeline::tracer::Tracer;
 use crate::pipeline::world::{SurfaceRecord, World};
 use crate::scene::{Effect, Effects};
-
-/// What eye packets are loaded from, in columns, repeated behind the end so that any packet is one load: the pixels of a
-/// tile, which serve pass after pass; or where pixels differ in their passes, every sample of a chunk.
-#[derive(Debug, Default)]
-pub struct Grid {
-    x: Vec<f32>,
-    y: Vec<f32>,
-    index: Vec<u32>,
-    pixel: Vec<u32>,
-    /// Of samples only.
-    pass: Vec<u32>,
-}
-
-impl Grid {
-    /// Loads what a chunk needs; returns how many numbers a column holds, and how many samples the chunk has.
-    fn load(&mut self, chunk: &Chunk, lanes: usize) -> (usize, usize) {
-        if lists_samples(chunk.tile) {
-            let samples = self.samples(chunk, lanes);
-            (samples, samples)
-        } else {
-            let pixels = self.pixels(chunk.tile, chunk.film_width, lanes);
-            (pixels, pixels * chunk.passes as usize)
-        }
-    }
-
-    /// The pixels of a tile; returns how many.
-    fn pixels(&mut self, tile: &Tile, film_width: u32, lanes: usize) -> usize {
-        self.clear();
-        let indexed = tile.pixels.iter().enumerate();
-        for (index, pixel) in indexed.cycle().take(tile.pixels.len() + lanes) {
-            self.push(index, *pixel, film_width);
-        }
-        tile.pixels.len()
-    }
-
-    /// The samples of a chunk, pass by pass and in each the pixels that take part, in tile order; returns how many.
-    fn samples(&mut self, chunk: &Chunk, lanes: usize) -> usize {
-        self.clear();
-        let (tile, first) = (chunk.tile, chunk.numbers.first());
-        let goals = tile.goals();
-        let takes_part = |index: usize, pass: u32| goals.get(index).is_none_or(|&goal| goal > first + pass);
-        for (index, pixel) in tile.pixels.iter().enumerate() {
-            if takes_part(index, chunk.first) {
-                self.push(index, *pixel, chunk.film_width);
-            }
-        }
-        let mut before = 0..self.x.len();
-        self.pass.resize(before.end, chunk.first);
-        for pass in chunk.first + 1..chunk.first + chunk.passes {
-            let next = self.x.len();
-            // While noise is measured every pair of passes has a slot of its own.
-            let slot = if tile.measures_noise() && pass % 2 == 0 {
-                tile.pixels.len() as u32
-            } else {
-                0
-            };
-            if before
-                .clone()
-                .all(|at| goals.is_empty() || takes_part(self.index[at] as usize, pass))
-            {
-                self.x.extend_from_within(before.clone());
-                self.y.extend_from_within(before.clone());
-                self.pixel.extend_from_within(before.clone());
-                self.index.extend_from_within(before);
-                self.index[next..].iter_mut().for_each(|index| *index += slot);
-            } else {
-                for at in before {
-                    if takes_part(self.index[at] as usize, pass) {
-                        self.repeat(at);
-                    }
-                }
-            }
-            before = next..self.x.len();
-            self.pass.resize(before.end, pass);
-        }
-        let samples = self.x.len();
-        for _ in 0..lanes {
-            self.repeat(samples - 1);
-            self.pass.push(self.pass[samples - 1]);
-        }
-        samples
-    }
-
-    fn clear(&mut self) {
-        self.x.clear();
-        self.y.clear();
-        self.index.clear();
-        self.pixel.clear();
-        self.pass.clear();
-    }
-
-    fn push(&mut self, index: usize, [x, y]: [u32; 2], film_width: u32) {
-        self.x.push(x as f32);
-        self.y.push(y as f32);
-        self.index.push(index as u32);
-        self.pixel.push(y.wrapping_mul(film_width).wrapping_add(x));
-    }
-
-    fn repeat(&mut self, at: usize) {
-        self.x.push(self.x[at]);
-        self.y.push(self.y[at]);
-        self.index.push(self.index[at]);
-        self.pixel.push(self.pixel[at]);
-    }
-}
 
 /// Traces every sample of a chunk. Emitters that are seen go onto the film, surfaces into the streams.
 /// What the stage holds are the bits of [`Effects`].
@@ -135,7 +30,7 @@ impl Stage for Blank {
     fn run<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
         let Scratch { grid, hits, .. } = scratch;
         hits.iter_mut().for_each(HitStream::clear);
-        chunk.counters.samples += grid.load(chunk, L::N).1 as u64;
+        chunk.counters.samples += grid.load::<L>(chunk).1 as u64;
     }
 }
 
@@ -149,7 +44,7 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
     let Scratch { grid, hits, set, .. } = scratch;
     T::face_tile(chunk.world, chunk.tile, set);
     hits.iter_mut().for_each(HitStream::clear);
-    let (length, samples) = grid.load(chunk, L::N);
+    let (length, samples) = grid.load::<L>(chunk);
     let listed = lists_samples(chunk.tile);
     // Pass by pass, pixels in tile order. A tile whose size is no multiple of the packet's lets packets straddle passes, so
     // that only the last packet of a chunk has idle lanes.
@@ -157,7 +52,7 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
     for done in (0..samples).step_by(L::N) {
         let active = L::Mask::first(samples - done);
         let index = L::Bits::load(&grid.index[at..]);
-        let pixel = L::Bits::load(&grid.pixel[at..]);
+        let key = L::Bits::load(&grid.key[at..]);
         let x = L::load(&grid.x[at..]);
         let y = L::load(&grid.y[at..]);
         let passes = if listed {
@@ -175,7 +70,6 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
             pass += 1;
         }
 
-        let key = chunk.numbers.key(pixel);
         let (u, v) = chunk.numbers.pair(key, passes, pairs::PIXEL).unit::<L>();
         let direction = chunk.world.camera.direction(x + u, y + v);
         let ray = Ray {
@@ -390,9 +284,4 @@ fn smooth_normal<L: Lane>(world: &World, hit: &Hit<L>, surfaces: &Surfaces<L>, n
     let usable = L::Mask::from_bitmask(smooth) & sum.length_squared().gt(L::splat(1e-12));
     let normal = sum.normalize();
     Vec3::select(usable, mutate!(face(normal, ng), NormalNotFaced => normal), ng)
-}
-
-/// Whether pixels of the tile differ in their passes, so that every sample has to be listed.
-fn lists_samples(tile: &Tile) -> bool {
-    tile.measures_noise() || !tile.goals().is_empty()
 }

@@ -2,7 +2,7 @@
 //! shape that could be met is never left out.
 
 use super::{Candidates, Line, Member};
-use crate::shape::{Ball, Triangle};
+use crate::shape::{Ball, NO_SPHERE, Triangle};
 
 /// A plane's share of rounding: what is nearer to it than this part of the largest number involved counts as both sides.
 const MARGIN: f32 = 1e-5;
@@ -69,7 +69,8 @@ impl Line {
         );
     }
 
-    /// The shapes that may stand between points and the sphere `light`, which `aimed_at` names: it blocks none of its own rays.
+    /// The shapes that may stand between points and the ball `light`; the sphere or the triangles that `aimed_at` names block none
+    /// of the rays there.
     ///
     /// The segments lie in the convex hull of both. It is bounded by planes along one axis through a corner of one box
     /// and the same corner of the other, wherever both boxes lie on one side (the shafts of Haines and Wallace 1994), and
@@ -82,14 +83,15 @@ impl Line {
         let mut planes = None;
         let mut planes = || *planes.get_or_insert_with(|| shaft(&points.bounds, &target));
         points.sides.resize(self.triangles.len(), None);
-        set.triangles.clear();
-        set.balls.clear();
+        set.clear();
         for (i, member) in (0..).zip(&self.triangles) {
-            let excluded = around.apart(&member.bounds)
+            let aimed = aimed_at != NO_SPHERE && member.aim == aimed_at;
+            let excluded = aimed
+                || around.apart(&member.bounds)
                 || member.beside(light, points.bounds.sides(member))
                 || planes().iter().flatten().any(|plane| plane.excludes(&member.triangle));
             if !excluded {
-                set.triangles.push(i);
+                self.take(i, set);
             }
         }
         for (i, ball) in (0..).zip(&self.balls) {
@@ -118,7 +120,7 @@ impl Line {
 }
 
 impl Member {
-    pub fn new(corners: [[f32; 3]; 3], name: [u32; 2]) -> Self {
+    pub fn new(corners: [[f32; 3]; 3], name: [u32; 2], aim: u32) -> Self {
         let triangle = Triangle::new(corners);
         Self {
             bounds: Bounds::of_triangle(&triangle),
@@ -126,6 +128,7 @@ impl Member {
             length: length(triangle.normal),
             triangle,
             name,
+            aim,
         }
     }
 

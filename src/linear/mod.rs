@@ -9,7 +9,7 @@ use cull::Bounds;
 
 use crate::lane::{Bits, Lane, Mask};
 use crate::math::Vec3;
-use crate::shape::{Ball, Hit, Ray, Triangle};
+use crate::shape::{Aims, Ball, Hit, NO_SPHERE, Ray, Triangle};
 
 /// So few shapes are worth a look one by one before rays are asked for, whoever answers them.
 pub const FEW: usize = 32;
@@ -20,6 +20,8 @@ struct Member {
     triangle: Triangle,
     /// The mesh, and the place in it.
     name: [u32; 2],
+    /// What rays call it that aim at it; [`NO_SPHERE`] where none does.
+    aim: u32,
     bounds: Bounds,
     /// Its plane is where `dot(normal, p)` is this.
     offset: f32,
@@ -40,13 +42,15 @@ pub struct Line {
 #[derive(Clone, Debug, Default)]
 pub struct Candidates {
     triangles: Vec<u32>,
+    /// Triangles that rays may aim at: apart, so that the others need not be asked.
+    lights: Vec<u32>,
     balls: Vec<u32>,
 }
 
 impl Candidates {
     /// How many shapes there are.
     pub fn len(&self) -> usize {
-        self.triangles.len() + self.balls.len()
+        self.triangles.len() + self.lights.len() + self.balls.len()
     }
 
     /// Whether there is none.
@@ -54,7 +58,13 @@ impl Candidates {
         self.len() == 0
     }
 
-    /// The triangles, as numbers in the line.
+    fn clear(&mut self) {
+        self.triangles.clear();
+        self.lights.clear();
+        self.balls.clear();
+    }
+
+    /// The triangles that are no lights, as numbers in the line.
     pub fn triangles(&self) -> &[u32] {
         &self.triangles
     }
@@ -67,14 +77,13 @@ impl Line {
         self.sphere_geometry = sphere_geometry;
     }
 
-    /// Adds the triangles of a mesh.
-    pub fn add_mesh(&mut self, geometry: u32, vertices: &[[f32; 3]], triangles: &[[u32; 3]]) {
+    /// Adds the triangles of a mesh; `aims` are their names for rays that aim at them, if any do.
+    pub fn add_mesh(&mut self, geometry: u32, vertices: &[[f32; 3]], triangles: &[[u32; 3]], aims: Option<Aims>) {
         let corners = triangles.iter().map(|t| t.map(|i| vertices[i as usize]));
-        self.triangles.extend(
-            corners
-                .zip(0..)
-                .map(|(c, primitive)| Member::new(c, [geometry, primitive])),
-        );
+        self.triangles.extend(corners.zip(0..).map(|(corners, primitive)| {
+            let aim = aims.map_or(NO_SPHERE, |aims| aims.of(primitive));
+            Member::new(corners, [geometry, primitive], aim)
+        }));
     }
 
     /// How many shapes there are.
@@ -89,16 +98,22 @@ impl Line {
 
     /// Keeps the shapes that `keep` says may be met.
     fn select(&self, set: &mut Candidates, triangle: impl Fn(&Triangle) -> bool, ball: impl Fn(&Ball) -> bool) {
-        set.triangles.clear();
-        set.balls.clear();
-        set.triangles.extend(
-            (0..)
-                .zip(&self.triangles)
-                .filter(|(_, t)| triangle(&t.triangle))
-                .map(|(i, _)| i),
-        );
+        set.clear();
+        for (i, _) in (0..).zip(&self.triangles).filter(|(_, t)| triangle(&t.triangle)) {
+            self.take(i, set);
+        }
         set.balls
             .extend((0..).zip(&self.balls).filter(|(_, b)| ball(b)).map(|(i, _)| i));
+    }
+
+    /// Takes a triangle among the candidates.
+    fn take(&self, i: u32, set: &mut Candidates) {
+        let list = if self.triangles[i as usize].aim == NO_SPHERE {
+            &mut set.triangles
+        } else {
+            &mut set.lights
+        };
+        list.push(i);
     }
 
     /// Every shape.
@@ -119,7 +134,7 @@ impl Line {
             geometry: L::Bits::splat(u32::MAX),
             primitive: L::Bits::splat(u32::MAX),
         };
-        for &i in &set.triangles {
+        for &i in set.triangles.iter().chain(&set.lights) {
             let Member {
                 triangle,
                 name: [geometry, primitive],
@@ -157,12 +172,20 @@ impl Line {
         hit
     }
 
-    /// Which active rays meet any candidate but the sphere that they aim at.
+    /// Which active rays meet any candidate but the light that they aim at.
     #[inline(always)]
     pub fn occluded<L: Lane>(&self, set: &Candidates, active: L::Mask, ray: &Ray<L>) -> L::Mask {
         let mut open = active;
         for &i in &set.triangles {
             open = open & !self.triangles[i as usize].triangle.intersect(ray).found;
+            if open.none() {
+                return active;
+            }
+        }
+        for &i in &set.lights {
+            let Member { triangle, aim, .. } = &self.triangles[i as usize];
+            let aimed = ray.aims_at.eq(L::Bits::splat(*aim));
+            open = open & (!triangle.intersect(ray).found | aimed);
             if open.none() {
                 return active;
             }

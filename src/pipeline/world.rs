@@ -7,9 +7,10 @@ use std::collections::HashSet;
 
 use glam::DVec3;
 
+use super::emitters::Emitters;
 use crate::embree::{Accel, Device, EmbreeError, SceneBuilder};
 use crate::lane::Lane;
-use crate::light::SphereLight;
+use crate::light::{MeshLight, SphereLight, TriangleLight};
 use crate::linear::{FEW, Line};
 use crate::math::Vec3;
 use crate::scene::{Bsdf, FilmSize, Fov, Scene, Sphere, Surface};
@@ -31,8 +32,10 @@ pub struct World {
     pub normals: Vec<Option<SmoothNormals>>,
     /// Spheres that emit something.
     pub lights: Vec<SphereLight>,
-    /// Whether meshes emit something.
-    pub mesh_lights: bool,
+    /// Triangles that are lights of their own.
+    pub triangle_lights: Vec<TriangleLight>,
+    /// Meshes of which a triangle is picked.
+    pub mesh_lights: Vec<MeshLight>,
     /// Eye rays.
     pub camera: CameraRays,
 }
@@ -52,14 +55,9 @@ pub struct SurfaceRecord {
     pub extent: [f32; 3],
 }
 
-/// Vertex normals and the corners that they belong to.
-#[derive(Debug)]
-pub struct SmoothNormals {
-    /// Corners of each triangle.
-    pub triangles: Vec<[u32; 3]>,
-    /// Unit normals of the vertices.
-    pub normals: Vec<[f32; 3]>,
-}
+/// Of each triangle, the unit normals at its corners. Side by side and not by way of the vertices: a hit on a mesh of a
+/// million triangles waits for one line of the cache, not for four.
+pub type SmoothNormals = Vec<[[f32; 3]; 3]>;
 
 /// Eye rays start at 0; the direction through the point `(x, y)` of the film, in pixels, is `corner + x right + y down`.
 #[derive(Clone, Copy, Debug)]
@@ -72,7 +70,7 @@ pub struct CameraRays {
     pub down: [f32; 3],
 }
 
-fn narrow(v: DVec3) -> [f32; 3] {
+pub(super) fn narrow(v: DVec3) -> [f32; 3] {
     v.to_array().map(|x| x as f32)
 }
 
@@ -126,15 +124,18 @@ impl World {
         let mut line = Line::default();
         let shapes = scene.spheres.len() + scene.meshes.iter().map(|m| m.triangles.len()).sum::<usize>();
         let in_line = accel == AccelKind::Linear || shapes <= FEW;
+        let emitters = Emitters::of(scene);
         let mut surfaces = Vec::with_capacity(scene.meshes.len() + scene.spheres.len());
         let mut normals = Vec::with_capacity(scene.meshes.len());
-        for mesh in &scene.meshes {
+        for (mesh, &aims) in scene.meshes.iter().zip(&emitters.aims) {
             let vertices: Vec<[f32; 3]> = mesh.vertices.iter().map(|&v| narrow(v - origin)).collect();
-            if accel == AccelKind::Embree {
-                builder.add_mesh(&vertices, &mesh.triangles)?;
-            }
             if in_line {
-                line.add_mesh(normals.len() as u32, &vertices, &mesh.triangles);
+                line.add_mesh(normals.len() as u32, &vertices, &mesh.triangles, aims);
+            }
+            match (accel, aims) {
+                (AccelKind::Embree, Some(aims)) => _ = builder.add_light(&vertices, &mesh.triangles, aims)?,
+                (AccelKind::Embree, None) => _ = builder.add_mesh(&vertices, &mesh.triangles)?,
+                (AccelKind::Linear, _) => {}
             }
             let extent = largest_box(&vertices, &mesh.triangles);
             let none = Ball {
@@ -142,9 +143,9 @@ impl World {
                 radius: 0.0,
             };
             surfaces.push(SurfaceRecord::new(scene, &mesh.surface, none, extent));
-            normals.push(mesh.normals.as_ref().map(|n| SmoothNormals {
-                triangles: mesh.triangles.clone(),
-                normals: n.iter().map(|&n| narrow(n)).collect(),
+            normals.push(mesh.normals.as_ref().map(|normals| {
+                let corners = |triangle: &[u32; 3]| triangle.map(|i| narrow(normals[i as usize]));
+                mesh.triangles.iter().map(corners).collect()
             }));
         }
         let spheres = distinct_spheres(scene);
@@ -179,9 +180,6 @@ impl World {
         if accel == AccelKind::Embree {
             builder.set_spheres(balls)?;
         }
-        let mesh_lights = surfaces[..scene.meshes.len()]
-            .iter()
-            .any(|s| s.le.is_some_and(|le| le.iter().any(|&x| x > 0.0)));
         Ok(Self {
             accel: builder.commit()?,
             line,
@@ -189,9 +187,16 @@ impl World {
             sphere_geometry,
             normals,
             lights,
-            mesh_lights,
+            triangle_lights: emitters.triangles,
+            mesh_lights: emitters.meshes,
             camera: CameraRays::new(scene, film),
         })
+    }
+
+    /// Whether nothing but spheres emits.
+    #[inline(always)]
+    pub fn only_spheres_emit(&self) -> bool {
+        self.triangle_lights.is_empty() && self.mesh_lights.is_empty()
     }
 
     /// The surface of a primitive of a geometry.

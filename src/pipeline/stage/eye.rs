@@ -1,6 +1,5 @@
 //! Eye rays: through the film, to the first hit, into the hit streams.
 
-use super::grid::lists_samples;
 use super::{Chunk, Scratch, Stage, pairs};
 use crate::bsdf::Bsdf;
 use crate::embree::{Coherence, Hit, NO_SPHERE, Ray, TraceLane};
@@ -30,7 +29,7 @@ impl Stage for Blank {
     fn run<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
         let Scratch { grid, hits, .. } = scratch;
         hits.iter_mut().for_each(HitStream::clear);
-        chunk.counters.samples += grid.load::<L>(chunk).1 as u64;
+        chunk.counters.samples += grid.fill(chunk) as u64;
     }
 }
 
@@ -44,23 +43,26 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
     let Scratch { grid, hits, set, .. } = scratch;
     T::face_tile(chunk.world, chunk.tile, set);
     hits.iter_mut().for_each(HitStream::clear);
-    let (length, samples) = grid.load::<L>(chunk);
-    let listed = lists_samples(chunk.tile);
-    // Pass by pass, pixels in tile order. A tile whose size is no multiple of the packet's lets packets straddle passes, so
-    // that only the last packet of a chunk has idle lanes.
+    let samples = grid.fill(chunk);
+    // Where only pixels are listed, a tile whose size is no multiple of the packet's lets packets straddle passes, so that
+    // only the last packet of a chunk has idle lanes. Behind the last sample these stay on its pass: their addresses must
+    // exist too.
+    let (length, listed) = (grid.len(), grid.lists_passes());
+    let [[left, top], _] = chunk.tile.corners();
+    let first_pixel = L::Bits::splat(top.wrapping_mul(chunk.film_width).wrapping_add(left));
+    let (left, top) = (L::splat(left as f32), L::splat(top as f32));
     let (mut at, mut pass) = (0, chunk.first);
     for done in (0..samples).step_by(L::N) {
         let active = L::Mask::first(samples - done);
         let index = L::Bits::load(&grid.index[at..]);
-        let key = L::Bits::load(&grid.key[at..]);
-        let x = L::load(&grid.x[at..]);
-        let y = L::load(&grid.y[at..]);
+        let pixel = first_pixel + L::Bits::load(&grid.pixel[at..]);
+        let x = left + L::load(&grid.x[at..]);
+        let y = top + L::load(&grid.y[at..]);
         let passes = if listed {
-            L::Bits::load(&grid.pass[at..])
+            L::Bits::splat(chunk.first) + L::Bits::load(&grid.pass[at..])
         } else if at + L::N <= length {
             L::Bits::splat(pass)
         } else {
-            // Idle lanes behind the last sample stay on its pass: their addresses must exist too.
             let last = chunk.first + chunk.passes - 1;
             L::Bits::from_fn(|lane| (pass + ((at + lane) / length) as u32).min(last))
         };
@@ -70,6 +72,7 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
             pass += 1;
         }
 
+        let key = chunk.numbers.key(pixel);
         let (u, v) = chunk.numbers.pair(key, passes, pairs::PIXEL).unit::<L>();
         let direction = chunk.world.camera.direction(x + u, y + v);
         let ray = Ray {
@@ -259,27 +262,25 @@ fn face<L: Lane>(v: Vec3<L>, towards: Vec3<L>) -> Vec3<L> {
 /// The interpolated normal where the mesh has one, on the side of `ng`; else `ng`.
 #[inline(always)]
 fn smooth_normal<L: Lane>(world: &World, hit: &Hit<L>, surfaces: &Surfaces<L>, ng: Vec3<L>) -> Vec3<L> {
-    let mut normals = [[0.0_f32; 3]; 16];
+    // Loaded first, weighed after: the loads of all lanes wait for memory together.
+    let mut corners = [[0.0_f32; 16]; 9];
     let mut smooth = 0_u32;
     for lane in (hit.found & !surfaces.spheres).lanes() {
-        let Some(mesh) = &world.normals[surfaces.index.lane(lane) as usize] else {
-            continue;
-        };
-        let barycentric = (hit.u.lane(lane), hit.v.lane(lane));
-        let (u, v) = mutate!(barycentric, CornersSwapped => (barycentric.1, barycentric.0));
-        let [a, b, c] = mesh.triangles[hit.primitive.lane(lane) as usize].map(|i| mesh.normals[i as usize]);
-        let w = 1.0 - u - v;
-        normals[lane] = std::array::from_fn(|k| w * a[k] + u * b[k] + v * c[k]);
-        smooth |= 1 << lane;
+        if let Some(normals) = &world.normals[surfaces.index.lane(lane) as usize] {
+            let triangle = normals[hit.primitive.lane(lane) as usize].as_flattened();
+            for k in 0..9 {
+                corners[k][lane] = triangle[k];
+            }
+            smooth |= 1 << lane;
+        }
     }
     if smooth == 0 {
         return ng;
     }
-    let sum = Vec3::new(
-        L::from_fn(|i| normals[i][0]),
-        L::from_fn(|i| normals[i][1]),
-        L::from_fn(|i| normals[i][2]),
-    );
+    let (u, v) = mutate!((hit.u, hit.v), CornersSwapped => (hit.v, hit.u));
+    let w = L::one() - u - v;
+    let mean = |k: usize| w * L::load(&corners[k]) + u * L::load(&corners[3 + k]) + v * L::load(&corners[6 + k]);
+    let sum = Vec3::new(mean(0), mean(1), mean(2));
     // Opposite normals can cancel; then the triangle's own has to do.
     let usable = L::Mask::from_bitmask(smooth) & sum.length_squared().gt(L::splat(1e-12));
     let normal = sum.normalize();

@@ -5,9 +5,10 @@ pub mod eye;
 pub mod grid;
 pub mod shade;
 pub mod shadow;
+pub mod triangles;
 
 use super::Counters;
-use super::stream::{HitStream, RayQueue};
+use super::stream::{HitStream, RayQueue, WideQueue};
 use super::tracer::Tracer;
 use super::world::World;
 use crate::embree::TraceLane;
@@ -31,6 +32,10 @@ pub struct Scratch {
     pub hits: [HitStream; 2],
     /// Rays that wait for their visibility.
     pub queue: RayQueue,
+    /// Rays to triangles of meshes that emit, with the names of these.
+    pub aimed: WideQueue,
+    /// Rays along directions of the BRDF, with their densities.
+    pub looks: WideQueue,
     /// Where the points of a stream are.
     pub points: Points,
     /// Shapes that rays at hand may meet.
@@ -43,6 +48,8 @@ impl Default for Scratch {
             grid: grid::Grid::default(),
             hits: [HitStream::new(), HitStream::new()],
             queue: RayQueue::new(),
+            aimed: WideQueue::new(),
+            looks: WideQueue::new(),
             points: Points::default(),
             set: Candidates::default(),
         }
@@ -64,6 +71,8 @@ pub struct Chunk<'a> {
     pub first: u32,
     /// Passes.
     pub passes: u32,
+    /// How they make packets.
+    pub order: grid::Order,
     /// Sums of the chunk, slot by slot and in each pixel by pixel of its tile.
     pub sum: &'a mut TileSum,
     /// What was traced.

@@ -145,7 +145,9 @@ fn weigh<L: Lane, D: Density>(
         return None;
     }
     let omega = warp::cone_solid_angle(mutate!(cone.omc, DoubledDensity => cone.omc * L::splat(0.5)));
-    let ld = Vec3::splat(light.le).times(point.bsdf.rho) * D::weight(omega, lobe).or_zero(active);
+    // Selected at the end: what overflows in an idle lane must not reach the sum of its point as infinity times 0.
+    let ld = Vec3::splat(light.le).times(point.bsdf.rho) * D::weight(omega, lobe);
+    let ld = Vec3::select(active, ld, Vec3::zero());
     Some(Contribution {
         active,
         wi,

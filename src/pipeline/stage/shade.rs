@@ -62,10 +62,9 @@ struct Lamp {
 
 impl Lamp {
     fn new(i: usize, light: &SphereLight) -> Self {
-        let light = mutate!(*light, LightTwice => SphereLight { le: light.le.map(|x| if i == 0 { x + x } else { x }), ..*light });
-        let light = mutate!(light, LightBlocksItself => SphereLight { sphere: crate::shape::NO_SPHERE, ..light });
+        let once = mutate!(*light, LightTwice => SphereLight { le: light.le.map(|x| if i == 0 { x + x } else { x }), ..*light });
         Self {
-            sphere: light,
+            sphere: mutate!(once, LightBlocksItself => SphereLight { sphere: crate::shape::NO_SPHERE, ..once }),
             pair: pairs::light(i),
         }
     }

@@ -3,12 +3,16 @@
 //! Standard output carries data, standard error the rest. Exit codes: 0 well, 2 bad usage or a bad scene, 1 anything
 //! else, 130 interrupted.
 
+mod batch;
 mod build;
 mod compare;
+mod done;
 mod error;
 mod explain;
 mod interrupt;
+mod looker;
 mod machine;
+mod manifest;
 mod merge;
 mod options;
 mod outputs;
@@ -22,6 +26,8 @@ mod report;
 mod schedule;
 mod shards;
 mod stats;
+mod study;
+mod target;
 mod verify;
 mod verify_report;
 
@@ -41,6 +47,8 @@ Examples:
       says what the scene calls for, without rendering it
   octolux verify scenes/veach-mis.toml
       proves in a minute that the renderer is right on this scene
+  octolux study scenes/veach-mis.toml -o study
+      shows in a minute what accuracy costs in time: study/study.html
 
 Exit codes: 0 well, 2 bad usage or a bad scene, 1 anything else,
 130 interrupted.";
@@ -57,6 +65,8 @@ struct Cli {
 enum Command {
     /// Render scenes to pictures
     Render(render::Args),
+    /// Render the pictures that a manifest names and that are not there yet
+    Batch(batch::Args),
     /// Add up the parts that shards of one render have written
     Merge(merge::Args),
     /// Say which shards of a render are there, and which are missing
@@ -69,6 +79,8 @@ enum Command {
     Compare(compare::Args),
     /// Prove on a scene that lanes, threads, estimators and the oracle agree
     Verify(verify::Args),
+    /// Show what accuracy costs in time: a page, every run, and the cheapest command line
+    Study(study::Args),
 }
 
 /// Runs the command and says how it went.
@@ -76,12 +88,14 @@ pub fn main() -> ExitCode {
     // clap prints its own errors, to standard error with exit code 2 (help and version: standard output, 0).
     let outcome = match Cli::parse().command {
         Command::Render(args) => render::run(&args),
+        Command::Batch(args) => batch::run(&args),
         Command::Merge(args) => merge::run(&args),
         Command::Shards(args) => shards::run(&args),
         Command::Explain(args) => explain::run(&args),
         Command::Reference(args) => reference::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Verify(args) => verify::run(&args),
+        Command::Study(args) => study::run(&args),
     };
     match outcome {
         Ok(exit) => exit.into(),

@@ -2,10 +2,10 @@
 
 use clap::builder::RangedU64ValueParser;
 
+use super::CliError;
 use super::reading::Reading;
-use super::{CliError, machine};
 use crate::pipeline::{Settings, widest_lanes};
-use crate::scene::{EstimatorKind, FilmSize, SamplerKind, Scene};
+use crate::scene::{EstimatorKind, FilmSize, SamplerKind, Scene, available_memory};
 use crate::settings::AccelKind;
 
 /// Passes where neither the command line nor the scene says.
@@ -14,11 +14,15 @@ pub const DEFAULT_SPP: u32 = 64;
 /// The most passes: far beyond what any picture needs, and far below where counting in `u32` ends.
 pub const MOST_SPP: u64 = 1 << 30;
 
+/// Errors that can be asked for: what `f32` pictures can show, and what is noise alone.
+const LEAST_ERROR: f64 = 1e-6;
+const MOST_ERROR: f64 = 100.0;
+
 /// The longest side of a picture in pixels, as in scene files.
 const LONGEST_SIDE: u32 = 65_536;
 
-/// What a pixel takes while it is rendered, as scene files are judged: sums in `f64` and the picture itself.
-const BYTES_PER_PIXEL: u64 = 64;
+/// The least that a pixel takes while it is rendered, as scene files are judged.
+const BYTES_PER_PIXEL: u64 = 40;
 
 /// Each overrides the scene's own `[render]` and `[film]`.
 #[derive(clap::Args, Clone, Debug)]
@@ -57,7 +61,7 @@ impl Options {
     pub fn settings(&self, scene: &Scene) -> Result<Settings, CliError> {
         if let Some(FilmSize { width, height }) = self.size {
             let bytes = u64::from(width) * u64::from(height) * BYTES_PER_PIXEL;
-            if machine::available_bytes().is_some_and(|free| bytes > free) {
+            if available_memory().is_some_and(|free| bytes > free) {
                 let gib = bytes as f64 / f64::from(1 << 30);
                 let what = format!("--size {width}x{height} needs {gib:.1} GiB of memory, more than is free");
                 return Err(CliError::usage(what).with_help("make the picture smaller, or close other programs"));
@@ -77,11 +81,46 @@ impl Options {
     }
 }
 
+impl Options {
+    /// What the user gave, as it could be typed again, with a space in front of each; the option `turned` is left out.
+    pub fn given(&self, turned: &str) -> String {
+        let text = |value: Option<&'static str>| value.map(str::to_owned);
+        let size = self.size.map(|FilmSize { width, height }| format!("{width}x{height}"));
+        let all = [
+            ("estimator", text(self.estimator.map(EstimatorKind::name))),
+            ("sampler", text(self.sampler.map(SamplerKind::name))),
+            ("seed", self.seed.map(|seed| seed.to_string())),
+            ("size", size),
+            ("lanes", self.lanes.map(|lanes| lanes.to_string())),
+            ("accel", text(self.accel.map(AccelKind::name))),
+            ("threads", self.threads.map(|threads| threads.to_string())),
+        ];
+        let outside = if self.reading.allow_outside {
+            " --allow-outside"
+        } else {
+            ""
+        };
+        let kept = all.into_iter().filter(|(name, _)| *name != turned);
+        let kept = kept.filter_map(|(name, value)| Some(format!(" --{name} {}", value?)));
+        std::iter::once(outside.to_owned()).chain(kept).collect()
+    }
+}
+
 /// A number of passes.
 pub fn spp(text: &str) -> Result<u32, String> {
     match text.parse::<u64>() {
         Ok(number @ 1..=MOST_SPP) => Ok(number as u32),
         _ => Err(format!("samples a pixel are a whole number from 1 to {MOST_SPP}")),
+    }
+}
+
+/// An error as `--target-error` means it.
+pub fn error(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(number) if (LEAST_ERROR..=MOST_ERROR).contains(&number) => Ok(number),
+        _ => Err(format!(
+            "an error is a share of the picture's mean from {LEAST_ERROR} to {MOST_ERROR}, such as 0.01"
+        )),
     }
 }
 

@@ -18,7 +18,11 @@ pub fn sample<L: Lane, D: Density, B: Beyond>(
     active: L::Mask,
 ) -> Option<Contribution<L>> {
     let bsdf = &point.bsdf;
-    let by_brdf = if D::MIXED { toss.heads & active } else { L::Mask::splat(false) };
+    let by_brdf = if D::MIXED {
+        toss.heads & active
+    } else {
+        L::Mask::splat(false)
+    };
     let mut wi = beyond.draw(bsdf.n, toss.pair, active & !by_brdf);
     if by_brdf.any() {
         let (u, v) = toss.pair.unit::<L>();

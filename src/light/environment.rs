@@ -102,10 +102,18 @@ impl LatLong {
         for row in 0..height {
             let solid_angle = std::f64::consts::TAU / width as f64 * (cosine(row) - cosine(row + 1));
             let chance = |column| {
-                let of_row = columns[row].as_ref().map_or(0.0, |c: &Discrete| f64::from(c.chance(column)));
+                let of_row = columns[row]
+                    .as_ref()
+                    .map_or(0.0, |c: &Discrete| f64::from(c.chance(column)));
                 f64::from(rows.chance(row as u32)) * of_row
             };
-            let one_over = |chance: f64| if chance > 0.0 { (solid_angle / chance) as f32 } else { 0.0 };
+            let one_over = |chance: f64| {
+                if chance > 0.0 {
+                    (solid_angle / chance) as f32
+                } else {
+                    0.0
+                }
+            };
             inverse.extend((0..width as u32).map(|column| one_over(chance(column))));
         }
         let edge = |row: usize| {
@@ -188,7 +196,9 @@ impl Beyond for LatLong {
         let [right, up, back] = self.axes;
         let across = Vec3::splat(right) * -(radius * sine);
         let along = Vec3::splat(back) * (radius * cosine);
-        Vec3::splat(up).mul_add(sign * (L::one() - t), across + along).normalize()
+        Vec3::splat(up)
+            .mul_add(sign * (L::one() - t), across + along)
+            .normalize()
     }
 
     #[inline(always)]
@@ -215,7 +225,10 @@ impl Beyond for LatLong {
             [le[0][lane], le[1][lane], le[2][lane]] = self.radiance(columns[lane], rows[lane]);
         }
         let [red, green, blue] = &le;
-        (Vec3::new(L::load(red), L::load(green), L::load(blue)), L::load(&inverse))
+        (
+            Vec3::new(L::load(red), L::load(green), L::load(blue)),
+            L::load(&inverse),
+        )
     }
 }
 

@@ -7,5 +7,5 @@ pub mod triangle;
 
 pub use environment::Environment;
 pub use mesh::MeshLight;
-pub use sphere::{Cone, SphereLight};
+pub use sphere::{Cone, SphereLight, View};
 pub use triangle::{Triangle, TriangleLight, Triangles};

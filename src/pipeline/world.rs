@@ -11,7 +11,7 @@ use super::emitters::{self, Emitters};
 use crate::embree::{Accel, Device, EmbreeError, SceneBuilder};
 use crate::lane::Lane;
 use crate::light::{Environment, MeshLight, SphereLight, TriangleLight};
-use crate::linear::Line;
+use crate::linear::{FEW, Line};
 use crate::math::Vec3;
 use crate::scene::{Bsdf, FilmSize, Fov, Scene, Sphere, Surface};
 use crate::settings::AccelKind;
@@ -22,7 +22,7 @@ use crate::shape::Ball;
 pub struct World {
     /// Answers rays, unless the line does.
     pub accel: Accel,
-    /// The shapes in a line; empty unless it answers rays.
+    /// The shapes in a line; empty unless it answers rays or there are few.
     pub line: Line,
     /// What surfaces do, meshes first, then spheres.
     pub surfaces: Vec<SurfaceRecord>,
@@ -57,14 +57,9 @@ pub struct SurfaceRecord {
     pub extent: [f32; 3],
 }
 
-/// Vertex normals and the corners that they belong to.
-#[derive(Debug)]
-pub struct SmoothNormals {
-    /// Corners of each triangle.
-    pub triangles: Vec<[u32; 3]>,
-    /// Unit normals of the vertices.
-    pub normals: Vec<[f32; 3]>,
-}
+/// Of each triangle, the unit normals at its corners. Side by side and not by way of the vertices: a hit on a mesh of a
+/// million triangles waits for one line of the cache, not for four.
+pub type SmoothNormals = Vec<[[f32; 3]; 3]>;
 
 /// Eye rays start at 0; the direction through the point `(x, y)` of the film, in pixels, is `corner + x right + y down`.
 #[derive(Clone, Copy, Debug)]
@@ -129,15 +124,20 @@ impl World {
         let origin = scene.camera.origin;
         let mut builder = SceneBuilder::new(device, true)?;
         let mut line = Line::default();
+        let shapes = scene.spheres.len() + scene.meshes.iter().map(|m| m.triangles.len()).sum::<usize>();
+        let in_line = accel == AccelKind::Linear || shapes <= FEW;
         let lamps = Emitters::of(scene);
         let mut surfaces = Vec::with_capacity(scene.meshes.len() + scene.spheres.len());
         let mut normals = Vec::with_capacity(scene.meshes.len());
         for (mesh, &aims) in scene.meshes.iter().zip(&lamps.aims) {
             let vertices: Vec<[f32; 3]> = mesh.vertices.iter().map(|&v| narrow(v - origin)).collect();
+            if in_line {
+                line.add_mesh(normals.len() as u32, &vertices, &mesh.triangles, aims);
+            }
             match (accel, aims) {
                 (AccelKind::Embree, Some(aims)) => _ = builder.add_light(&vertices, &mesh.triangles, aims)?,
                 (AccelKind::Embree, None) => _ = builder.add_mesh(&vertices, &mesh.triangles)?,
-                (AccelKind::Linear, _) => line.add_mesh(normals.len() as u32, &vertices, &mesh.triangles, aims),
+                (AccelKind::Linear, _) => {}
             }
             let extent = largest_box(&vertices, &mesh.triangles);
             let none = Ball {
@@ -145,9 +145,9 @@ impl World {
                 radius: 0.0,
             };
             surfaces.push(SurfaceRecord::new(scene, &mesh.surface, none, extent));
-            normals.push(mesh.normals.as_ref().map(|n| SmoothNormals {
-                triangles: mesh.triangles.clone(),
-                normals: n.iter().map(|&n| narrow(n)).collect(),
+            normals.push(mesh.normals.as_ref().map(|normals| {
+                let corners = |triangle: &[u32; 3]| triangle.map(|i| narrow(normals[i as usize]));
+                mesh.triangles.iter().map(corners).collect()
             }));
         }
         let spheres = distinct_spheres(scene);
@@ -175,10 +175,12 @@ impl World {
                 .cmp(by_content(b).into_iter().map(f32::to_bits))
         });
         let sphere_geometry = scene.meshes.len() as u32;
-        let balls = spheres.into_iter().map(|(_, ball)| ball).collect();
-        match accel {
-            AccelKind::Embree => _ = builder.set_spheres(balls)?,
-            AccelKind::Linear => line.set_spheres(balls, sphere_geometry),
+        let balls: Vec<Ball> = spheres.into_iter().map(|(_, ball)| ball).collect();
+        if in_line {
+            line.set_spheres(balls.clone(), sphere_geometry);
+        }
+        if accel == AccelKind::Embree {
+            builder.set_spheres(balls)?;
         }
         Ok(Self {
             accel: builder.commit()?,

@@ -26,7 +26,9 @@ impl<'s> Sky<'s> {
                     // The largest value that interpolation can reach in the texel: none of its light is left out.
                     let (row, column) = (index / picture.width as usize, index % picture.width as usize);
                     let near = (-1..=1).flat_map(|y| (-1..=1).map(move |x| (row as i64 + y, column as i64 + x)));
-                    let brightest = near.map(|(y, x)| texel(picture, x, y).max_element()).fold(0.0, f64::max);
+                    let brightest = near
+                        .map(|(y, x)| texel(picture, x, y).max_element())
+                        .fold(0.0, f64::max);
                     brightest * solid_angle(picture, row)
                 });
                 let sums = texels.scan(0.0, |sum, weight| {

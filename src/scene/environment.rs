@@ -51,11 +51,17 @@ fn picture(files: &Files, name: &str, scale: f64, to_scene: DMat3) -> Result<Lat
     (limits.max_image_width, limits.max_image_height) = (Some(LONGEST_SIDE), Some(LONGEST_SIDE));
     reader.limits(limits);
     let decoded = reader.decode().map_err(|error| match error {
-        ImageError::Limits(_) => fault("is too large", "make it smaller: at most 16384 texels on a side, in 512 MiB"),
+        ImageError::Limits(_) => fault(
+            "is too large",
+            "make it smaller: at most 16384 texels on a side, in 512 MiB",
+        ),
         other => {
             let said = other.to_string();
             let first = said.lines().next().unwrap_or_default();
-            fault(&format!("cannot be read: {first}"), "save it again as a whole EXR or Radiance HDR file with R, G and B")
+            fault(
+                &format!("cannot be read: {first}"),
+                "save it again as a whole EXR or Radiance HDR file with R, G and B",
+            )
         }
     })?;
     let decoded = decoded.into_rgb32f();
@@ -67,7 +73,10 @@ fn picture(files: &Files, name: &str, scale: f64, to_scene: DMat3) -> Result<Lat
         let (x, y) = (index as u32 % width, index as u32 / width);
         let [r, g, b] = texels[index];
         let what = format!("has [{r}, {g}, {b}] at ({x}, {y}) once it is scaled");
-        return Err(fault(&what, "every texel must be finite and not negative: mend the picture, or scale it less"));
+        return Err(fault(
+            &what,
+            "every texel must be finite and not negative: mend the picture, or scale it less",
+        ));
     }
     if width == 0 || height == 0 {
         return Err(fault("has no texels", "save it again"));
@@ -94,7 +103,10 @@ impl Environment {
         match self {
             Self::Constant(le) => *le,
             Self::Picture(picture) => {
-                let all = picture.texels.iter().map(|texel| DVec3::from_array(texel.map(f64::from)));
+                let all = picture
+                    .texels
+                    .iter()
+                    .map(|texel| DVec3::from_array(texel.map(f64::from)));
                 all.fold(DVec3::ZERO, DVec3::max)
             }
         }

@@ -3,6 +3,7 @@
 
 pub mod environment;
 pub mod eye;
+pub mod grid;
 pub mod shade;
 pub mod shadow;
 pub mod triangles;
@@ -27,7 +28,7 @@ pub trait Stage {
 #[derive(Debug)]
 pub struct Scratch {
     /// The pixels of the tile, or the samples of the chunk.
-    pub grid: eye::Grid,
+    pub grid: grid::Grid,
     /// Shading points by model of reflection: see [`Model`](super::stream::Model).
     pub hits: [HitStream; 2],
     /// Rays that wait for their visibility.
@@ -45,7 +46,7 @@ pub struct Scratch {
 impl Default for Scratch {
     fn default() -> Self {
         Self {
-            grid: eye::Grid::default(),
+            grid: grid::Grid::default(),
             hits: [HitStream::new(), HitStream::new()],
             queue: RayQueue::new(),
             aimed: WideQueue::new(),
@@ -71,6 +72,8 @@ pub struct Chunk<'a> {
     pub first: u32,
     /// Passes.
     pub passes: u32,
+    /// How they make packets.
+    pub order: grid::Order,
     /// Sums of the chunk, slot by slot and in each pixel by pixel of its tile.
     pub sum: &'a mut TileSum,
     /// What was traced.
@@ -81,10 +84,10 @@ pub struct Chunk<'a> {
 pub mod pairs {
     /// Point in the pixel.
     pub const PIXEL: u32 = 0;
-    /// The one direction of `uniform` and `brdf`.
+    /// The one direction of `uniform` and `brdf`, and that of the BRDF which all lights share in `mis`.
     pub const DIRECTION: u32 = 1;
-    /// Direction for light `i`.
+    /// Direction in the cone of light `i`.
     pub const fn light(i: usize) -> u32 {
-        1 + i as u32
+        2 + i as u32
     }
 }

@@ -18,7 +18,10 @@ pub fn emitters(scene: &Scene) -> Vec<(String, DVec3)> {
         Surface::Emission(le) => Some((name, le)),
         Surface::Material(_) => None,
     };
-    let sky = scene.environment.as_ref().map(|sky| ("the environment".to_owned(), sky.brightest()));
+    let sky = scene
+        .environment
+        .as_ref()
+        .map(|sky| ("the environment".to_owned(), sky.brightest()));
     spheres.chain(meshes).filter_map(emission).chain(sky).collect()
 }
 

@@ -171,6 +171,7 @@ mod tests {
             ],
             spheres,
             meshes: Vec::new(),
+            environment: None,
             notes: vec!["a note".into()],
         }
     }

@@ -74,7 +74,8 @@ mod tests {
     use octolux::lane::F32x8;
     use octolux::pipeline::Settings;
     use octolux::proof::{
-        self, Family, accelerators, agreement, closed_forms, costs, pictures, samplers, strategies, triangles, weights,
+        self, Family, accelerators, agreement, closed_forms, costs, environments, pictures, samplers, strategies,
+        triangles, weights,
     };
     use octolux::scene::{EstimatorKind, FilmSize, SamplerKind};
     use octolux::settings::AccelKind;
@@ -104,6 +105,7 @@ mod tests {
         ConeTowardsTheAxis "density",
         WrongNormalisation "density",
         ArcUniformInItsLength "density",
+        DensityOfTheNextTexel "density",
         PairReused "numbers",
         SharedKey "numbers",
         HalfTheTriangle "closed form",
@@ -166,6 +168,7 @@ mod tests {
         strategies::mixtures::<F32x8, Average>(&mut family, &LIGHTS, 1, 1 << 14);
         strategies::mixtures::<F32x8, ConeOnly>(&mut family, &LIGHTS, 2, 1 << 14);
         triangles::directions::<F32x8>(&mut family, 3, 1 << 12);
+        environments::directions::<F32x8>(&mut family, 4, 1 << 12);
         family.judge();
     }
 

@@ -74,6 +74,16 @@ fn the_four_and_the_oracle_agree_under_lights_that_are_meshes() {
 }
 
 #[test]
+fn the_four_and_the_oracle_agree_under_a_picture_of_a_sky() {
+    let film = FilmSize {
+        width: WIDTH,
+        height: HEIGHT,
+    };
+    let family = agreement::compare(&load("sky.toml"), "agree-sky", film, SEEDS, [256, 64, 128, 64], 1024);
+    family.at(1e-6).judge();
+}
+
+#[test]
 fn light_brdf_mis_and_the_oracle_agree_on_veachs_plates() {
     agree(&load("veach-mis.toml"), "agree-veach", [0, 256, 512, 64], 1024);
 }

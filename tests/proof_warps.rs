@@ -12,6 +12,7 @@ use octolux::math::elementary::{powcos, sin_cos_turn};
 use octolux::sampling::{PassBlock, warp};
 use octolux::scene::SamplerKind;
 use proof::Family;
+use proof::environments::directions;
 use proof::stats::{chi_square, integrate_row};
 
 const ROWS: usize = 24;
@@ -108,6 +109,8 @@ fn what_warps_draw_has_the_density_beside_them() {
     let mut family = Family::new("warps");
     distribution::<f32>(&mut family, 11);
     distribution::<F32x8>(&mut family, 12);
+    directions::<f32>(&mut family, 13, DRAWS);
+    directions::<F32x8>(&mut family, 14, DRAWS);
     family.judge();
 }
 

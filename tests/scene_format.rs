@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use glam::DVec3;
-use octolux::scene::{Bsdf, EstimatorKind, Fov, SamplerKind, Scene, Surface};
+use octolux::scene::{Bsdf, Environment, EstimatorKind, Fov, SamplerKind, Scene, Surface};
 
 const VIEW: &str = "[camera]\norigin = [0, 2, 15]\ntarget = [0.0, -2, 2.5]\nup = [0, 1, 0]\nfov_y = 28\n\n\
     [film]\nwidth = 768\nheight = 512\n\n[materials.b]\ndiffuse = [1, 0.5, 0]\n\n[materials.a]\n\
@@ -148,4 +148,24 @@ fn small_and_thin_is_not_flat() {
     let mesh =
         "[[meshes]]\nmaterial = \"a\"\nvertices = [[0, 0, 0], [1e-20, 0, 0], [0, 1e-30, 0]]\nfaces = [[0, 1, 2]]\n";
     assert_eq!(scene(mesh).meshes[0].triangles.len(), 1);
+}
+
+#[test]
+fn an_environment_is_one_radiance_or_a_picture_that_is_scaled_and_turned() {
+    let constant = scene("[environment]\nemission = [1, 2, 0]\n").environment;
+    assert_eq!(constant, Some(Environment::Constant(DVec3::new(1.0, 2.0, 0.0))));
+    assert_eq!(scene("").environment, None);
+    let picture = |turn: &str| match scene(&format!("[environment]\nfile = \"skies/noon.hdr\"\n{turn}")).environment {
+        Some(Environment::Picture(picture)) => picture,
+        other => panic!("{other:?} is no picture"),
+    };
+    let (plain, turned) = (picture(""), picture("scale = 2\nrotate_y = 90\n"));
+    assert_eq!((plain.width, plain.height, plain.texels.len()), (64, 32, 64 * 32));
+    assert_eq!(plain.to_scene * DVec3::NEG_Z, DVec3::NEG_Z);
+    assert_eq!(
+        turned.to_scene * DVec3::NEG_Z,
+        DVec3::NEG_X,
+        "the middle turns to the left"
+    );
+    assert_eq!(turned.texels[9], plain.texels[9].map(|x| 2.0 * x));
 }

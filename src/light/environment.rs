@@ -221,7 +221,9 @@ impl Beyond for LatLong {
         for lane in active.lanes() {
             let row = (rows[lane] as usize).min(self.height - 1);
             let column = (columns[lane] as usize).min(self.width - 1);
-            inverse[lane] = self.inverse[row * self.width + column];
+            let texel = row * self.width + column;
+            inverse[lane] =
+                mutate!(self.inverse[texel], DensityOfTheNextTexel => self.inverse[(texel + 1) % self.inverse.len()]);
             [le[0][lane], le[1][lane], le[2][lane]] = self.radiance(columns[lane], rows[lane]);
         }
         let [red, green, blue] = &le;

@@ -17,6 +17,11 @@ const ROUNDING: f64 = 1e-5;
 /// Compares all pairs of `[uniform, light, brdf, mis]`, each with its passes a seed (0: left out), and each with the
 /// oracle of `spp` samples a pixel.
 pub fn agree(scene: &Scene, table: &'static str, film: FilmSize, seeds: u32, passes: [u32; 4], spp: u32) {
+    compare(scene, table, film, seeds, passes, spp).judge();
+}
+
+/// The comparisons of [`agree`], not judged yet.
+pub fn compare(scene: &Scene, table: &'static str, film: FilmSize, seeds: u32, passes: [u32; 4], spp: u32) -> Family {
     let FilmSize { width, height } = film;
     let oracle = reference::render(scene, film, spp, 99, &|_| ());
     let mut columns = vec![("oracle", oracle_estimates(&oracle, COLUMNS, ROWS), oracle.to_picture())];
@@ -39,5 +44,5 @@ pub fn agree(scene: &Scene, table: &'static str, film: FilmSize, seeds: u32, pas
             }
         }
     }
-    family.judge();
+    family
 }

@@ -71,7 +71,7 @@ pub fn noise_free_scenes() {
     for (scene, answer) in scenes() {
         let exact: Vec<EstimatorKind> = match scene.name.as_str() {
             "emitter-seen" | "miss" | "shadow" | "square-seen" => EstimatorKind::ALL.to_vec(),
-            "furnace-diffuse" | "furnace-mesh" => vec![Brdf],
+            "furnace-diffuse" | "furnace-mesh" | "sky-constant" => vec![Brdf],
             _ => continue,
         };
         for (estimator, accel) in exact.iter().flat_map(|e| AccelKind::ALL.map(|accel| (*e, accel))) {

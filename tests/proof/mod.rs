@@ -8,6 +8,7 @@ pub mod accelerators;
 pub mod agreement;
 pub mod closed_forms;
 pub mod costs;
+pub mod environments;
 pub mod lanes;
 pub mod pictures;
 pub mod places;
@@ -21,19 +22,29 @@ pub mod weights;
 use std::fmt::Write;
 use std::path::PathBuf;
 
-/// How likely one family of tests fails by chance alone.
+/// How likely one family of tests fails by chance alone, unless it says a smaller chance.
 pub const ALPHA: f64 = 2e-5;
 
 /// Tests that are judged together (Šidák), and the table that they leave behind.
 pub struct Family {
     name: &'static str,
+    alpha: f64,
     rows: Vec<(f64, String)>,
 }
 
 impl Family {
     /// A family without tests; its table will be called `name`.
     pub fn new(name: &'static str) -> Self {
-        Self { name, rows: vec![] }
+        Self {
+            name,
+            alpha: ALPHA,
+            rows: vec![],
+        }
+    }
+
+    /// The same with another chance of a false alarm.
+    pub fn at(self, alpha: f64) -> Self {
+        Self { alpha, ..self }
     }
 
     /// Takes in a test: how likely chance explains it, and what it was.
@@ -48,7 +59,7 @@ impl Family {
             "{}: a family without tests proves nothing",
             self.name
         );
-        let least = stats::sidak(ALPHA, self.rows.len());
+        let least = stats::sidak(self.alpha, self.rows.len());
         self.rows.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut table = format!("# {} tests, rejected below p = {least:.2e}\n", self.rows.len());
         for (p, what) in &self.rows {

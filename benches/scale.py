@@ -195,9 +195,9 @@ TABLES = {
     "pixels": pixels,
     "spp": spp,
     "threads": threads,
-    "triangles": lambda n: shapes("triangles", n, (384, 256), 15, "A sphere with waves on a floor, smooth normals, three lights."),
-    "spheres": lambda n: shapes("spheres", n, (384, 256), 15, "A cube full of balls on a floor, three lights."),
-    "lights": lambda n: shapes("lights", n, (96, 64), 15, "24 balls on a floor under spheres that share one power."),
+    "triangles": lambda n: shapes("triangles", n, (384, 256), 16, "A sphere with waves on a floor, smooth normals, three lights."),
+    "spheres": lambda n: shapes("spheres", n, (384, 256), 16, "A cube full of balls on a floor, three lights."),
+    "lights": lambda n: shapes("lights", n, (96, 64), 16, "24 balls on a floor under spheres that share one power."),
 }
 
 

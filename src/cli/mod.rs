@@ -17,6 +17,7 @@ mod reference;
 mod render;
 mod report;
 mod schedule;
+mod selftest;
 mod stats;
 mod verify;
 mod verify_report;
@@ -61,6 +62,8 @@ enum Command {
     Compare(compare::Args),
     /// Prove on a scene that lanes, threads, estimators and the oracle agree
     Verify(verify::Args),
+    /// Measure the hard cases of direct illumination against their bounds
+    Selftest(selftest::Args),
 }
 
 /// Runs the command and says how it went.
@@ -72,6 +75,7 @@ pub fn main() -> ExitCode {
         Command::Reference(args) => reference::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Verify(args) => verify::run(&args),
+        Command::Selftest(args) => selftest::run(&args),
     };
     match outcome {
         Ok(exit) => exit.into(),

@@ -98,6 +98,11 @@ impl Tile {
         self.passes += passes;
     }
 
+    /// The sum of a pixel, counted as in `pixels`, over all its samples.
+    pub fn sum(&self, pixel: usize) -> [f64; 3] {
+        self.sums.0[pixel]
+    }
+
     /// Notes passes in which no pixel takes part any more.
     pub fn skip(&mut self, passes: u32) {
         self.passes += passes;

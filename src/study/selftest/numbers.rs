@@ -35,7 +35,7 @@ fn unsound_corners(point: &ShadingPoint<f32>, light: &SphereLight) -> usize {
                 count += found
                     .iter()
                     .flatten()
-                    .filter(|c| !(sound(c.ld) && c.distance > 0.0))
+                    .filter(|c| !(sound(c.ld) && c.distance >= 0.0))
                     .count();
             }
             let found = [

@@ -51,6 +51,19 @@ impl<L: Lane> Bsdf<L> {
         }
     }
 
+    /// The diffuse model in every lane.
+    #[inline(always)]
+    pub fn diffuse(n: Vec3<L>, rho: Vec3<L>) -> Self {
+        Self {
+            n,
+            wr: Vec3::zero(),
+            rho,
+            alpha: L::one(),
+            phong: L::Mask::splat(false),
+            reach: L::zero(),
+        }
+    }
+
     /// The axis of each lane's lobe.
     #[inline(always)]
     pub fn axis(&self) -> Vec3<L> {

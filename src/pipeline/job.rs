@@ -106,7 +106,9 @@ impl Job<'_> {
             counters: &mut counters,
         };
         (self.plan.eye)(&mut chunk, &mut scratch);
-        (self.plan.shade)(&mut chunk, &mut scratch);
+        for shade in &self.plan.shade {
+            shade(&mut chunk, &mut scratch);
+        }
         pads().push(scratch);
         self.progress
             .add(counters.samples, counters.eye_rays + counters.shadow_rays);

@@ -2,7 +2,7 @@
 
 use super::rows::{self, Run};
 use crate::lane::has_avx512;
-use crate::scene::{EstimatorKind, Features};
+use crate::scene::{Effect, Effects, EstimatorKind, Features};
 use crate::settings::AccelKind;
 
 /// The most shapes that are tested in a line where the choice is free: a careful bound. With the 17 of Veach's scene the line
@@ -28,24 +28,28 @@ pub struct Plan {
     pub pairs: u32,
     /// Traces the samples of a chunk to what they meet first.
     pub eye: Run,
-    /// Turns hits into light: shading and visibility.
-    pub shade: Run,
+    /// Turns hits into light, shading and visibility: a stage for each model of reflection that there is.
+    pub shade: Vec<Run>,
+    /// What the stages hold: at least what the scene calls for.
+    pub held: Effects,
 }
 
 impl Plan {
-    /// The kernel for a scene with `features`; `accel` is what the user insists on.
+    /// The kernel for a scene with `features`; `accel` is what the user insists on, `forced` are effects that it holds
+    /// whether the scene calls for them or not.
     ///
     /// # Errors
     /// A sentence where no kernel supports what is asked for, and what would do.
     pub fn choose(
         features: &Features,
+        forced: Effects,
         estimator: EstimatorKind,
         lanes: usize,
         accel: Option<AccelKind>,
     ) -> Result<Self, (String, &'static str)> {
         let per_light = matches!(estimator, EstimatorKind::Light | EstimatorKind::Mis);
-        if per_light && features.mesh_lights > 0 {
-            let (name, count) = (estimator.name(), features.mesh_lights);
+        if per_light && features.count(Effect::MeshLights) > 0 {
+            let (name, count) = (estimator.name(), features.count(Effect::MeshLights));
             let what =
                 format!("estimator \"{name}\" cannot sample lights that are meshes yet, and this scene has {count}");
             return Err((what, "use --estimator brdf, or uniform"));
@@ -67,16 +71,51 @@ impl Plan {
             ),
         };
         let accel = accel.unwrap_or(free_choice);
-        let (eye, shade) = (rows::eye().run(accel, lanes), rows::shade(estimator).run(accel, lanes));
-        let pairs = 1 + if per_light { features.sphere_lights as u32 } else { 1 };
+        let needs = features.effects().and(forced);
+        let pairs = 1 + if per_light {
+            features.count(Effect::SphereLights) as u32
+        } else {
+            1
+        };
         let name = format!("{}-f32x{lanes}-{}", accel.name(), estimator.name());
+        if features.nothing_in_sight() {
+            return Ok(Self {
+                name: format!("{name}-blank"),
+                why: "no eye ray can meet anything".to_owned(),
+                accel,
+                pairs,
+                eye: rows::blank().run(accel, lanes),
+                shade: Vec::new(),
+                held: Effects::default(),
+            });
+        }
+        let (in_eye, eye) = rows::eye(needs);
+        let models: Vec<Effect> = rows::MODELS.into_iter().filter(|&model| needs.has(model)).collect();
+        let held = in_eye.and(Effects::of(&models));
+        let why = format!(
+            "{why}; of the eye stages, this one holds {} and no more",
+            listed(*in_eye)
+        );
         Ok(Self {
             name,
             why,
             accel,
             pairs,
-            eye,
-            shade,
+            eye: eye.run(accel, lanes),
+            shade: models
+                .iter()
+                .map(|&model| rows::shade(estimator, model).run(accel, lanes))
+                .collect(),
+            held,
         })
+    }
+}
+
+/// Names in a row: `a, b and c`.
+fn listed(effects: Effects) -> String {
+    match effects.names().split_last() {
+        Some((last, [])) => (*last).to_owned(),
+        Some((last, others)) => format!("{} and {last}", others.join(", ")),
+        None => "nothing".to_owned(),
     }
 }

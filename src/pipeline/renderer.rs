@@ -13,7 +13,7 @@ use super::{Counters, Progress};
 use crate::embree::{Device, EmbreeError, layout_canary};
 use crate::film::{Film, Noise, Picture, Tile, allocation};
 use crate::sampling::PassBlock;
-use crate::scene::{EstimatorKind, Features, FilmSize, SamplerKind, Scene};
+use crate::scene::{Effects, EstimatorKind, Features, FilmSize, SamplerKind, Scene};
 use crate::settings::AccelKind;
 
 /// Every choice that makes a picture, resolved.
@@ -83,8 +83,17 @@ impl Renderer {
     /// # Errors
     /// [`SetupError`] where the scene cannot be rendered so.
     pub fn new(scene: &Scene, settings: Settings) -> Result<Self, SetupError> {
-        let features = Features::of(scene);
-        let plan = Plan::choose(&features, settings.estimator, settings.lanes, settings.accel)
+        Self::holding(scene, settings, Effects::default())
+    }
+
+    /// As [`Self::new`], with a kernel that also holds effects which the scene may not call for. The picture is the same, bit
+    /// for bit: what it costs is what an unused effect costs.
+    ///
+    /// # Errors
+    /// As for [`Self::new`].
+    pub fn holding(scene: &Scene, settings: Settings, effects: Effects) -> Result<Self, SetupError> {
+        let features = Features::of(scene, settings.film);
+        let plan = Plan::choose(&features, effects, settings.estimator, settings.lanes, settings.accel)
             .map_err(|(what, remedy)| SetupError::Unsupported { what, remedy })?;
         let device = Device::new(settings.threads)?;
         layout_canary(&device)?;
@@ -121,7 +130,17 @@ impl Renderer {
 
     /// What the scene calls for, in words.
     pub fn needs(&self) -> Vec<&'static str> {
-        self.features.needs()
+        self.features.effects().names()
+    }
+
+    /// What the scene calls for, counted.
+    pub fn features(&self) -> &Features {
+        &self.features
+    }
+
+    /// What the kernel holds.
+    pub fn held(&self) -> Effects {
+        self.plan.held
     }
 
     /// The version of Embree that answers the rays.

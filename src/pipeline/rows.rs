@@ -1,12 +1,15 @@
-//! The tables of compiled stages: a row for the eye stage, one for each way to shade. A chunk calls one row of each table, so an
-//! effect of one stage adds rows to its own table and multiplies nothing in the other.
+//! The tables of compiled stages: the eye stage for sets of effects, the shade stage for each estimator and each model of
+//! reflection. A chunk runs one row of the first table and one for each model that there is of the second, so an effect adds rows
+//! to its own table and multiplies nothing in the other.
 
 use std::marker::PhantomData;
 
 use super::stage::{Chunk, Scratch, Stage, eye, shade};
+use super::stream::{self, Model};
 use super::tracer::{ByEmbree, InLine, Tracer};
 use crate::estimator::{per_light, per_point};
 use crate::lane::{F32x8, F32x16, Work, with_avx512};
+use crate::scene::{Effect, Effects};
 use crate::settings::{AccelKind, EstimatorKind};
 
 /// A stage, compiled.
@@ -19,18 +22,53 @@ pub struct Row {
     line: [Run; 3],
 }
 
-/// The row of the eye stage.
-pub const fn eye() -> Row {
-    Row::of::<eye::Eye>()
+/// The rows of the eye stage with the effects that each holds.
+macro_rules! eye_rows {
+    ($([$($effect:ident),*],)*) => {
+        &[$({
+            const HELD: Effects = Effects::of(&[$(Effect::$effect),*]);
+            (HELD, Row::of::<eye::Eye<{ HELD.bits() }>>())
+        },)*]
+    };
 }
 
-/// The row that shades by an estimator.
-pub const fn shade(estimator: EstimatorKind) -> Row {
+/// The eye stage, from the fewest effects to the most; the last row holds them all.
+const EYE: &[(Effects, Row)] = eye_rows![
+    [Diffuse],
+    [Diffuse, Phong],
+    [Diffuse, SmoothNormals],
+    [Diffuse, Phong, SmoothNormals],
+];
+
+/// The models of reflection, in the order in which their points are shaded.
+pub const MODELS: [Effect; 2] = [Effect::Diffuse, Effect::Phong];
+
+/// The row of the eye stage with the fewest effects that holds `needs`, as far as they concern it, and what it holds.
+pub fn eye(needs: Effects) -> &'static (Effects, Row) {
+    let concern = EYE[EYE.len() - 1].0;
+    let row = EYE.iter().find(|(held, _)| held.hold(needs.among(concern)));
+    row.unwrap_or(&EYE[EYE.len() - 1])
+}
+
+/// The row for films on which nothing is in sight.
+pub const fn blank() -> Row {
+    Row::of::<eye::Blank>()
+}
+
+/// The row that shades the points of a model by an estimator.
+pub const fn shade(estimator: EstimatorKind, model: Effect) -> Row {
+    match model {
+        Effect::Phong => shade_model::<stream::Phong>(estimator),
+        _ => shade_model::<stream::Diffuse>(estimator),
+    }
+}
+
+const fn shade_model<M: Model>(estimator: EstimatorKind) -> Row {
     match estimator {
-        EstimatorKind::Uniform => Row::of::<shade::PerPoint<per_point::Sphere>>(),
-        EstimatorKind::Brdf => Row::of::<shade::PerPoint<per_point::Lobe>>(),
-        EstimatorKind::Light => Row::of::<shade::PerLight<per_light::ConeOnly>>(),
-        EstimatorKind::Mis => Row::of::<shade::PerLight<per_light::Average>>(),
+        EstimatorKind::Uniform => Row::of::<shade::PerPoint<per_point::Sphere, M>>(),
+        EstimatorKind::Brdf => Row::of::<shade::PerPoint<per_point::Lobe, M>>(),
+        EstimatorKind::Light => Row::of::<shade::PerLight<per_light::ConeOnly, M>>(),
+        EstimatorKind::Mis => Row::of::<shade::PerLight<per_light::Average, M>>(),
     }
 }
 

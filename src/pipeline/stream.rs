@@ -91,7 +91,32 @@ pub struct Address<L: Lane> {
     pub pass: L::Bits,
 }
 
-/// Shading points that wait for light.
+/// A model of reflection. Points of each have a stream of their own, which holds what that model needs and no more: what
+/// treats its packets is compiled for it.
+pub trait Model {
+    /// Which stream is theirs.
+    const STREAM: usize;
+    /// Whether their lobe is Phong's.
+    const PHONG: bool;
+}
+
+/// Lambert's model.
+pub struct Diffuse;
+
+/// Phong's model.
+pub struct Phong;
+
+impl Model for Diffuse {
+    const STREAM: usize = 0;
+    const PHONG: bool = false;
+}
+
+impl Model for Phong {
+    const STREAM: usize = 1;
+    const PHONG: bool = true;
+}
+
+/// Shading points of one model that wait for light.
 #[derive(Debug)]
 pub struct HitStream(Columns<20>);
 
@@ -113,16 +138,18 @@ impl HitStream {
 
     /// Adds the points of the mask.
     #[inline(always)]
-    pub fn push<L: Lane>(&mut self, mask: L::Mask, point: &ShadingPoint<L>, address: &Address<L>) {
+    pub fn push<L: Lane, M: Model>(&mut self, mask: L::Mask, point: &ShadingPoint<L>, address: &Address<L>) {
         let bsdf = &point.bsdf;
         let room = self.0.grow::<L>(mask);
         self.0.put3(0, &room, point.p);
         self.0.put3(3, &room, point.ng);
         self.0.put3(6, &room, bsdf.n);
-        self.0.put3(9, &room, bsdf.wr);
         self.0.put3(12, &room, bsdf.rho);
-        self.0.put(15, &room, bsdf.alpha);
-        self.0.put(16, &room, bsdf.reach);
+        if M::PHONG {
+            self.0.put3(9, &room, bsdf.wr);
+            self.0.put(15, &room, bsdf.alpha);
+            self.0.put(16, &room, bsdf.reach);
+        }
         self.0.put(17, &room, L::from_bits(address.index));
         self.0.put(18, &room, L::from_bits(address.key));
         self.0.put(19, &room, L::from_bits(address.pass));
@@ -138,17 +165,21 @@ impl HitStream {
 
     /// The packet that starts at point `at`.
     #[inline(always)]
-    pub fn packet<L: Lane>(&self, at: usize) -> (L::Mask, ShadingPoint<L>, Address<L>) {
+    pub fn packet<L: Lane, M: Model>(&self, at: usize) -> (L::Mask, ShadingPoint<L>, Address<L>) {
         let columns = &self.0;
         let mask = mutate!(columns.lanes::<L>(at), StaleTail => L::Mask::splat(true));
-        let alpha: L = columns.get(15, at);
-        let bsdf = Bsdf {
-            n: columns.get3(6, at),
-            wr: columns.get3(9, at),
-            rho: columns.get3(12, at),
-            alpha,
-            phong: alpha.gt(L::one()) & mask,
-            reach: columns.get(16, at),
+        let (n, rho) = (columns.get3(6, at), columns.get3(12, at));
+        let bsdf = if M::PHONG {
+            Bsdf {
+                n,
+                wr: columns.get3(9, at),
+                rho,
+                alpha: columns.get(15, at),
+                phong: mask,
+                reach: columns.get(16, at),
+            }
+        } else {
+            Bsdf::diffuse(n, rho)
         };
         let point = ShadingPoint {
             p: columns.get3(0, at),

@@ -29,8 +29,6 @@ pub struct World {
     pub sphere_geometry: u32,
     /// Smooth normals of each mesh that has them.
     pub normals: Vec<Option<SmoothNormals>>,
-    /// Whether any mesh has them.
-    pub smooth: bool,
     /// Spheres that emit something.
     pub lights: Vec<SphereLight>,
     /// Whether meshes emit something.
@@ -183,7 +181,6 @@ impl World {
             line,
             surfaces,
             sphere_geometry,
-            smooth: normals.iter().any(Option::is_some),
             normals,
             lights,
             mesh_lights,

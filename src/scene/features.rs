@@ -1,70 +1,66 @@
-//! What a scene calls for.
+//! What a scene calls for, and how many things in it do.
 
-use super::{Bsdf, Scene, Surface};
+use super::sight::Frustum;
+use super::{Effect, Effects, FilmSize, Scene, Surface};
 
 /// What a scene contains, found by looking at it: the kernel need support no more.
+///
+/// Shapes that no eye ray can meet call for nothing but to be in the way of light; an emission of 0 is no light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Features {
-    /// Surfaces with the diffuse model.
-    pub diffuse: usize,
-    /// Surfaces with Phong's model.
-    pub phong: usize,
-    /// Spheres that reflect.
-    pub spheres: usize,
-    /// Meshes that reflect.
-    pub meshes: usize,
-    /// Spheres that emit anything.
-    pub sphere_lights: usize,
-    /// Meshes that emit anything.
-    pub mesh_lights: usize,
-    /// Meshes with smooth normals.
-    pub smooth_normals: usize,
+    /// Shapes that call for each effect, in the order of [`Effect::ALL`]; a mesh is one.
+    counts: [usize; Effect::ALL.len()],
     /// Triangles and spheres of any kind.
     pub shapes: usize,
+    /// Spheres and meshes of any kind.
+    pub bodies: usize,
+    /// Those of them that no eye ray can meet.
+    pub unseen: usize,
 }
 
 impl Features {
-    /// Looks at a scene.
-    pub fn of(scene: &Scene) -> Self {
+    /// Looks at a scene as a film of this size shows it.
+    pub fn of(scene: &Scene, film: FilmSize) -> Self {
         let mut found = Self::default();
-        let reflects = |found: &mut Self, surface: &Surface| match surface {
-            Surface::Material(i) => {
-                match scene.materials[*i].bsdf {
-                    Bsdf::Diffuse { .. } => found.diffuse += 1,
-                    Bsdf::Phong { .. } => found.phong += 1,
-                }
-                true
-            }
-            Surface::Emission(_) => false,
-        };
-        let emits = |surface: &Surface| matches!(surface, Surface::Emission(le) if le.max_element() > 0.0);
+        let frustum = Frustum::new(&scene.camera, film);
         for sphere in &scene.spheres {
-            found.spheres += usize::from(reflects(&mut found, &sphere.surface));
-            found.sphere_lights += usize::from(emits(&sphere.surface));
+            let seen = frustum.may_see_ball(sphere.center, sphere.radius);
+            found.add(scene, &sphere.surface, sphere.effects(), seen);
         }
-        found.shapes = scene.spheres.len() + scene.meshes.iter().map(|m| m.triangles.len()).sum::<usize>();
         for mesh in &scene.meshes {
-            let reflecting = reflects(&mut found, &mesh.surface);
-            found.meshes += usize::from(reflecting);
-            found.mesh_lights += usize::from(emits(&mesh.surface));
-            found.smooth_normals += usize::from(reflecting && mesh.normals.is_some());
+            let seen = frustum.may_see_points(&mesh.vertices);
+            found.add(scene, &mesh.surface, mesh.effects(), seen);
         }
+        found.bodies = scene.spheres.len() + scene.meshes.len();
+        found.shapes = scene.spheres.len() + scene.meshes.iter().map(|m| m.triangles.len()).sum::<usize>();
         found
     }
 
-    /// The effects that are there, in words.
-    pub fn needs(&self) -> Vec<&'static str> {
-        [
-            (self.diffuse, "diffuse"),
-            (self.phong, "phong"),
-            (self.spheres, "spheres"),
-            (self.meshes, "meshes"),
-            (self.sphere_lights, "sphere lights"),
-            (self.mesh_lights, "mesh lights"),
-            (self.smooth_normals, "smooth normals"),
-        ]
-        .into_iter()
-        .filter_map(|(count, name)| (count > 0).then_some(name))
-        .collect()
+    fn add(&mut self, scene: &Scene, surface: &Surface, shape: Effects, seen: bool) {
+        self.unseen += usize::from(!seen);
+        let effects = match surface {
+            Surface::Emission(_) => shape,
+            Surface::Material(i) if seen => shape.and(scene.materials[*i].effects()),
+            Surface::Material(_) => return,
+        };
+        for effect in effects.iter() {
+            self.counts[effect as usize] += 1;
+        }
+    }
+
+    /// How many shapes call for an effect.
+    pub fn count(&self, effect: Effect) -> usize {
+        self.counts[effect as usize]
+    }
+
+    /// The effects that any shape calls for.
+    pub fn effects(&self) -> Effects {
+        let there = Effect::ALL.into_iter().filter(|&effect| self.count(effect) > 0);
+        there.fold(Effects::default(), |set, effect| set.with(effect, true))
+    }
+
+    /// Whether eye rays can meet anything at all.
+    pub fn nothing_in_sight(&self) -> bool {
+        self.unseen == self.bodies
     }
 }

@@ -7,6 +7,7 @@
 //! `materials` and `shapes` know the keys of the format. An error can then say "sphere radius must be positive", with
 //! the number as it was written, where a deserialiser only knows that some `f64` was not to its taste.
 
+mod effect;
 mod error;
 mod features;
 mod files;
@@ -17,6 +18,7 @@ mod mesh;
 mod nearest;
 mod rule;
 mod shapes;
+mod sight;
 mod table;
 mod value;
 mod view;
@@ -26,6 +28,7 @@ use std::path::PathBuf;
 use glam::DVec3;
 
 pub use crate::settings::{EstimatorKind, SamplerKind};
+pub use effect::{Effect, Effects};
 pub use error::SceneError;
 pub use features::Features;
 pub use files::Outside;
@@ -109,6 +112,16 @@ pub struct Material {
     pub bsdf: Bsdf,
 }
 
+impl Material {
+    /// What it calls for.
+    pub fn effects(&self) -> Effects {
+        Effects::of(&[match self.bsdf {
+            Bsdf::Diffuse { .. } => Effect::Diffuse,
+            Bsdf::Phong { .. } => Effect::Phong,
+        }])
+    }
+}
+
 /// The reflection models. Reflectances are finite and not negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bsdf {
@@ -135,6 +148,16 @@ pub enum Surface {
     Emission(DVec3),
 }
 
+impl Surface {
+    /// What a shape of this surface calls for: `reflector`, `light`, or nothing where it emits nothing.
+    fn effects(&self, reflector: Effect, light: Effect) -> Effects {
+        match self {
+            Self::Material(_) => Effects::of(&[reflector]),
+            Self::Emission(le) => Effects::default().with(light, le.max_element() > 0.0),
+        }
+    }
+}
+
 /// A sphere of finite centre and finite radius above 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {
@@ -144,6 +167,13 @@ pub struct Sphere {
     pub radius: f64,
     /// What it does.
     pub surface: Surface,
+}
+
+impl Sphere {
+    /// What it calls for, its material aside.
+    pub fn effects(&self) -> Effects {
+        self.surface.effects(Effect::Spheres, Effect::SphereLights)
+    }
 }
 
 /// Triangles in scene space (transforms are applied); vertices finite, indices in range, at least one triangle.
@@ -157,4 +187,13 @@ pub struct Mesh {
     pub normals: Option<Vec<DVec3>>,
     /// What it does.
     pub surface: Surface,
+}
+
+impl Mesh {
+    /// What it calls for, its material aside.
+    pub fn effects(&self) -> Effects {
+        let smooth = self.normals.is_some() && matches!(self.surface, Surface::Material(_));
+        let plain = self.surface.effects(Effect::Meshes, Effect::MeshLights);
+        plain.with(Effect::SmoothNormals, smooth)
+    }
 }

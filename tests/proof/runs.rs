@@ -5,7 +5,7 @@ use std::path::Path;
 use octolux::film::{Attributes, Picture, write_picture};
 use octolux::pipeline::{Renderer, Settings};
 use octolux::reference::Reference;
-use octolux::scene::{EstimatorKind, FilmSize, SamplerKind, Scene};
+use octolux::scene::{Effect, EstimatorKind, Features, FilmSize, SamplerKind, Scene};
 
 use super::stats::p_student;
 
@@ -26,7 +26,7 @@ pub fn leaning_normals() -> Scene {
 
 /// The estimators that can render a scene.
 pub fn estimators(scene: &Scene) -> Vec<EstimatorKind> {
-    let meshes_emit = octolux::scene::Features::of(scene).mesh_lights > 0;
+    let meshes_emit = Features::of(scene, scene.film).count(Effect::MeshLights) > 0;
     let can = |e: &EstimatorKind| !meshes_emit || matches!(e, EstimatorKind::Uniform | EstimatorKind::Brdf);
     EstimatorKind::ALL.into_iter().filter(can).collect()
 }

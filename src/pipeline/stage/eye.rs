@@ -7,9 +7,10 @@ use crate::estimator::ShadingPoint;
 use crate::film::Tile;
 use crate::lane::{Bits, Lane, Mask};
 use crate::math::Vec3;
-use crate::pipeline::stream::{Address, HitStream};
+use crate::pipeline::stream::{Address, Diffuse, HitStream, Model, Phong};
 use crate::pipeline::tracer::Tracer;
 use crate::pipeline::world::{SurfaceRecord, World};
+use crate::scene::{Effect, Effects};
 
 /// What eye packets are loaded from, in columns, repeated behind the end so that any packet is one load: the pixels of a
 /// tile, which serve pass after pass; or where pixels differ in their passes, every sample of a chunk.
@@ -24,6 +25,17 @@ pub struct Grid {
 }
 
 impl Grid {
+    /// Loads what a chunk needs; returns how many numbers a column holds, and how many samples the chunk has.
+    fn load(&mut self, chunk: &Chunk, lanes: usize) -> (usize, usize) {
+        if lists_samples(chunk.tile) {
+            let samples = self.samples(chunk, lanes);
+            (samples, samples)
+        } else {
+            let pixels = self.pixels(chunk.tile, chunk.film_width, lanes);
+            (pixels, pixels * chunk.passes as usize)
+        }
+    }
+
     /// The pixels of a tile; returns how many.
     fn pixels(&mut self, tile: &Tile, film_width: u32, lanes: usize) -> usize {
         self.clear();
@@ -106,28 +118,39 @@ impl Grid {
 }
 
 /// Traces every sample of a chunk. Emitters that are seen go onto the film, surfaces into the streams.
-pub struct Eye;
+/// What the stage holds are the bits of [`Effects`].
+pub struct Eye<const HELD: u32>;
 
-impl Stage for Eye {
+/// Counts the samples of a film on which nothing is in sight.
+pub struct Blank;
+
+impl<const HELD: u32> Stage for Eye<HELD> {
     #[inline(always)]
     fn run<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
-        trace::<L, T>(chunk, scratch);
+        trace::<L, T, HELD>(chunk, scratch);
     }
 }
 
+impl Stage for Blank {
+    fn run<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
+        let Scratch { grid, hits, .. } = scratch;
+        hits.iter_mut().for_each(HitStream::clear);
+        chunk.counters.samples += grid.load(chunk, L::N).1 as u64;
+    }
+}
+
+/// Whether a stage that holds these effects holds this one.
+const fn has(held: u32, effect: Effect) -> bool {
+    Effects::from_bits(held).has(effect)
+}
+
 #[inline(always)]
-fn trace<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
+fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &mut Scratch) {
     let Scratch { grid, hits, set, .. } = scratch;
     T::face_tile(chunk.world, chunk.tile, set);
     hits.iter_mut().for_each(HitStream::clear);
-    let listed = chunk.tile.measures_noise() || !chunk.tile.goals().is_empty();
-    let (length, samples) = if listed {
-        let samples = grid.samples(chunk, L::N);
-        (samples, samples)
-    } else {
-        let pixels = grid.pixels(chunk.tile, chunk.film_width, L::N);
-        (pixels, pixels * chunk.passes as usize)
-    };
+    let (length, samples) = grid.load(chunk, L::N);
+    let listed = lists_samples(chunk.tile);
     // Pass by pass, pixels in tile order. A tile whose size is no multiple of the packet's lets packets straddle passes, so
     // that only the last packet of a chunk has idle lanes.
     let (mut at, mut pass) = (0, chunk.first);
@@ -163,7 +186,7 @@ fn trace<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
         };
         let hit = T::nearest(chunk.world, set, active, &ray, Coherence::Coherent);
         if hit.found.any() {
-            settle(
+            settle::<L, HELD>(
                 chunk,
                 hits,
                 &hit,
@@ -182,7 +205,7 @@ fn trace<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
 
 /// Puts each hit where it belongs.
 #[inline(always)]
-fn settle<L: TraceLane>(
+fn settle<L: TraceLane, const HELD: u32>(
     chunk: &mut Chunk,
     hits: &mut [HitStream; 2],
     hit: &Hit<L>,
@@ -200,14 +223,14 @@ fn settle<L: TraceLane>(
     if reflects.none() {
         return;
     }
-    let point = shading_point(chunk.world, hit, direction, &surfaces);
+    let point = shading_point::<L, HELD>(chunk.world, hit, direction, &surfaces);
     let phong = point.bsdf.phong & reflects;
     let diffuse = reflects & !phong;
     if diffuse.any() {
-        hits[0].push(diffuse, &point, address);
+        hits[Diffuse::STREAM].push::<L, Diffuse>(diffuse, &point, address);
     }
     if phong.any() {
-        hits[1].push(phong, &point, address);
+        hits[Phong::STREAM].push::<L, Phong>(phong, &point, address);
     }
 }
 
@@ -272,7 +295,12 @@ impl<L: Lane> Surfaces<L> {
 
 /// Point, normals and model of each lane that met a surface.
 #[inline(always)]
-fn shading_point<L: Lane>(world: &World, hit: &Hit<L>, direction: Vec3<L>, surfaces: &Surfaces<L>) -> ShadingPoint<L> {
+fn shading_point<L: Lane, const HELD: u32>(
+    world: &World,
+    hit: &Hit<L>,
+    direction: Vec3<L>,
+    surfaces: &Surfaces<L>,
+) -> ShadingPoint<L> {
     let wo = -direction;
     let mut p = direction * hit.t;
     // The normal of a triangle is as long as its area: of small ones the square of that would be denormal.
@@ -292,11 +320,20 @@ fn shading_point<L: Lane>(world: &World, hit: &Hit<L>, direction: Vec3<L>, surfa
         p = Vec3::select(surfaces.spheres, ng.mul_add(radius, center), p);
     }
     ng = face(ng, wo);
-    let n = smooth_normal(world, hit, surfaces, ng);
+    let n = if has(HELD, Effect::SmoothNormals) {
+        smooth_normal(world, hit, surfaces, ng)
+    } else {
+        ng
+    };
+    let bsdf = if has(HELD, Effect::Phong) {
+        Bsdf::new(n, wo, surfaces.rho, surfaces.alpha)
+    } else {
+        Bsdf::diffuse(n, surfaces.rho)
+    };
     ShadingPoint {
         p: leave(p, ng, surfaces.extent),
         ng,
-        bsdf: Bsdf::new(n, wo, surfaces.rho, surfaces.alpha),
+        bsdf,
     }
 }
 
@@ -328,9 +365,6 @@ fn face<L: Lane>(v: Vec3<L>, towards: Vec3<L>) -> Vec3<L> {
 /// The interpolated normal where the mesh has one, on the side of `ng`; else `ng`.
 #[inline(always)]
 fn smooth_normal<L: Lane>(world: &World, hit: &Hit<L>, surfaces: &Surfaces<L>, ng: Vec3<L>) -> Vec3<L> {
-    if !world.smooth {
-        return ng;
-    }
     let mut normals = [[0.0_f32; 3]; 16];
     let mut smooth = 0_u32;
     for lane in (hit.found & !surfaces.spheres).lanes() {
@@ -356,4 +390,9 @@ fn smooth_normal<L: Lane>(world: &World, hit: &Hit<L>, surfaces: &Surfaces<L>, n
     let usable = L::Mask::from_bitmask(smooth) & sum.length_squared().gt(L::splat(1e-12));
     let normal = sum.normalize();
     Vec3::select(usable, mutate!(face(normal, ng), NormalNotFaced => normal), ng)
+}
+
+/// Whether pixels of the tile differ in their passes, so that every sample has to be listed.
+fn lists_samples(tile: &Tile) -> bool {
+    tile.measures_noise() || !tile.goals().is_empty()
 }

@@ -26,7 +26,7 @@ pub trait Stage {
 pub struct Scratch {
     /// The pixels of the tile, or the samples of the chunk.
     pub grid: eye::Grid,
-    /// Shading points by kind of surface, diffuse and Phong: a packet seldom mixes them.
+    /// Shading points by model of reflection: see [`Model`](super::stream::Model).
     pub hits: [HitStream; 2],
     /// Rays that wait for their visibility.
     pub queue: RayQueue,

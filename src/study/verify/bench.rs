@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use crate::film::Picture;
 use crate::pipeline::{Counters, Progress, Renderer, Settings};
-use crate::scene::{EstimatorKind, FilmSize, SamplerKind, Scene};
+use crate::scene::{Effect, EstimatorKind, Features, FilmSize, SamplerKind, Scene};
 use crate::study::error::Invalid;
 
 use super::blocks::shrink;
@@ -127,7 +127,8 @@ impl<'a> Bench<'a> {
 
     /// The estimators that the scene allows, best last.
     pub fn estimators(&self) -> Vec<EstimatorKind> {
-        let mesh_lights = crate::scene::Features::of(self.scene).mesh_lights > 0;
+        let features = Features::of(self.scene, self.scene.film);
+        let mesh_lights = features.count(Effect::MeshLights) > 0;
         let allowed =
             |kind: &EstimatorKind| !mesh_lights || matches!(kind, EstimatorKind::Uniform | EstimatorKind::Brdf);
         EstimatorKind::ALL.into_iter().filter(allowed).collect()

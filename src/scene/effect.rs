@@ -1,0 +1,116 @@
+//! What a scene may call for, each a thing that a kernel holds or does without.
+
+use serde::Serialize;
+
+/// One effect. Its place in this list is its bit in [`Effects`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "kebab-case")]
+#[repr(u8)]
+pub enum Effect {
+    /// Lambert's model.
+    Diffuse,
+    /// Phong's model.
+    Phong,
+    /// Spheres that reflect.
+    Spheres,
+    /// Meshes that reflect.
+    Meshes,
+    /// Normals interpolated over triangles.
+    SmoothNormals,
+    /// Spheres that emit.
+    SphereLights,
+    /// Meshes that emit.
+    MeshLights,
+}
+
+impl Effect {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::Diffuse,
+        Self::Phong,
+        Self::Spheres,
+        Self::Meshes,
+        Self::SmoothNormals,
+        Self::SphereLights,
+        Self::MeshLights,
+    ];
+
+    /// Its name.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Diffuse => "diffuse",
+            Self::Phong => "phong",
+            Self::Spheres => "spheres",
+            Self::Meshes => "meshes",
+            Self::SmoothNormals => "smooth normals",
+            Self::SphereLights => "sphere lights",
+            Self::MeshLights => "mesh lights",
+        }
+    }
+}
+
+/// A set of effects. Its bits are the parameter by which stages are compiled.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Effects(u32);
+
+impl Effects {
+    /// The set of these.
+    pub const fn of(effects: &[Effect]) -> Self {
+        let (mut bits, mut i) = (0, 0);
+        while i < effects.len() {
+            bits |= 1 << effects[i] as u32;
+            i += 1;
+        }
+        Self(bits)
+    }
+
+    /// The set with these bits.
+    pub const fn from_bits(bits: u32) -> Self {
+        Self(bits)
+    }
+
+    /// One bit for each effect.
+    pub const fn bits(self) -> u32 {
+        self.0
+    }
+
+    /// Whether the effect is one of them.
+    pub const fn has(self, effect: Effect) -> bool {
+        self.0 & (1 << effect as u32) != 0
+    }
+
+    /// Whether all of `others` are among them.
+    pub const fn hold(self, others: Self) -> bool {
+        self.0 & others.0 == others.0
+    }
+
+    /// These and others.
+    pub const fn and(self, others: Self) -> Self {
+        Self(self.0 | others.0)
+    }
+
+    /// These, but for others.
+    pub const fn but(self, others: Self) -> Self {
+        Self(self.0 & !others.0)
+    }
+
+    /// Those that are in both sets.
+    pub const fn among(self, others: Self) -> Self {
+        Self(self.0 & others.0)
+    }
+
+    /// These, and `effect` if `there`.
+    pub const fn with(self, effect: Effect, there: bool) -> Self {
+        Self(self.0 | (there as u32) << effect as u32)
+    }
+
+    /// Each of them, in the order of [`Effect::ALL`].
+    pub fn iter(self) -> impl Iterator<Item = Effect> {
+        Effect::ALL.into_iter().filter(move |&effect| self.has(effect))
+    }
+
+    /// Their names.
+    pub fn names(self) -> Vec<&'static str> {
+        self.iter().map(Effect::name).collect()
+    }
+}

@@ -1,0 +1,82 @@
+//! What a camera can see at all. Each test is one-sided: what could be seen is never called unseen.
+
+use glam::DVec3;
+
+use super::{Camera, FilmSize, Fov};
+
+/// The four planes through the eye and the edges of the picture; the camera sees what lies on the inner side of all.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Frustum {
+    eye: DVec3,
+    /// Unit normals that point inwards.
+    planes: [DVec3; 4],
+}
+
+/// What is nearer to a plane than this part of its distance from the eye counts as inside: eye rays are rounded to `f32`.
+const MARGIN: f64 = 1e-5;
+
+impl Frustum {
+    pub fn new(camera: &Camera, film: FilmSize) -> Self {
+        let forward = (camera.target - camera.origin).normalize();
+        let right = forward.cross(camera.up).normalize();
+        let up = right.cross(forward);
+        let aspect = f64::from(film.width) / f64::from(film.height);
+        let half = |degrees: f64| (degrees.to_radians() / 2.0).tan();
+        let (x, y) = match camera.fov {
+            Fov::X(degrees) => (half(degrees), half(degrees) / aspect),
+            Fov::Y(degrees) => (half(degrees) * aspect, half(degrees)),
+        };
+        let plane = |side: DVec3, tangent: f64| (tangent * forward + side).normalize();
+        Self {
+            eye: camera.origin,
+            planes: [plane(right, x), plane(-right, x), plane(up, y), plane(-up, y)],
+        }
+    }
+
+    /// Whether an eye ray may meet a ball.
+    pub fn may_see_ball(&self, center: DVec3, radius: f64) -> bool {
+        let away = center - self.eye;
+        let reach = radius + MARGIN * (away.length() + radius);
+        self.planes.iter().all(|plane| plane.dot(away) >= -reach)
+    }
+
+    /// Whether an eye ray may meet what lies between points.
+    pub fn may_see_points(&self, points: &[DVec3]) -> bool {
+        self.planes.iter().all(|plane| {
+            points.iter().any(|&point| {
+                let away = point - self.eye;
+                plane.dot(away) >= -MARGIN * away.length()
+            })
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_is_in_the_picture_may_be_seen() {
+        let camera = Camera {
+            origin: DVec3::new(1.0, 2.0, 3.0),
+            target: DVec3::new(1.0, 2.0, 0.0),
+            up: DVec3::Y,
+            fov: Fov::X(90.0),
+        };
+        let frustum = Frustum::new(&camera, FilmSize { width: 4, height: 2 });
+        let ball = |x, y, z, r| frustum.may_see_ball(camera.origin + DVec3::new(x, y, z), r);
+        assert!(ball(0.0, 0.0, -5.0, 0.1));
+        assert!(!ball(0.0, 0.0, 5.0, 0.1), "behind");
+        // At distance 5 the right edge is 5 away and its plane is at 45 degrees: a ball beyond needs a radius of 1 / sqrt 2.
+        assert!(!ball(6.0, 0.0, -5.0, 0.70) && ball(6.0, 0.0, -5.0, 0.72));
+        // The upper edge is half as far.
+        assert!(ball(0.0, 2.4, -5.0, 0.01) && !ball(0.0, 2.6, -5.0, 0.01));
+        assert!(ball(0.0, 0.0, 5.0, 6.0), "around the eye");
+        let at = |z: f64| [[-9.0, 0.0], [9.0, 0.0], [0.0, 9.0]].map(|[x, y]| camera.origin + DVec3::new(x, y, z));
+        assert!(
+            frustum.may_see_points(&at(-1.0)),
+            "no corner is inside, and yet it fills the picture"
+        );
+        assert!(!frustum.may_see_points(&at(1.0)));
+    }
+}

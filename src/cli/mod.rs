@@ -15,6 +15,7 @@ mod progress;
 mod reading;
 mod reference;
 mod render;
+mod replay;
 mod report;
 mod schedule;
 mod selftest;

@@ -9,7 +9,7 @@ use super::outputs::{self, Targets};
 use super::progress::Bar;
 use super::schedule::Goal;
 use super::stats::{Stats, Times};
-use super::{CliError, Exit, report};
+use super::{CliError, Exit, replay, report};
 use crate::film::write_picture;
 use crate::pipeline::{Renderer, Settings};
 
@@ -63,6 +63,11 @@ pub struct Args {
     /// Print the same figures on standard output, one line a scene
     #[arg(long)]
     json: bool,
+    /// Print one sample step by step instead of rendering: its eye ray and hit, and for each light the cone, the direction, its
+    /// density, what it would bring and what is in the way. With --json as one object. Pixels and passes count from 0
+    #[arg(long, value_name = "X,Y,PASS", value_parser = replay::sample,
+          conflicts_with_all = ["outputs", "spp", "time", "adaptive", "snapshots", "stats"])]
+    replay: Option<[u32; 3]>,
     /// Say nothing but errors
     #[arg(short, long)]
     quiet: bool,
@@ -73,6 +78,12 @@ pub struct Args {
 /// # Errors
 /// Only what stops all of them: files that could not be written later on.
 pub fn run(args: Args) -> Result<Exit, CliError> {
+    if let Some(sample) = args.replay {
+        return match &args.scenes[..] {
+            [path] => replay::run(path, &args.options, sample, args.json),
+            _ => Err(CliError::usage("--replay takes one scene".to_owned())),
+        };
+    }
     let targets = outputs::plan(&args.scenes, &args.outputs, args.stats.as_deref())?;
     let interrupt = Interrupt::listen(args.quiet)?;
     let mut exit = Exit::Well;

@@ -162,6 +162,21 @@ impl Film {
         Self { size, tiles }
     }
 
+    /// A tile of one pixel, without sums, that goes by the number of the tile which the pixel is of.
+    pub fn pixel(&self, x: u32, y: u32) -> Tile {
+        let of = |tile: &&Tile| tile.pixels.contains(&[x, y]);
+        let mut one = Tile::new(
+            x,
+            y,
+            FilmSize {
+                width: x + 1,
+                height: y + 1,
+            },
+        );
+        one.number = self.tiles.iter().find(of).map_or(0, |tile| tile.number);
+        one
+    }
+
     /// The tiles.
     pub fn tiles(&self) -> &[Tile] {
         &self.tiles

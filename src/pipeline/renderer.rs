@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::job::Job;
 use super::plan::Plan;
+use super::replay::{Replay, replay};
 use super::stage::Scratch;
 use super::world::World;
 use super::{Counters, Progress};
@@ -240,6 +241,12 @@ impl Renderer {
             .install(|| tiles.par_iter_mut().map(|tile| job.render(tile)).collect::<Vec<_>>());
         counters.into_iter().for_each(|c| self.counters += c);
         self.passes = self.film.tiles().iter().map(Tile::passes).min().unwrap_or(end);
+    }
+
+    /// The sample of pixel `x, y` in a pass, step by step. The renderer must have one lane, and is not changed.
+    pub fn replay(&self, [x, y, pass]: [u32; 3]) -> Replay {
+        let tile = self.film.pixel(x, y);
+        replay(&self.plan, &self.world, &self.settings, &tile, [x, y, pass])
     }
 
     /// The picture so far.

@@ -17,8 +17,11 @@
 //! | `RimForgotten` | a light is dropped when its centre sets, not its rim | density |
 //! | `ConeTowardsTheAxis` | cones denser towards their axis | density |
 //! | `WrongNormalisation` | lobes normalised by alpha + 2 | density |
+//! | `ArcUniformInItsLength` | triangles denser towards a corner | density |
 //! | `PairReused` | all pairs of a sample are one Sobol sequence | numbers |
 //! | `SharedKey` | all pixels have the same numbers | numbers |
+//! | `HalfTheTriangle` | triangles of half their solid angle | closed form |
+//! | `SharesAlike` | the triangles of a mesh weighed as if each were picked as often | closed form |
 //! | `LightTwice` | the first light counts twice | closed form |
 //! | `LightBlocksItself` | a light is not left out of its own shadow test | closed form |
 //! | `OffsetDropped` | shading points stay on their surface | closed form |
@@ -31,11 +34,13 @@
 //! | `StaleTail` | behind the tail of a stream, old points count | lanes |
 //! | `OneCornerBehind` | a triangle is culled when one corner is out of sight | accelerators |
 //! | `BallsAsPoints` | a ball is culled when its centre is out of sight | accelerators |
+//! | `OnePercentBright` | a study measures `independent` 1 % too bright | study |
+//! | `ErrorOfOneReplicate` | the error of a mean as that of one of its replicates | target |
 //!
 //! "density" is the chi-square of directions against densities, "weight" the samples written out again in `f64`,
 //! "numbers" the independence of random numbers, "closed form" and "exact" are the scenes of `scenes/tests`, "oracle" the
 //! agreement of estimators and oracle, "lanes" the bits of eight lanes and one, "accelerators" the line of shapes against
-//! Embree. Most mutants fail several; five are seen by one alone: `HorizonDropped`, `ReachTooShort`, `PairReused`, `CornersSwapped` and `BallsAsPoints`.
+//! Embree, "study" its search for biased settings, "target" the error that `--target-error` sees. Most mutants fail several; five are seen by one alone: `HorizonDropped`, `ReachTooShort`, `PairReused`, `CornersSwapped` and `BallsAsPoints`.
 
 /// The plain expression; in a test of mutants, the broken one beside it.
 #[cfg(not(test))]
@@ -69,7 +74,7 @@ mod tests {
     use octolux::lane::F32x8;
     use octolux::pipeline::Settings;
     use octolux::proof::{
-        self, Family, accelerators, agreement, closed_forms, pictures, samplers, strategies, weights,
+        self, Family, accelerators, agreement, closed_forms, costs, pictures, samplers, strategies, triangles, weights,
     };
     use octolux::scene::{EstimatorKind, FilmSize, SamplerKind};
     use octolux::settings::AccelKind;
@@ -98,8 +103,11 @@ mod tests {
         RimForgotten "density",
         ConeTowardsTheAxis "density",
         WrongNormalisation "density",
+        ArcUniformInItsLength "density",
         PairReused "numbers",
         SharedKey "numbers",
+        HalfTheTriangle "closed form",
+        SharesAlike "closed form",
         LightTwice "closed form",
         LightBlocksItself "closed form",
         OffsetDropped "closed form",
@@ -112,6 +120,8 @@ mod tests {
         StaleTail "lanes",
         OneCornerBehind "accelerators",
         BallsAsPoints "accelerators",
+        OnePercentBright "study",
+        ErrorOfOneReplicate "target",
     }
 
     /// Whether this process is one of that mutant.
@@ -130,7 +140,7 @@ mod tests {
     }
 
     /// The checks of the proof, at an effort of a second together.
-    const CHECKS: [(&str, fn()); 8] = [
+    const CHECKS: [(&str, fn()); 10] = [
         ("density", density),
         ("weight", weight),
         ("numbers", || samplers::numbers_of_a_sample(1 << 13)),
@@ -139,6 +149,8 @@ mod tests {
         ("oracle", oracle),
         ("lanes", lanes),
         ("accelerators", || accelerators::random_scenes("random", &[2.0], 6, 1)),
+        ("study", costs::nothing_is_harmful),
+        ("target", costs::target_errors_are_those_of_the_mean),
     ];
 
     fn density() {
@@ -153,6 +165,7 @@ mod tests {
         strategies::lobes::<F32x8>(&mut family, &[1.0, 1.5, 300.0], 1 << 14);
         strategies::mixtures::<F32x8, Average>(&mut family, &LIGHTS, 1, 1 << 14);
         strategies::mixtures::<F32x8, ConeOnly>(&mut family, &LIGHTS, 2, 1 << 14);
+        triangles::directions::<F32x8>(&mut family, 3, 1 << 12);
         family.judge();
     }
 
@@ -168,8 +181,8 @@ mod tests {
             (SamplerKind::Sobol, AccelKind::Embree),
             10,
             |scene, estimator| {
-                let hopeless =
-                    scene.name == "sphere-tiny" && matches!(estimator, EstimatorKind::Uniform | EstimatorKind::Brdf);
+                let tiny = matches!(scene.name.as_str(), "sphere-tiny" | "square-tiny");
+                let hopeless = tiny && matches!(estimator, EstimatorKind::Uniform | EstimatorKind::Brdf);
                 (!hopeless).then_some(64)
             },
         );

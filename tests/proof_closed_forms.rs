@@ -27,6 +27,7 @@ const SEEDS: u32 = 32;
 fn passes(scene: &Scene, estimator: EstimatorKind) -> Option<u32> {
     match (scene.name.as_str(), estimator) {
         ("sphere-tiny", EstimatorKind::Uniform) => None,
+        ("square-tiny", EstimatorKind::Uniform | EstimatorKind::Brdf) => None,
         ("sphere-tiny", EstimatorKind::Brdf) => Some(1 << 16),
         _ => Some(1024),
     }

@@ -8,18 +8,25 @@ mod compare;
 mod error;
 mod explain;
 mod interrupt;
+mod looker;
 mod machine;
+mod merge;
 mod options;
 mod outputs;
+mod picture;
 mod progress;
 mod reading;
+mod record;
 mod reference;
 mod render;
 mod replay;
 mod report;
 mod schedule;
 mod selftest;
+mod shards;
 mod stats;
+mod study;
+mod target;
 mod verify;
 mod verify_report;
 
@@ -39,6 +46,8 @@ Examples:
       says what the scene calls for, without rendering it
   octolux verify scenes/veach-mis.toml
       proves in a minute that the renderer is right on this scene
+  octolux study scenes/veach-mis.toml -o study
+      shows in a minute what accuracy costs in time: study/study.html
 
 Exit codes: 0 well, 2 bad usage or a bad scene, 1 anything else,
 130 interrupted.";
@@ -55,6 +64,10 @@ struct Cli {
 enum Command {
     /// Render scenes to pictures
     Render(render::Args),
+    /// Add up the parts that shards of one render have written
+    Merge(merge::Args),
+    /// Say which shards of a render are there, and which are missing
+    Shards(shards::Args),
     /// Say what a scene holds and calls for, and how it would be rendered
     Explain(explain::Args),
     /// Render with the independent f64 oracle: slow, one ray at a time
@@ -65,18 +78,23 @@ enum Command {
     Verify(verify::Args),
     /// Measure the hard cases of direct illumination against their bounds
     Selftest(selftest::Args),
+    /// Show what accuracy costs in time: a page, every run, and the cheapest command line
+    Study(study::Args),
 }
 
 /// Runs the command and says how it went.
 pub fn main() -> ExitCode {
     // clap prints its own errors, to standard error with exit code 2 (help and version: standard output, 0).
     let outcome = match Cli::parse().command {
-        Command::Render(args) => render::run(args),
+        Command::Render(args) => render::run(&args),
+        Command::Merge(args) => merge::run(&args),
+        Command::Shards(args) => shards::run(&args),
         Command::Explain(args) => explain::run(&args),
         Command::Reference(args) => reference::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Verify(args) => verify::run(&args),
         Command::Selftest(args) => selftest::run(&args),
+        Command::Study(args) => study::run(&args),
     };
     match outcome {
         Ok(exit) => exit.into(),

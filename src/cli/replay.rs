@@ -66,6 +66,11 @@ fn text(replay: &Replay, kernel: &str) -> String {
     for asked in &replay.asked {
         lines.extend(direction(asked));
     }
+    if replay.meshes_untold {
+        lines.push(
+            "           meshes that emit were asked too: they are in the radiance, and not told one by one".to_owned(),
+        );
+    }
     lines.push(format!("radiance   {:?}", replay.radiance));
     if replay.invalid != [0; 3] {
         let [nan, infinite, negative] = replay.invalid;

@@ -34,8 +34,10 @@ pub struct Replay {
     pub seen: [f64; 3],
     /// Where light was asked for.
     pub point: Option<Point>,
-    /// The directions in which it was asked for: one for each light by `light` and `mis`, else one.
+    /// The directions in which it was asked for: one for each sphere that emits by `light` and `mis`, else one.
     pub asked: Vec<Asked>,
+    /// Whether `light` and `mis` also asked for meshes that emit, which are in the radiance but not told one by one.
+    pub meshes_untold: bool,
     /// Radiance of the sample: what a render adds to the pixel.
     pub radiance: [f64; 3],
     /// Contributions that were thrown away: NaN, infinite, below 0.
@@ -162,6 +164,8 @@ pub(super) fn replay(plan: &Plan, world: &World, settings: &Settings, tile: &Til
         seen,
         point,
         asked,
+        meshes_untold: !world.only_spheres_emit()
+            && matches!(settings.estimator, EstimatorKind::Light | EstimatorKind::Mis),
         radiance: sum.0[0],
         invalid: [counters.invalid_nan, counters.invalid_inf, counters.invalid_negative],
     }

@@ -1,7 +1,10 @@
 //! Studies: how far a picture is from another, and what accuracy costs.
 
+pub mod cost;
 pub mod error;
+pub mod page;
 pub mod selftest;
 pub mod significance;
 pub mod student;
+pub mod target;
 pub mod verify;

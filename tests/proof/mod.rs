@@ -7,6 +7,7 @@
 pub mod accelerators;
 pub mod agreement;
 pub mod closed_forms;
+pub mod costs;
 pub mod lanes;
 pub mod pictures;
 pub mod places;
@@ -14,6 +15,7 @@ pub mod runs;
 pub mod samplers;
 pub mod stats;
 pub mod strategies;
+pub mod triangles;
 pub mod weights;
 
 use std::fmt::Write;

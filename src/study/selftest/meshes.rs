@@ -48,7 +48,7 @@ fn missed(aim: Aim, robust: bool, packets: u32) -> Result<[f64; 2], Trouble> {
     builder.add_mesh(&vertices, &faces)?;
     let accel = builder.commit()?;
     let mut line = Line::default();
-    line.add_mesh(0, &vertices, &faces);
+    line.add_mesh(0, &vertices, &faces, None);
     let mut all = Candidates::default();
     line.all(&mut all);
     let mut misses = [0_u32; 2];

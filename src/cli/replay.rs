@@ -26,13 +26,12 @@ pub fn run(path: &Path, options: &Options, sample: [u32; 3], json: bool) -> Resu
         ..options.settings(&scene)?
     };
     let [x, y, _] = sample;
-    let (width, height) = (settings.film.width, settings.film.height);
-    if x >= width || y >= height {
-        let what = format!("--replay: there is no pixel {x},{y} in a picture of {width} x {height}");
-        return Err(CliError::usage(what).with_help("pixels are counted from 0, from the top left corner"));
-    }
     let renderer = Renderer::new(&scene, settings).map_err(|error| CliError::setup(path, &error))?;
-    let replay = renderer.replay(sample);
+    let replay = renderer.replay(sample).ok_or_else(|| {
+        let (width, height) = (settings.film.width, settings.film.height);
+        let what = format!("--replay: there is no pixel {x},{y} in a picture of {width} x {height}");
+        CliError::usage(what).with_help("pixels are counted from 0, from the top left corner")
+    })?;
     report::data(&if json {
         serde_json::to_string(&replay).map_err(|error| CliError::failed(format!("the sample: {error}")))?
     } else {

@@ -100,11 +100,6 @@ impl Tile {
         self.skip(passes);
     }
 
-    /// The sum of a pixel, counted as in `pixels`, over all its samples.
-    pub fn sum(&self, pixel: usize) -> [f64; 3] {
-        self.sums.total(pixel)
-    }
-
     /// Notes passes in which no pixel takes part any more.
     pub fn skip(&mut self, passes: u32) {
         if passes > 0 {
@@ -147,7 +142,7 @@ impl Tile {
     }
 
     /// The tree with its sums.
-    pub(super) fn sums(&self) -> &Tree {
+    pub fn sums(&self) -> &Tree {
         &self.sums
     }
 
@@ -249,19 +244,12 @@ impl Film {
         firsts.min().unwrap_or(0)..ends.min().unwrap_or(0)
     }
 
-    /// A tile of one pixel, without sums, that goes by the number of the tile which the pixel is of.
-    pub fn pixel(&self, x: u32, y: u32) -> Tile {
+    /// The tile of a pixel, cut down to that pixel; `None` beside the film.
+    pub fn pixel(&self, x: u32, y: u32) -> Option<Tile> {
         let of = |tile: &&Tile| tile.pixels().any(|pixel| pixel == [x, y]);
-        Tile {
-            corner: [x, y],
-            offsets: Arc::new([[0, 0]]),
-            number: self.tiles.iter().find(of).map_or(0, Tile::number),
-            leaf: leaf_passes(self.size),
-            sums: Tree::default(),
-            passes: 0,
-            goals: Vec::new(),
-            squares: TileSum::default(),
-        }
+        let mut tile = self.tiles.iter().find(of)?.clone();
+        (tile.corner, tile.offsets) = ([x, y], Arc::new([[0, 0]]));
+        Some(tile)
     }
 
     /// The tiles.

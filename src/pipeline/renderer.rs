@@ -292,10 +292,11 @@ impl Renderer {
         self.passes = self.film.passes().end;
     }
 
-    /// The sample of pixel `x, y` in a pass, step by step. The renderer must have one lane, and is not changed.
-    pub fn replay(&self, [x, y, pass]: [u32; 3]) -> Replay {
-        let tile = self.film.pixel(x, y);
-        replay(&self.plan, &self.world, &self.settings, &tile, [x, y, pass])
+    /// The sample of pixel `x, y` in a pass, step by step; `None` beside the film. For a renderer of one lane, before its first
+    /// pass; it is not changed.
+    pub fn replay(&self, [x, y, pass]: [u32; 3]) -> Option<Replay> {
+        let tile = self.film.pixel(x, y)?;
+        Some(replay(&self.plan, &self.world, &self.settings, &tile, [x, y, pass]))
     }
 
     /// The picture so far.

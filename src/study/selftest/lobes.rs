@@ -11,6 +11,7 @@ use crate::lane::{F32x8, F32x16, Lane, Work, has_avx512, with_avx512};
 use crate::light::SphereLight;
 use crate::math::elementary::powcos;
 use crate::math::{Frame, Vec3};
+use crate::sampling::hash::mix;
 use crate::sampling::warp;
 use crate::scene::EstimatorKind;
 use crate::study::student;
@@ -28,7 +29,7 @@ fn furnace() -> [SphereLight; 1] {
 pub fn grazing(effort: Effort) -> Checks {
     let (mut highest, mut beyond, mut unsound) = (0.0_f64, f64::NEG_INFINITY, 0);
     for sine in [0.0, 1e-7, 1e-5, 1e-3, 0.1] {
-        let wo = [((1.0 - sine * sine) as f32).sqrt(), 0.0, sine];
+        let wo = [(1.0_f32 - sine * sine).sqrt(), 0.0, sine];
         for alpha in [1.0, 1.5, 30.0, 1e4, 1e6] {
             let spot = Spot { alpha, wo };
             for kind in [EstimatorKind::Brdf, EstimatorKind::Mis, EstimatorKind::Light] {
@@ -111,7 +112,7 @@ pub fn sampling(effort: Effort) -> Checks {
         let a = f64::from(alpha);
         let (mut cells, mut sum, mut squares) = ([0.0; 64], 0.0, 0.0);
         for i in 0..n {
-            let bits = crate::sampling::hash::mix(crate::sampling::hash::mix(i) ^ (stream + 1) * 0x9e37_79b9);
+            let bits = mix(mix(i) ^ ((stream + 1) * 0x1e37_79b9));
             let t = f64::from(warp::power((bits >> 8) as f32 / 16_777_216.0, alpha));
             // 1 - (1 - t)^(alpha + 1) is uniform; its cells are rings in theta sqrt(alpha).
             let u = -((a + 1.0) * (-t).ln_1p()).exp_m1();

@@ -48,7 +48,8 @@ fn unsound_corners(point: &ShadingPoint<f32>, light: &SphereLight) -> usize {
             count += tops.iter().filter(|x| !(0.0..=2.0).contains(*x)).count();
         }
     }
-    count + usize::from(!(light.cone(point.p).pdf() > 0.0))
+    let pdf = light.cone(point.p).pdf();
+    count + usize::from(pdf.is_nan() || pdf <= 0.0)
 }
 
 /// Row 15.

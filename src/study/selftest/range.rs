@@ -107,7 +107,7 @@ pub fn long_sums(effort: Effort) -> Checks {
     }
     let count = f64::from(chunks) * f64::from(chunk);
     let truth = f64::from(0.1_f32);
-    let found = film.tiles()[0].sum(0)[1] / count;
+    let found = film.tiles()[0].sums().total(0)[1] / count;
     let stalled = (f64::from(naive) / count / truth - 1.0).abs();
 
     let scene = bench::scene(&(bench::spot() + &bench::light([1.0, 3.0, 0.0], 1.0, 1.0)))?;

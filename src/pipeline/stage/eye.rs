@@ -4,118 +4,12 @@ use super::{Chunk, Scratch, Stage, pairs};
 use crate::bsdf::Bsdf;
 use crate::embree::{Coherence, Hit, NO_SPHERE, Ray, TraceLane};
 use crate::estimator::ShadingPoint;
-use crate::film::Tile;
 use crate::lane::{Bits, Lane, Mask};
 use crate::math::Vec3;
 use crate::pipeline::stream::{Address, Diffuse, HitStream, Model, Phong};
 use crate::pipeline::tracer::Tracer;
 use crate::pipeline::world::{SurfaceRecord, World};
 use crate::scene::{Effect, Effects};
-
-/// What eye packets are loaded from, in columns, repeated behind the end so that any packet is one load: the pixels of a
-/// tile, which serve pass after pass; or where pixels differ in their passes, every sample of a chunk.
-#[derive(Debug, Default)]
-pub struct Grid {
-    x: Vec<f32>,
-    y: Vec<f32>,
-    index: Vec<u32>,
-    pixel: Vec<u32>,
-    /// Of samples only.
-    pass: Vec<u32>,
-}
-
-impl Grid {
-    /// Loads what a chunk needs; returns how many numbers a column holds, and how many samples the chunk has.
-    fn load(&mut self, chunk: &Chunk, lanes: usize) -> (usize, usize) {
-        if lists_samples(chunk.tile) {
-            let samples = self.samples(chunk, lanes);
-            (samples, samples)
-        } else {
-            let pixels = self.pixels(chunk.tile, chunk.film_width, lanes);
-            (pixels, pixels * chunk.passes as usize)
-        }
-    }
-
-    /// The pixels of a tile; returns how many.
-    fn pixels(&mut self, tile: &Tile, film_width: u32, lanes: usize) -> usize {
-        self.clear();
-        let indexed = tile.pixels().enumerate();
-        for (index, pixel) in indexed.cycle().take(tile.area() + lanes) {
-            self.push(index, pixel, film_width);
-        }
-        tile.area()
-    }
-
-    /// The samples of a chunk, pass by pass and in each the pixels that take part, in tile order; returns how many.
-    fn samples(&mut self, chunk: &Chunk, lanes: usize) -> usize {
-        self.clear();
-        let (tile, first) = (chunk.tile, chunk.numbers.first());
-        let goals = tile.goals();
-        let takes_part = |index: usize, pass: u32| goals.get(index).is_none_or(|&goal| goal > first + pass);
-        for (index, pixel) in tile.pixels().enumerate() {
-            if takes_part(index, chunk.first) {
-                self.push(index, pixel, chunk.film_width);
-            }
-        }
-        let mut before = 0..self.x.len();
-        self.pass.resize(before.end, chunk.first);
-        for pass in chunk.first + 1..chunk.first + chunk.passes {
-            let next = self.x.len();
-            // While noise is measured every pair of passes has a slot of its own.
-            let slot = if tile.measures_noise() && pass % 2 == 0 {
-                tile.area() as u32
-            } else {
-                0
-            };
-            if before
-                .clone()
-                .all(|at| goals.is_empty() || takes_part(self.index[at] as usize, pass))
-            {
-                self.x.extend_from_within(before.clone());
-                self.y.extend_from_within(before.clone());
-                self.pixel.extend_from_within(before.clone());
-                self.index.extend_from_within(before);
-                self.index[next..].iter_mut().for_each(|index| *index += slot);
-            } else {
-                for at in before {
-                    if takes_part(self.index[at] as usize, pass) {
-                        self.repeat(at);
-                    }
-                }
-            }
-            before = next..self.x.len();
-            self.pass.resize(before.end, pass);
-        }
-        let samples = self.x.len();
-        for _ in 0..lanes {
-            self.repeat(samples - 1);
-            self.pass.push(self.pass[samples - 1]);
-        }
-        samples
-    }
-
-    fn clear(&mut self) {
-        self.x.clear();
-        self.y.clear();
-        self.index.clear();
-        self.pixel.clear();
-        self.pass.clear();
-    }
-
-    fn push(&mut self, index: usize, [x, y]: [u32; 2], film_width: u32) {
-        self.x.push(x as f32);
-        self.y.push(y as f32);
-        self.index.push(index as u32);
-        self.pixel.push(y.wrapping_mul(film_width).wrapping_add(x));
-    }
-
-    fn repeat(&mut self, at: usize) {
-        self.x.push(self.x[at]);
-        self.y.push(self.y[at]);
-        self.index.push(self.index[at]);
-        self.pixel.push(self.pixel[at]);
-    }
-}
 
 /// Traces every sample of a chunk. Emitters that are seen go onto the film, surfaces into the streams.
 /// What the stage holds are the bits of [`Effects`].
@@ -135,7 +29,7 @@ impl Stage for Blank {
     fn run<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
         let Scratch { grid, hits, .. } = scratch;
         hits.iter_mut().for_each(HitStream::clear);
-        chunk.counters.samples += grid.load(chunk, L::N).1 as u64;
+        chunk.counters.samples += grid.fill(chunk) as u64;
     }
 }
 
@@ -149,23 +43,26 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
     let Scratch { grid, hits, set, .. } = scratch;
     T::face_tile(chunk.world, chunk.tile, set);
     hits.iter_mut().for_each(HitStream::clear);
-    let (length, samples) = grid.load(chunk, L::N);
-    let listed = lists_samples(chunk.tile);
-    // Pass by pass, pixels in tile order. A tile whose size is no multiple of the packet's lets packets straddle passes, so
-    // that only the last packet of a chunk has idle lanes.
+    let samples = grid.fill(chunk);
+    // Where only pixels are listed, a tile whose size is no multiple of the packet's lets packets straddle passes, so that
+    // only the last packet of a chunk has idle lanes. Behind the last sample these stay on its pass: their addresses must
+    // exist too.
+    let (length, listed) = (grid.len(), grid.lists_passes());
+    let [[left, top], _] = chunk.tile.corners();
+    let first_pixel = L::Bits::splat(top.wrapping_mul(chunk.film_width).wrapping_add(left));
+    let (left, top) = (L::splat(left as f32), L::splat(top as f32));
     let (mut at, mut pass) = (0, chunk.first);
     for done in (0..samples).step_by(L::N) {
         let active = L::Mask::first(samples - done);
         let index = L::Bits::load(&grid.index[at..]);
-        let pixel = L::Bits::load(&grid.pixel[at..]);
-        let x = L::load(&grid.x[at..]);
-        let y = L::load(&grid.y[at..]);
+        let pixel = first_pixel + L::Bits::load(&grid.pixel[at..]);
+        let x = left + L::load(&grid.x[at..]);
+        let y = top + L::load(&grid.y[at..]);
         let passes = if listed {
-            L::Bits::load(&grid.pass[at..])
+            L::Bits::splat(chunk.first) + L::Bits::load(&grid.pass[at..])
         } else if at + L::N <= length {
             L::Bits::splat(pass)
         } else {
-            // Idle lanes behind the last sample stay on its pass: their addresses must exist too.
             let last = chunk.first + chunk.passes - 1;
             L::Bits::from_fn(|lane| (pass + ((at + lane) / length) as u32).min(last))
         };
@@ -365,34 +262,27 @@ fn face<L: Lane>(v: Vec3<L>, towards: Vec3<L>) -> Vec3<L> {
 /// The interpolated normal where the mesh has one, on the side of `ng`; else `ng`.
 #[inline(always)]
 fn smooth_normal<L: Lane>(world: &World, hit: &Hit<L>, surfaces: &Surfaces<L>, ng: Vec3<L>) -> Vec3<L> {
-    let mut normals = [[0.0_f32; 3]; 16];
+    // Loaded first, weighed after: the loads of all lanes wait for memory together.
+    let mut corners = [[0.0_f32; 16]; 9];
     let mut smooth = 0_u32;
     for lane in (hit.found & !surfaces.spheres).lanes() {
-        let Some(mesh) = &world.normals[surfaces.index.lane(lane) as usize] else {
-            continue;
-        };
-        let barycentric = (hit.u.lane(lane), hit.v.lane(lane));
-        let (u, v) = mutate!(barycentric, CornersSwapped => (barycentric.1, barycentric.0));
-        let [a, b, c] = mesh.triangles[hit.primitive.lane(lane) as usize].map(|i| mesh.normals[i as usize]);
-        let w = 1.0 - u - v;
-        normals[lane] = std::array::from_fn(|k| w * a[k] + u * b[k] + v * c[k]);
-        smooth |= 1 << lane;
+        if let Some(normals) = &world.normals[surfaces.index.lane(lane) as usize] {
+            let triangle = normals[hit.primitive.lane(lane) as usize].as_flattened();
+            for k in 0..9 {
+                corners[k][lane] = triangle[k];
+            }
+            smooth |= 1 << lane;
+        }
     }
     if smooth == 0 {
         return ng;
     }
-    let sum = Vec3::new(
-        L::from_fn(|i| normals[i][0]),
-        L::from_fn(|i| normals[i][1]),
-        L::from_fn(|i| normals[i][2]),
-    );
+    let (u, v) = mutate!((hit.u, hit.v), CornersSwapped => (hit.v, hit.u));
+    let w = L::one() - u - v;
+    let mean = |k: usize| w * L::load(&corners[k]) + u * L::load(&corners[3 + k]) + v * L::load(&corners[6 + k]);
+    let sum = Vec3::new(mean(0), mean(1), mean(2));
     // Opposite normals can cancel; then the triangle's own has to do.
     let usable = L::Mask::from_bitmask(smooth) & sum.length_squared().gt(L::splat(1e-12));
     let normal = sum.normalize();
     Vec3::select(usable, mutate!(face(normal, ng), NormalNotFaced => normal), ng)
-}
-
-/// Whether pixels of the tile differ in their passes, so that every sample has to be listed.
-fn lists_samples(tile: &Tile) -> bool {
-    tile.measures_noise() || !tile.goals().is_empty()
 }

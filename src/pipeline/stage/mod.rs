@@ -2,6 +2,7 @@
 //! [`shadow`] empties it onto the film.
 
 pub mod eye;
+pub mod grid;
 pub mod shade;
 pub mod shadow;
 pub mod triangles;
@@ -26,7 +27,7 @@ pub trait Stage {
 #[derive(Debug)]
 pub struct Scratch {
     /// The pixels of the tile, or the samples of the chunk.
-    pub grid: eye::Grid,
+    pub grid: grid::Grid,
     /// Shading points by model of reflection: see [`Model`](super::stream::Model).
     pub hits: [HitStream; 2],
     /// Rays that wait for their visibility.
@@ -44,7 +45,7 @@ pub struct Scratch {
 impl Default for Scratch {
     fn default() -> Self {
         Self {
-            grid: eye::Grid::default(),
+            grid: grid::Grid::default(),
             hits: [HitStream::new(), HitStream::new()],
             queue: RayQueue::new(),
             aimed: WideQueue::new(),
@@ -70,6 +71,8 @@ pub struct Chunk<'a> {
     pub first: u32,
     /// Passes.
     pub passes: u32,
+    /// How they make packets.
+    pub order: grid::Order,
     /// Sums of the chunk, slot by slot and in each pixel by pixel of its tile.
     pub sum: &'a mut TileSum,
     /// What was traced.

@@ -11,6 +11,9 @@ use super::{Problem, RawMesh, fan};
 
 const DAMAGED: &str = "the file is damaged or cut short: save or fetch it again";
 
+/// Elements that are read at a time: the parser's own take six times the memory of what is kept of them.
+const PORTION: usize = 1 << 14;
+
 /// Reads the `vertex` and `face` elements of a PLY file; other elements and properties are skipped.
 pub fn read(bytes: &[u8]) -> Result<RawMesh, Problem> {
     let mut reader = Reader::new(bytes);
@@ -22,34 +25,49 @@ pub fn read(bytes: &[u8]) -> Result<RawMesh, Problem> {
 
     let mut raw = RawMesh::default();
     for element in header.elements.values() {
-        let items = parser.read_payload_for_element(&mut reader, element, &header);
-        let items = items.map_err(|error| payload_problem(&error, element, &header))?;
-        match element.name.as_str() {
-            "vertex" => {
-                raw.vertices = items.iter().map(|item| item.position).collect();
-                let has_normals = ["nx", "ny", "nz"]
-                    .iter()
-                    .all(|key| element.properties.contains_key(*key));
-                raw.normals = has_normals.then(|| items.iter().map(|item| item.normal).collect());
-            }
-            "face" => {
-                for (index, item) in items.iter().enumerate() {
-                    if item.corners.len() < 3 {
-                        let what = format!("has a face with {} corners: face {index}", item.corners.len());
-                        return Err(Problem::new(what, "a face needs at least 3 corners"));
-                    }
-                    // A negative index becomes one that no file can hold; the check of all indices reports it.
-                    let corners = item
-                        .corners
-                        .iter()
-                        .map(|&corner| u32::try_from(corner).unwrap_or(u32::MAX));
-                    raw.triangles.extend(fan(&corners.collect::<Vec<_>>()));
-                }
-            }
-            _ => {}
+        let has = |keys: [&str; 3]| keys.iter().all(|key| element.properties.contains_key(*key));
+        raw.normals = match element.name.as_str() {
+            "vertex" => has(["nx", "ny", "nz"]).then(Vec::new),
+            _ => raw.normals,
+        };
+        let mut portion = element.clone();
+        for first in (0..element.count).step_by(PORTION) {
+            portion.count = PORTION.min(element.count - first);
+            let items = parser.read_payload_for_element(&mut reader, &portion, &header);
+            let items = items.map_err(|error| payload_problem(&error, element, &header))?;
+            keep(&mut raw, &items, &element.name, first)?;
         }
     }
     Ok(raw)
+}
+
+/// Adds the elements `first..` of a file.
+fn keep(raw: &mut RawMesh, items: &[Element], name: &str, first: usize) -> Result<(), Problem> {
+    match name {
+        "vertex" => {
+            raw.vertices.extend(items.iter().map(|item| item.position));
+            if let Some(normals) = &mut raw.normals {
+                normals.extend(items.iter().map(|item| item.normal));
+            }
+        }
+        "face" => {
+            for (index, item) in items.iter().enumerate() {
+                if item.corners.len() < 3 {
+                    let face = first + index;
+                    let what = format!("has a face with {} corners: face {face}", item.corners.len());
+                    return Err(Problem::new(what, "a face needs at least 3 corners"));
+                }
+                // A negative index becomes one that no file can hold; the check of all indices reports it.
+                let corners = item
+                    .corners
+                    .iter()
+                    .map(|&corner| u32::try_from(corner).unwrap_or(u32::MAX));
+                raw.triangles.extend(fan(&corners.collect::<Vec<_>>()));
+            }
+        }
+        _ => {}
+    }
+    Ok(())
 }
 
 /// Whether the header describes a mesh, and one that `length` bytes can hold: nothing is allocated on its word alone.
@@ -262,6 +280,31 @@ mod tests {
                 assert!(read(&bytes[..end]).is_err(), "cut at {end}");
             }
         }
+    }
+
+    #[test]
+    fn portions_of_a_long_file_follow_each_other() {
+        let count = PORTION + 3;
+        let mut text = format!(
+            "ply\nformat ascii 1.0\nelement vertex {count}\nproperty float x\nproperty float y\nproperty float z\n\
+             element face {count}\nproperty list uchar uint vertex_index\nend_header\n"
+        );
+        (0..count).for_each(|i| text += &format!("{i} 0 1\n"));
+        (0..count).for_each(|i| text += &format!("3 0 1 {i}\n"));
+        let raw = read(text.as_bytes()).unwrap();
+        let numbers = 0..count as u32;
+        assert!(raw.vertices.iter().map(|v| v.x as u32).eq(numbers.clone()));
+        assert!(raw.triangles.iter().map(|t| t[2]).eq(numbers));
+
+        // Faces and lines are counted through.
+        let last = text.trim_end().rfind('\n').unwrap() + 1;
+        let error = |end: &str| read(format!("{}{end}\n", &text[..last]).as_bytes()).unwrap_err().what;
+        assert_eq!(error("2 0 1"), format!("has a face with 2 corners: face {}", count - 1));
+        let line = 9 + 2 * count;
+        assert_eq!(
+            error("3 0 1 x"),
+            format!("has a `face` element that cannot be read in line {line}")
+        );
     }
 
     #[test]

@@ -1,0 +1,181 @@
+//! In which order the samples of a chunk make packets.
+
+use super::Chunk;
+
+/// The order of a chunk's samples. A pixel's own samples come in the order of their passes in each, so a picture does not
+/// depend on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// Pass by pass, in each the pixels of the tile: packets hold one pass, so mostly one technique.
+    Passes,
+    /// Four neighbouring pixels after the other, each with all its passes: packets are as narrow as they can be. On a mesh
+    /// whose triangles are smaller than pixels the rays of a packet then share most of their way.
+    Neighbours,
+}
+
+/// The most lanes that a packet has: what is listed is repeated so far behind its end, that any packet is one load.
+const LANES: usize = 16;
+
+/// What eye packets are loaded from, in columns, relative to the first pixel of the tile and the first pass of the chunk:
+/// tiles of one shape share it. The pixels of a tile, which serve pass after pass; or where packets mix passes, every
+/// sample of a chunk.
+#[derive(Debug, Default)]
+pub struct Grid {
+    pub x: Vec<f32>,
+    pub y: Vec<f32>,
+    /// Where the pixel sums up in its chunk.
+    pub index: Vec<u32>,
+    /// What is to be added to the number of the tile's first pixel on the film.
+    pub pixel: Vec<u32>,
+    /// Of samples only.
+    pub pass: Vec<u32>,
+    length: usize,
+    shape: Option<Shape>,
+}
+
+/// What decides the columns where all pixels take part in all passes: columns and rows of the tile, pixels in a row of the
+/// film, and passes if samples are listed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Shape {
+    size: [u32; 2],
+    film_width: u32,
+    passes: Option<u32>,
+}
+
+impl Grid {
+    /// Lists what the packets of a chunk are loaded from; returns the number of its samples.
+    pub fn fill(&mut self, chunk: &Chunk) -> usize {
+        let tile = chunk.tile;
+        let even = tile.goals().is_empty() && !tile.measures_noise();
+        let listed = !even || chunk.order == Order::Neighbours;
+        let [[left, top], [right, bottom]] = tile.corners();
+        let shape = even.then_some(Shape {
+            size: [right - left, bottom - top],
+            film_width: chunk.film_width,
+            passes: listed.then_some(chunk.passes),
+        });
+        if shape.is_none() || self.shape != shape {
+            self.clear();
+            match (chunk.order, listed) {
+                (Order::Neighbours, _) => self.neighbours(chunk),
+                (Order::Passes, true) => self.pass_by_pass(chunk),
+                (Order::Passes, false) => (0..tile.area()).for_each(|at| self.push(chunk, at)),
+            }
+            self.length = self.x.len();
+            self.shape = shape;
+            for at in 0..LANES {
+                let last = self.length - 1;
+                self.repeat(if listed { last } else { at % self.length });
+                if listed {
+                    self.pass.push(self.pass[last]);
+                }
+            }
+        }
+        if listed {
+            self.length
+        } else {
+            self.length * chunk.passes as usize
+        }
+    }
+
+    /// The number of rows.
+    pub fn len(&self) -> usize {
+        self.length
+    }
+
+    /// Whether samples are listed, each with its pass, and not only pixels.
+    pub fn lists_passes(&self) -> bool {
+        !self.pass.is_empty()
+    }
+
+    /// Pass by pass and in each the pixels that take part, in tile order.
+    fn pass_by_pass(&mut self, chunk: &Chunk) {
+        let pixels = chunk.tile.area();
+        for at in (0..pixels).filter(|&at| takes_part(chunk, at, 0)) {
+            self.push(chunk, at);
+        }
+        let mut before = 0..self.x.len();
+        self.pass.resize(before.end, 0);
+        for pass in 1..chunk.passes {
+            let next = self.x.len();
+            if before
+                .clone()
+                .all(|row| takes_part(chunk, self.index[row] as usize % pixels, pass))
+            {
+                self.x.extend_from_within(before.clone());
+                self.y.extend_from_within(before.clone());
+                self.pixel.extend_from_within(before.clone());
+                self.index.extend_from_within(before);
+                let step = slot(chunk, pass) - slot(chunk, pass - 1);
+                self.index[next..].iter_mut().for_each(|index| *index += step);
+            } else {
+                for row in before {
+                    if takes_part(chunk, self.index[row] as usize, pass) {
+                        self.repeat(row);
+                    }
+                }
+            }
+            before = next..self.x.len();
+            self.pass.resize(before.end, pass);
+        }
+    }
+
+    /// By squares of 2 x 2 pixels along Morton's curve, in each pass by pass.
+    fn neighbours(&mut self, chunk: &Chunk) {
+        let pixels = chunk.tile.offsets();
+        let spread = |x: u32| (x & 1) | (x & 2) << 1 | (x & 4) << 2;
+        let square = |at: &usize| {
+            let [x, y] = pixels[*at];
+            spread(x / 2) | spread(y / 2) << 1
+        };
+        let mut order: Vec<usize> = (0..pixels.len()).collect();
+        order.sort_by_key(square);
+        for four in order.chunk_by(|a, b| square(a) == square(b)) {
+            for pass in 0..chunk.passes {
+                for &at in four.iter().filter(|&&at| takes_part(chunk, at, pass)) {
+                    self.push(chunk, at);
+                    *self.index.last_mut().expect("just pushed") += slot(chunk, pass);
+                    self.pass.push(pass);
+                }
+            }
+        }
+    }
+
+    fn clear(&mut self) {
+        self.x.clear();
+        self.y.clear();
+        self.index.clear();
+        self.pixel.clear();
+        self.pass.clear();
+    }
+
+    fn push(&mut self, chunk: &Chunk, at: usize) {
+        let [x, y] = chunk.tile.offsets()[at];
+        self.x.push(x as f32);
+        self.y.push(y as f32);
+        self.index.push(at as u32);
+        self.pixel.push(y.wrapping_mul(chunk.film_width).wrapping_add(x));
+    }
+
+    fn repeat(&mut self, row: usize) {
+        self.x.push(self.x[row]);
+        self.y.push(self.y[row]);
+        self.index.push(self.index[row]);
+        self.pixel.push(self.pixel[row]);
+    }
+}
+
+/// Whether a pixel takes part in a pass of the chunk.
+fn takes_part(chunk: &Chunk, at: usize, pass: u32) -> bool {
+    let pass = chunk.numbers.first() + chunk.first + pass;
+    chunk.tile.goals().get(at).is_none_or(|&goal| goal > pass)
+}
+
+/// What a pass adds to the places of pixels: while noise is measured every pair of passes has sums of its own.
+fn slot(chunk: &Chunk, pass: u32) -> u32 {
+    if chunk.tile.measures_noise() {
+        pass / 2 * chunk.tile.area() as u32
+    } else {
+        0
+    }
+}

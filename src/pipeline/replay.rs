@@ -120,6 +120,7 @@ pub(super) fn replay(plan: &Plan, world: &World, settings: &Settings, tile: &Til
         film_width: width,
         first: 0,
         passes: 1,
+        order: plan.order,
         sum: &mut sum,
         counters: &mut counters,
     };

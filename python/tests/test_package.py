@@ -2,6 +2,7 @@
 
 import signal
 import tempfile
+import time
 import unittest
 from dataclasses import replace
 from pathlib import Path
@@ -198,11 +199,13 @@ class Command(unittest.TestCase):
             self.assertEqual(list(self.place.folder.glob("many*")) + list(self.place.folder.glob("*.parts")), [])
 
     def test_an_interrupted_command_kills_its_renders_and_keeps_what_came_back(self) -> None:
-        """By ctrl-c as by SIGTERM."""
-        for number in (signal.SIGINT, signal.SIGTERM):
-            command = self.place.start(SCENE, "--shards", "8", "--spp", f"{200000 + number}", "-o", "many.npy")
+        """By ctrl-c as by SIGTERM, and by both of them in a hurry."""
+        for numbers in ([signal.SIGINT], [signal.SIGTERM], [signal.SIGINT, signal.SIGTERM]):
+            command = self.place.start(SCENE, "--shards", "8", "--spp", "200000", "-o", "many.npy")
             self.place.wait_for(lambda: self.place.alive(command="render"))
-            command.send_signal(number)
+            for number in numbers:
+                command.send_signal(number)
+                time.sleep(0.05)
             _, said = command.communicate(timeout=30)
             self.assertEqual(command.returncode, 130, said)
             self.assertNotIn("Traceback", said)

@@ -1,8 +1,8 @@
 """Throughput of two Dask workers of one thread each against one process of two threads, in turn.
 
-`PYTHONPATH=python/src python3 python/tests/throughput.py [ROUNDS]` where `distributed` is installed, after a release
-build. The start of the command counts, that of the cluster does not. A line a round, then least / median / most of the
-ratio.
+`PYTHONPATH=python/src python3 python/tests/throughput.py [ROUNDS [SPP]]` where `distributed` is installed, after a
+release build. The start of the command counts, that of the cluster does not. A line a round, then least / median / most
+of the ratio.
 """
 
 import statistics
@@ -12,25 +12,26 @@ import time
 
 from loopback import OCTOLUX, SCENE, Place
 
-SETTINGS = ("--size", "768x512", "--spp", "2048")
 SHARDS = "8"
 
 
 def main() -> None:
     """Measure."""
+    rounds, spp = (*sys.argv[1:], *("5", "2048")[len(sys.argv) - 1 :])
+    settings = ("--size", "768x512", "--spp", spp)
     ratios = []
     with Place() as place:
         scheduler = place.scheduler()
         for _ in range(2):
             place.worker(scheduler, "--no-nanny")
         place.wait_for(lambda: place.registered() == 2)
-        for number in range(int(sys.argv[1]) if len(sys.argv) > 1 else 5):
+        for number in range(int(rounds)):
             started = time.monotonic()
-            alone = place.one_process(SCENE, *SETTINGS, "--threads", "2")
+            alone = place.one_process(SCENE, *settings, "--threads", "2")
             one = time.monotonic() - started
 
             started = time.monotonic()
-            code, said = place.run(SCENE, "--shards", SHARDS, *SETTINGS, "-o", "many.npy", "--scheduler", scheduler)
+            code, said = place.run(SCENE, "--shards", SHARDS, *settings, "-o", "many.npy", "--scheduler", scheduler)
             many = time.monotonic() - started
             if code or place.sha256("many.npy") != alone:
                 sys.exit(said or "other bits")

@@ -1,6 +1,7 @@
 """The command line: `octolux-dask SCENE --shards N`."""
 
 import argparse
+import os
 import signal
 import sys
 import time
@@ -16,6 +17,8 @@ from .parts import Parts
 from .progress import Progress, clock
 
 USAGE = "octolux-dask SCENE --shards N [--scheduler ADDRESS] [-o FILE]... [OPTION]... [OPTION OF octolux render]..."
+
+STOPPING = (signal.SIGINT, signal.SIGTERM)
 
 EXAMPLES = """\
 Every other option goes to `octolux render` (--spp, --seed, --size, --estimator, ...).
@@ -105,7 +108,10 @@ def _parser() -> argparse.ArgumentParser:
 
 def main() -> int:
     """Run the command; return its exit code."""
-    signal.signal(signal.SIGTERM, _interrupt)
+    for number in STOPPING:
+        # A shell ignores ctrl-c for what it starts in the background.
+        if signal.getsignal(number) != signal.SIG_IGN:
+            signal.signal(number, _interrupt)
     try:
         run(sys.argv[1:])
     except Failure as failure:
@@ -119,6 +125,9 @@ def main() -> int:
 
 
 def _interrupt(_signal: int, _frame: FrameType | None) -> None:
+    """Cancel what is under way; at the second signal leave at once, which ends the renders too."""
+    for number in STOPPING:
+        signal.signal(number, lambda _signal, _frame: os._exit(Exit.INTERRUPTED))
     raise KeyboardInterrupt
 
 

@@ -81,8 +81,7 @@ impl Tile {
         self.number
     }
 
-    /// Empty sums for a chunk of `passes` passes: one slot for all of them, or while noise is measured one for each pair of
-    /// passes; slot after slot, all pixels in each.
+    /// Empty sums for a chunk, all pixels in each slot: one for all passes, or while noise is measured one for each pair.
     pub fn empty_sum(&self, passes: u32) -> TileSum {
         TileSum::new(self.area() * self.slots(passes))
     }
@@ -267,8 +266,7 @@ impl Film {
         &mut self.tiles
     }
 
-    /// Has the noise of each pixel measured from here on, over pairs of passes: blocks and chunks must then be of even
-    /// numbers of passes. To be called before the first.
+    /// Measures noise over pairs of passes: blocks and chunks must then be even. To be called before the first pass.
     pub fn measure_noise(&mut self) {
         for tile in &mut self.tiles {
             tile.squares = TileSum::new(tile.area());

@@ -1,7 +1,7 @@
 //! Which shapes rays from a tile can meet at all, decided once for thousands of rays. Every test here is one-sided: a
 //! shape that could be met is never left out.
 
-use super::{Candidates, Line};
+use super::{Candidates, Line, Member};
 use crate::shape::{Ball, NO_SPHERE, Triangle};
 
 /// A plane's share of rounding: what is nearer to it than this part of the largest number involved counts as both sides.
@@ -84,21 +84,28 @@ impl Line {
     /// by the box around both. A triangle with points and light strictly on one side of its plane stands between none:
     /// where only its plane could tell and [`Points::sides`] does not know yet, it is kept for [`Self::beside`].
     pub fn in_shaft(&self, points: &mut Points, light: &Ball, aimed_at: u32, set: &mut Candidates) {
-        let shaft = Shaft::between(&points.bounds, &Bounds::of_ball(light));
+        let target = Bounds::of_ball(light);
+        let around = points.bounds.around(&target);
+        // Most shapes are ruled out without the planes.
+        let mut planes = None;
+        let mut planes = || *planes.get_or_insert_with(|| shaft(&points.bounds, &target));
         points.sides.resize(self.triangles.len(), None);
         set.clear();
-        for (i, (triangle, _)) in (0..).zip(&self.triangles) {
-            let (normal, offset) = self.plane(i);
-            let aimed = aimed_at != NO_SPHERE && self.aims[i as usize] == aimed_at;
-            let kept = !aimed
-                && !one_side(triangle, light, points.bounds.sides(normal, offset))
-                && !shaft.excludes(&Bounds::of_triangle(triangle), |p| p.excludes(triangle));
-            if kept {
+        for (i, member) in (0..).zip(&self.triangles) {
+            let aimed = aimed_at != NO_SPHERE && member.aim == aimed_at;
+            let excluded = aimed
+                || around.apart(&member.bounds)
+                || member.beside(light, points.bounds.sides(member))
+                || planes().iter().flatten().any(|plane| plane.excludes(&member.triangle));
+            if !excluded {
                 self.take(i, set);
             }
         }
         for (i, ball) in (0..).zip(&self.balls) {
-            if i != aimed_at && !shaft.excludes(&Bounds::of_ball(ball), |p| p.excludes_ball(ball)) {
+            let excluded = i == aimed_at
+                || around.apart(&Bounds::of_ball(ball))
+                || planes().iter().flatten().any(|plane| plane.excludes_ball(ball));
+            if !excluded {
                 set.balls.push(i);
             }
         }
@@ -108,25 +115,40 @@ impl Line {
     pub fn beside(&self, points: &Points, light: &Ball, set: &mut Candidates) {
         set.triangles.retain(|&i| {
             let known = points.sides[i as usize];
-            !known.is_some_and(|sides| one_side(&self.triangles[i as usize].0, light, sides))
+            !known.is_some_and(|sides| self.triangles[i as usize].beside(light, sides))
         });
     }
 
     /// The plane of a triangle, normal and offset: what [`Points::sides`] is measured against.
     pub fn plane(&self, triangle: u32) -> ([f32; 3], f32) {
-        let triangle = &self.triangles[triangle as usize].0;
-        (triangle.normal, dot(triangle.normal, triangle.corners[0]))
+        let member = &self.triangles[triangle as usize];
+        (member.triangle.normal, member.offset)
     }
 }
 
-/// Whether points between `low` and `high` from the triangle's plane and a light are all strictly on one side of it.
-fn one_side(triangle: &Triangle, light: &Ball, [low, high]: [f32; 2]) -> bool {
-    let normal = triangle.normal;
-    let plane = dot(normal, triangle.corners[0]);
-    let center = dot(normal, light.center) - plane;
-    let reach =
-        length(normal) * light.radius * (1.0 + MARGIN) + MARGIN * (length(normal) * length(light.center) + plane.abs());
-    (low > 0.0 && center > reach) || (high < 0.0 && center < -reach)
+impl Member {
+    pub fn new(corners: [[f32; 3]; 3], name: [u32; 2], aim: u32) -> Self {
+        let triangle = Triangle::new(corners);
+        Self {
+            bounds: Bounds::of_triangle(&triangle),
+            offset: dot(triangle.normal, corners[0]),
+            length: length(triangle.normal),
+            triangle,
+            name,
+            aim,
+        }
+    }
+
+    /// Whether points between `low` and `high` from the plane and a light are all strictly on one side of it.
+    fn beside(&self, light: &Ball, [low, high]: [f32; 2]) -> bool {
+        if low <= 0.0 && high >= 0.0 {
+            return false;
+        }
+        let center = dot(self.triangle.normal, light.center) - self.offset;
+        let reach = self.length * light.radius * (1.0 + MARGIN)
+            + MARGIN * (self.length * length(light.center) + self.offset.abs());
+        (low > 0.0 && center > reach) || (high < 0.0 && center < -reach)
+    }
 }
 
 /// What is known of a set of points.
@@ -165,9 +187,9 @@ impl Bounds {
     }
 
     /// The lowest and highest of `dot(normal, p) - offset` over the box, with room for rounding.
-    fn sides(&self, normal: [f32; 3], offset: f32) -> [f32; 2] {
-        let (mut low, mut high, mut slack) = (-offset, -offset, offset.abs());
-        for (k, n) in normal.into_iter().enumerate() {
+    fn sides(&self, member: &Member) -> [f32; 2] {
+        let (mut low, mut high, mut slack) = (-member.offset, -member.offset, member.offset.abs());
+        for (k, n) in member.triangle.normal.into_iter().enumerate() {
             let (a, b) = (n * self.low[k], n * self.high[k]);
             low += a.min(b);
             high += a.max(b);
@@ -191,36 +213,22 @@ impl Bounds {
     }
 }
 
-/// The hull of two boxes, from outside.
-struct Shaft {
-    bounds: Bounds,
-    planes: [Option<Plane>; 12],
-}
-
-impl Shaft {
-    fn between(a: &Bounds, b: &Bounds) -> Self {
-        let mut planes = [None; 12];
-        for (axis, slots) in planes.chunks_exact_mut(4).enumerate() {
-            let (x, y) = ((axis + 1) % 3, (axis + 2) % 3);
-            for (corner, slot) in slots.iter_mut().enumerate() {
-                let pick = |b: &Bounds| {
-                    [
-                        if corner & 1 == 0 { b.low[x] } else { b.high[x] },
-                        if corner & 2 == 0 { b.low[y] } else { b.high[y] },
-                    ]
-                };
-                *slot = support(pick(a), pick(b), a, b, x, y);
-            }
-        }
-        Self {
-            bounds: a.around(b),
-            planes,
+/// The sides of the hull of two boxes, as far as they are known.
+fn shaft(a: &Bounds, b: &Bounds) -> [Option<Plane>; 12] {
+    let mut planes = [None; 12];
+    for (axis, slots) in planes.chunks_exact_mut(4).enumerate() {
+        let (x, y) = ((axis + 1) % 3, (axis + 2) % 3);
+        for (corner, slot) in slots.iter_mut().enumerate() {
+            let pick = |b: &Bounds| {
+                [
+                    if corner & 1 == 0 { b.low[x] } else { b.high[x] },
+                    if corner & 2 == 0 { b.low[y] } else { b.high[y] },
+                ]
+            };
+            *slot = support(pick(a), pick(b), a, b, x, y);
         }
     }
-
-    fn excludes(&self, bounds: &Bounds, by_plane: impl Fn(&Plane) -> bool) -> bool {
-        self.bounds.apart(bounds) || self.planes.iter().flatten().any(by_plane)
-    }
+    planes
 }
 
 /// The plane along the third axis through `p` and `q` in the plane of the axes `x` and `y`, if both boxes lie on one side.

@@ -26,7 +26,7 @@ def parse():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenes", nargs="+")
     parser.add_argument("--size", default="384x256")
-    parser.add_argument("--spp", type=int, default=15, help="1 + 2 + 4 + 8: whole blocks [default: 15]")
+    parser.add_argument("--spp", type=int, default=16, help="[default: 16]")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--octolux", help="the program [default: target/release/octolux]")
     parser.add_argument("--octolux-option", action="append", default=[], help="handed on, such as --octolux-option=--lanes=8")

@@ -188,7 +188,7 @@ def main():
     ours, theirs = [pair[0] for pair in rounds], [pair[1] for pair in rounds]
     about = ours[0]
     print(f"{ARGS.scene}: {about['width']} x {about['height']}, {ARGS.spp} spp, {ARGS.threads} threads, {ARGS.rounds} rounds")
-    print(f"Octolux: {about['kernel']}, {about['sampler']} {' '.join(ARGS.octolux_option)}, commit {about['commit']}, "
+    print(f"Octolux: {about['kernel']}, {' '.join([about['sampler'], *ARGS.octolux_option])}, commit {about['commit']}, "
           f"{about['target_features']}, Embree {about['embree_version']}")
     print(f"Mitsuba: {mitsuba.about['version']}, llvm_ad_rgb, the estimator mis, {ARGS.mitsuba_sampler}")
     print(f"{about['cpu']}, load {load:.2f} before and {os.getloadavg()[0]:.2f} after; reference: {origin}\n")

@@ -9,11 +9,12 @@ use proof::pictures::{assert_same, both, differences};
 use proof::runs::{load, other_widths, rendered, settings};
 
 /// Scenes that between them have diffuse and Phong surfaces, spheres and meshes that reflect and that emit, smooth
-/// normals, one light and twelve.
-const SCENES: [&str; 6] = [
+/// normals, one light and twelve, and a picture of a sky.
+const SCENES: [&str; 7] = [
     "knot.toml",
     "many-spheres.toml",
     "mesh-light.toml",
+    "sky.toml",
     "veach-mis.toml",
     "tests/two-lights.toml",
     "tests/furnace-phong.toml",

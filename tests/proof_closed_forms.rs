@@ -69,11 +69,13 @@ fn plate(alpha: f64, tilt: f64, lights: Vec<Sphere>) -> Scene {
             target: DVec3::ZERO,
             up: DVec3::Y,
             fov: Fov::X(2e-5),
+            lens: None,
         },
         film: FilmSize { width: 4, height: 4 },
         render: RenderTable::default(),
         materials: vec![Material {
             name: "phong".into(),
+            one_sided: false,
             bsdf: Bsdf::Phong {
                 rho: DVec3::new(0.5, 0.25, 1.0),
                 alpha,

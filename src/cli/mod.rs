@@ -7,6 +7,7 @@ mod build;
 mod compare;
 mod error;
 mod explain;
+mod explain_effects;
 mod interrupt;
 mod machine;
 mod options;

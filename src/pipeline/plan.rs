@@ -77,6 +77,7 @@ impl Plan {
         } else {
             1
         };
+        let pairs = pairs + u32::from(needs.has(Effect::Lens));
         let name = format!("{}-f32x{lanes}-{}", accel.name(), estimator.name());
         if features.nothing_in_sight() {
             return Ok(Self {

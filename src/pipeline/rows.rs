@@ -37,7 +37,13 @@ const EYE: &[(Effects, Row)] = eye_rows![
     [Diffuse],
     [Diffuse, Phong],
     [Diffuse, SmoothNormals],
+    [Diffuse, OneSided],
+    [Diffuse, Lens],
     [Diffuse, Phong, SmoothNormals],
+    [Diffuse, Phong, OneSided],
+    [Diffuse, Phong, Lens],
+    [Diffuse, Phong, Blend],
+    [Diffuse, Phong, Blend, OneSided, SmoothNormals, Lens],
 ];
 
 /// The models of reflection, in the order in which their points are shaded.

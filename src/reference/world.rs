@@ -37,6 +37,8 @@ enum Finish {
 /// What a ray sees.
 #[derive(Debug)]
 pub enum Sight<'w> {
+    /// The back of a surface whose front alone reflects: nothing comes from there.
+    Back,
     /// A surface that reflects.
     Reflector {
         /// The surface there.
@@ -124,7 +126,11 @@ impl<'s> World<'s> {
             Finish::Reflects { material } => {
                 let wo = -ray.direction;
                 let surface_point = shape.point(ray, &meeting);
-                let ng = facing(shape.normal(surface_point), wo);
+                let outward = shape.normal(surface_point);
+                if self.scene.materials[material].one_sided && outward.dot(wo) < 0.0 {
+                    return Some(Sight::Back);
+                }
+                let ng = facing(outward, wo);
                 let n = facing(self.smooth_normal(body, index, &meeting).unwrap_or(ng), ng);
                 let bsdf = self.scene.materials[material].bsdf;
                 Sight::Reflector {

@@ -43,6 +43,7 @@ pub struct PassBlock {
     seed: u32,
     first: u32,
     passes: usize,
+    pairs: u32,
     /// `pairs x passes` points, empty for independent numbers.
     table: Vec<[u32; 2]>,
 }
@@ -60,8 +61,14 @@ impl PassBlock {
             seed,
             first,
             passes: passes as usize,
+            pairs,
             table,
         }
+    }
+
+    /// The number of the last pair.
+    pub fn last_pair(&self) -> u32 {
+        self.pairs - 1
     }
 
     /// The first pass.

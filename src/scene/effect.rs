@@ -11,12 +11,18 @@ pub enum Effect {
     Diffuse,
     /// Phong's model.
     Phong,
+    /// Both lobes in one material.
+    Blend,
+    /// Materials whose back reflects nothing.
+    OneSided,
     /// Spheres that reflect.
     Spheres,
     /// Meshes that reflect.
     Meshes,
     /// Normals interpolated over triangles.
     SmoothNormals,
+    /// A lens, and so a depth of field.
+    Lens,
     /// Spheres that emit.
     SphereLights,
     /// Meshes that emit.
@@ -25,12 +31,15 @@ pub enum Effect {
 
 impl Effect {
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 10] = [
         Self::Diffuse,
         Self::Phong,
+        Self::Blend,
+        Self::OneSided,
         Self::Spheres,
         Self::Meshes,
         Self::SmoothNormals,
+        Self::Lens,
         Self::SphereLights,
         Self::MeshLights,
     ];
@@ -40,9 +49,12 @@ impl Effect {
         match self {
             Self::Diffuse => "diffuse",
             Self::Phong => "phong",
+            Self::Blend => "blend",
+            Self::OneSided => "one-sided",
             Self::Spheres => "spheres",
             Self::Meshes => "meshes",
             Self::SmoothNormals => "smooth normals",
+            Self::Lens => "lens",
             Self::SphereLights => "sphere lights",
             Self::MeshLights => "mesh lights",
         }

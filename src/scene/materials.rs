@@ -9,10 +9,10 @@ use super::rule::{ALPHA, EXPONENT, FINITE, NOT_NEGATIVE};
 use super::table::Table;
 use super::{Bsdf, Material};
 
-pub(super) const KEYS: &[&str] = &["diffuse", "phong", "exponent", "brdf_params"];
+pub(super) const KEYS: &[&str] = &["diffuse", "phong", "exponent", "brdf_params", "one_sided"];
 
 const MODELS: &str =
-    "write one of: diffuse = [r, g, b]; phong = [r, g, b] with exponent = alpha; brdf_params = [r, g, b, alpha]";
+    "write diffuse = [r, g, b], or phong = [r, g, b] with exponent = alpha, or both; or brdf_params = [r, g, b, alpha]";
 
 /// The materials of a scene by their names: a scene can have as many of them as shapes.
 pub(super) struct Materials<'m>(HashMap<&'m str, usize>);
@@ -48,24 +48,39 @@ pub(super) fn material(name: &str, table: &Table<'_>) -> Result<Material, Fault>
     let model = models
         .next()
         .ok_or_else(|| table.fault(format!("{} says nothing of reflection", table.title), MODELS))?;
+    let mut gloss = None;
     if let Some(second) = models.next() {
-        return Err(second.fault(&format!("must not stand beside {}", model.key), MODELS));
+        if second.key == "brdf_params" {
+            return Err(second.fault(&format!("must not stand beside {}", model.key), MODELS));
+        }
+        if let Some(third) = models.next() {
+            return Err(third.fault("must not stand beside diffuse", MODELS));
+        }
+        gloss = Some(second);
     }
     if model.key != "phong"
+        && gloss.is_none()
         && let Some(exponent) = table.get("exponent")
     {
         let help = format!("leave the exponent out, or write `phong` instead of `{}`", model.key);
         return Err(exponent.fault("belongs to phong alone", help));
     }
     let bsdf = match model.key {
-        "diffuse" => Bsdf::Diffuse {
-            rho: model.triple(&NOT_NEGATIVE)?,
-        },
-        "phong" => {
+        "diffuse" => {
             let rho = model.triple(&NOT_NEGATIVE)?;
-            let alpha = table.need("exponent", "exponent = 100.0")?.number(&EXPONENT)?;
-            Bsdf::Phong { rho, alpha }
+            match gloss {
+                Some(phong) => Bsdf::Blend {
+                    rho,
+                    gloss: phong.triple(&NOT_NEGATIVE)?,
+                    alpha: exponent(table)?,
+                },
+                None => Bsdf::Diffuse { rho },
+            }
         }
+        "phong" => Bsdf::Phong {
+            rho: model.triple(&NOT_NEGATIVE)?,
+            alpha: exponent(table)?,
+        },
         _ => {
             let [r, g, b, alpha] = model.numbers::<4>(&FINITE)?;
             let rho = DVec3::new(r, g, b);
@@ -82,5 +97,13 @@ pub(super) fn material(name: &str, table: &Table<'_>) -> Result<Material, Fault>
     Ok(Material {
         name: name.to_owned(),
         bsdf,
+        one_sided: match table.get("one_sided") {
+            Some(value) => value.truth()?,
+            None => false,
+        },
     })
+}
+
+fn exponent(table: &Table<'_>) -> Result<f64, Fault> {
+    table.need("exponent", "exponent = 100.0")?.number(&EXPONENT)
 }

@@ -131,6 +131,14 @@ impl<'t> Value<'t> {
         }
     }
 
+    /// `true` or `false`.
+    pub fn truth(&self) -> Result<bool, Fault> {
+        match self.node.get_ref() {
+            DeValue::Boolean(truth) => Ok(*truth),
+            _ => Err(self.fault("must be true or false", "write true or false, without quotes")),
+        }
+    }
+
     /// A string.
     pub fn string(&self) -> Result<&'t str, Fault> {
         match self.node.get_ref() {

@@ -1,5 +1,6 @@
 //! Studies: how far a picture is from another, and what accuracy costs.
 
+pub mod cost;
 pub mod error;
 pub mod selftest;
 pub mod significance;

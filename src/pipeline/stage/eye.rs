@@ -1,124 +1,18 @@
 //! Eye rays: through the film, to the first hit, into the hit streams.
 
+use super::grid::lists_samples;
+use super::surface::{Surfaces, has, shading_point};
 use super::{Chunk, Scratch, Stage, pairs};
-use crate::bsdf::Bsdf;
 use crate::embree::{Coherence, Hit, NO_SPHERE, Ray, TraceLane};
-use crate::estimator::ShadingPoint;
-use crate::film::Tile;
-use crate::lane::{Bits, Lane, Mask};
+use crate::lane::{Bits, Mask};
 use crate::math::Vec3;
 use crate::pipeline::stream::{Address, Diffuse, HitStream, Model, Phong};
 use crate::pipeline::tracer::Tracer;
-use crate::pipeline::world::{SurfaceRecord, World};
-use crate::scene::{Effect, Effects};
-
-/// What eye packets are loaded from, in columns, repeated behind the end so that any packet is one load: the pixels of a
-/// tile, which serve pass after pass; or where pixels differ in their passes, every sample of a chunk.
-#[derive(Debug, Default)]
-pub struct Grid {
-    x: Vec<f32>,
-    y: Vec<f32>,
-    index: Vec<u32>,
-    pixel: Vec<u32>,
-    /// Of samples only.
-    pass: Vec<u32>,
-}
-
-impl Grid {
-    /// Loads what a chunk needs; returns how many numbers a column holds, and how many samples the chunk has.
-    fn load(&mut self, chunk: &Chunk, lanes: usize) -> (usize, usize) {
-        if lists_samples(chunk.tile) {
-            let samples = self.samples(chunk, lanes);
-            (samples, samples)
-        } else {
-            let pixels = self.pixels(chunk.tile, chunk.film_width, lanes);
-            (pixels, pixels * chunk.passes as usize)
-        }
-    }
-
-    /// The pixels of a tile; returns how many.
-    fn pixels(&mut self, tile: &Tile, film_width: u32, lanes: usize) -> usize {
-        self.clear();
-        let indexed = tile.pixels.iter().enumerate();
-        for (index, pixel) in indexed.cycle().take(tile.pixels.len() + lanes) {
-            self.push(index, *pixel, film_width);
-        }
-        tile.pixels.len()
-    }
-
-    /// The samples of a chunk, pass by pass and in each the pixels that take part, in tile order; returns how many.
-    fn samples(&mut self, chunk: &Chunk, lanes: usize) -> usize {
-        self.clear();
-        let (tile, first) = (chunk.tile, chunk.numbers.first());
-        let goals = tile.goals();
-        let takes_part = |index: usize, pass: u32| goals.get(index).is_none_or(|&goal| goal > first + pass);
-        for (index, pixel) in tile.pixels.iter().enumerate() {
-            if takes_part(index, chunk.first) {
-                self.push(index, *pixel, chunk.film_width);
-            }
-        }
-        let mut before = 0..self.x.len();
-        self.pass.resize(before.end, chunk.first);
-        for pass in chunk.first + 1..chunk.first + chunk.passes {
-            let next = self.x.len();
-            // While noise is measured every pair of passes has a slot of its own.
-            let slot = if tile.measures_noise() && pass % 2 == 0 {
-                tile.pixels.len() as u32
-            } else {
-                0
-            };
-            if before
-                .clone()
-                .all(|at| goals.is_empty() || takes_part(self.index[at] as usize, pass))
-            {
-                self.x.extend_from_within(before.clone());
-                self.y.extend_from_within(before.clone());
-                self.pixel.extend_from_within(before.clone());
-                self.index.extend_from_within(before);
-                self.index[next..].iter_mut().for_each(|index| *index += slot);
-            } else {
-                for at in before {
-                    if takes_part(self.index[at] as usize, pass) {
-                        self.repeat(at);
-                    }
-                }
-            }
-            before = next..self.x.len();
-            self.pass.resize(before.end, pass);
-        }
-        let samples = self.x.len();
-        for _ in 0..lanes {
-            self.repeat(samples - 1);
-            self.pass.push(self.pass[samples - 1]);
-        }
-        samples
-    }
-
-    fn clear(&mut self) {
-        self.x.clear();
-        self.y.clear();
-        self.index.clear();
-        self.pixel.clear();
-        self.pass.clear();
-    }
-
-    fn push(&mut self, index: usize, [x, y]: [u32; 2], film_width: u32) {
-        self.x.push(x as f32);
-        self.y.push(y as f32);
-        self.index.push(index as u32);
-        self.pixel.push(y.wrapping_mul(film_width).wrapping_add(x));
-    }
-
-    fn repeat(&mut self, at: usize) {
-        self.x.push(self.x[at]);
-        self.y.push(self.y[at]);
-        self.index.push(self.index[at]);
-        self.pixel.push(self.pixel[at]);
-    }
-}
+use crate::sampling::warp;
+use crate::scene::Effect;
 
 /// Traces every sample of a chunk. Emitters that are seen go onto the film, surfaces into the streams.
-/// What the stage holds are the bits of [`Effects`].
+/// What the stage holds are the bits of [`Effects`](crate::scene::Effects).
 pub struct Eye<const HELD: u32>;
 
 /// Counts the samples of a film on which nothing is in sight.
@@ -139,15 +33,15 @@ impl Stage for Blank {
     }
 }
 
-/// Whether a stage that holds these effects holds this one.
-const fn has(held: u32, effect: Effect) -> bool {
-    Effects::from_bits(held).has(effect)
-}
-
 #[inline(always)]
 fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &mut Scratch) {
     let Scratch { grid, hits, set, .. } = scratch;
-    T::face_tile(chunk.world, chunk.tile, set);
+    if has(HELD, Effect::Lens) {
+        // Rays through a lens leave the tile's frustum.
+        T::face_all(chunk.world, set);
+    } else {
+        T::face_tile(chunk.world, chunk.tile, set);
+    }
     hits.iter_mut().for_each(HitStream::clear);
     let (length, samples) = grid.load(chunk, L::N);
     let listed = lists_samples(chunk.tile);
@@ -177,9 +71,14 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
 
         let key = chunk.numbers.key(pixel);
         let (u, v) = chunk.numbers.pair(key, passes, pairs::PIXEL).unit::<L>();
-        let direction = chunk.world.camera.direction(x + u, y + v);
+        let (origin, direction) = if has(HELD, Effect::Lens) {
+            let (a, b) = chunk.numbers.pair(key, passes, chunk.numbers.last_pair()).unit::<L>();
+            chunk.world.camera.through_lens((x + u, y + v), warp::disk(a, b))
+        } else {
+            (Vec3::zero(), chunk.world.camera.direction(x + u, y + v))
+        };
         let ray = Ray {
-            origin: Vec3::zero(),
+            origin,
             direction,
             tfar: L::splat(f32::INFINITY),
             aims_at: L::Bits::splat(NO_SPHERE),
@@ -190,7 +89,7 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
                 chunk,
                 hits,
                 &hit,
-                direction,
+                &ray,
                 &Address {
                     index,
                     key,
@@ -209,190 +108,41 @@ fn settle<L: TraceLane, const HELD: u32>(
     chunk: &mut Chunk,
     hits: &mut [HitStream; 2],
     hit: &Hit<L>,
-    direction: Vec3<L>,
+    ray: &Ray<L>,
     address: &Address<L>,
 ) {
     let surfaces = Surfaces::of(chunk.world, hit);
-    let reflects = hit.found & !surfaces.emits;
+    let mut reflects = hit.found & !surfaces.emits;
     for lane in (hit.found & surfaces.emits).lanes() {
         let surface = surfaces.record(chunk.world, lane);
         chunk
             .sum
             .add(address.index.lane(lane) as usize, surface.le.unwrap_or_default());
     }
+    if has(HELD, Effect::OneSided) {
+        let back = hit.ng.dot(ray.direction).gt(L::zero());
+        reflects = reflects & !(back & surfaces.those(chunk.world, |surface| surface.one_sided));
+    }
     if reflects.none() {
         return;
     }
-    let point = shading_point::<L, HELD>(chunk.world, hit, direction, &surfaces);
+    let mut point = shading_point::<L, HELD>(chunk.world, hit, ray, &surfaces);
     let phong = point.bsdf.phong & reflects;
-    let diffuse = reflects & !phong;
+    let mut diffuse = reflects & !phong;
+    if has(HELD, Effect::Blend) {
+        // A blend is two surfaces at one point: it goes into both streams, and each lobe is sampled as its model is.
+        let blends = surfaces.those(chunk.world, |surface| surface.gloss.is_some()) & phong;
+        diffuse = diffuse | blends;
+    }
     if diffuse.any() {
         hits[Diffuse::STREAM].push::<L, Diffuse>(diffuse, &point, address);
+    }
+    if has(HELD, Effect::Blend) {
+        let record = |lane: usize| surfaces.record(chunk.world, lane);
+        let gloss = |k: usize| L::from_fn(|lane| record(lane).gloss.unwrap_or(record(lane).rho)[k]);
+        point.bsdf.rho = Vec3::new(gloss(0), gloss(1), gloss(2));
     }
     if phong.any() {
         hits[Phong::STREAM].push::<L, Phong>(phong, &point, address);
     }
-}
-
-/// The surface of each lane, and what a packet needs of it.
-struct Surfaces<L: Lane> {
-    index: L::Bits,
-    /// Lanes that met a sphere.
-    spheres: L::Mask,
-    emits: L::Mask,
-    rho: Vec3<L>,
-    alpha: L,
-    extent: Vec3<L>,
-}
-
-impl<L: Lane> Surfaces<L> {
-    #[inline(always)]
-    fn of(world: &World, hit: &Hit<L>) -> Self {
-        let spheres = hit.geometry.eq(L::Bits::splat(world.sphere_geometry)) & hit.found;
-        let index = L::Bits::select(spheres, hit.geometry + hit.primitive, hit.geometry);
-        let first = index.lane(hit.found.lanes().next().unwrap_or(0));
-        if (hit.found & !index.eq(L::Bits::splat(first))).none() {
-            // Most packets meet one surface.
-            let one = &world.surfaces[first as usize];
-            let index = L::Bits::splat(first);
-            let emits = L::Mask::splat(one.le.is_some());
-            return Self {
-                index,
-                spheres,
-                emits,
-                rho: Vec3::splat(one.rho),
-                alpha: L::splat(one.alpha),
-                extent: Vec3::splat(one.extent),
-            };
-        }
-        let index = L::Bits::select(hit.found, index, L::Bits::splat(first));
-        let record = |lane: usize| &world.surfaces[index.lane(lane) as usize];
-        let emits = (0..L::N)
-            .filter(|&lane| record(lane).le.is_some())
-            .fold(0, |bits, lane| bits | 1 << lane);
-        Self {
-            index,
-            spheres,
-            emits: L::Mask::from_bitmask(emits),
-            rho: Vec3::new(
-                L::from_fn(|lane| record(lane).rho[0]),
-                L::from_fn(|lane| record(lane).rho[1]),
-                L::from_fn(|lane| record(lane).rho[2]),
-            ),
-            alpha: L::from_fn(|lane| record(lane).alpha),
-            extent: Vec3::new(
-                L::from_fn(|lane| record(lane).extent[0]),
-                L::from_fn(|lane| record(lane).extent[1]),
-                L::from_fn(|lane| record(lane).extent[2]),
-            ),
-        }
-    }
-
-    fn record<'w>(&self, world: &'w World, lane: usize) -> &'w SurfaceRecord {
-        &world.surfaces[self.index.lane(lane) as usize]
-    }
-}
-
-/// Point, normals and model of each lane that met a surface.
-#[inline(always)]
-fn shading_point<L: Lane, const HELD: u32>(
-    world: &World,
-    hit: &Hit<L>,
-    direction: Vec3<L>,
-    surfaces: &Surfaces<L>,
-) -> ShadingPoint<L> {
-    let wo = -direction;
-    let mut p = direction * hit.t;
-    // The normal of a triangle is as long as its area: of small ones the square of that would be denormal.
-    let largest = hit.ng.max_abs();
-    let mut ng = (hit.ng * (L::one() / largest)).normalize();
-    if surfaces.spheres.any() {
-        // A sphere smaller than the spacing of numbers can be met at its very centre.
-        ng = Vec3::select(surfaces.spheres & !largest.gt(L::zero()), wo, ng);
-        // Back onto the sphere: the error of a distance grows as distance over radius.
-        let ball = |lane: usize| &surfaces.record(world, lane).ball;
-        let center = Vec3::new(
-            L::from_fn(|lane| ball(lane).center[0]),
-            L::from_fn(|lane| ball(lane).center[1]),
-            L::from_fn(|lane| ball(lane).center[2]),
-        );
-        let radius = L::from_fn(|lane| ball(lane).radius);
-        p = Vec3::select(surfaces.spheres, ng.mul_add(radius, center), p);
-    }
-    ng = face(ng, wo);
-    let n = if has(HELD, Effect::SmoothNormals) {
-        smooth_normal(world, hit, surfaces, ng)
-    } else {
-        ng
-    };
-    let bsdf = if has(HELD, Effect::Phong) {
-        Bsdf::new(n, wo, surfaces.rho, surfaces.alpha)
-    } else {
-        Bsdf::diffuse(n, surfaces.rho)
-    };
-    ShadingPoint {
-        p: leave(p, ng, surfaces.extent),
-        ng,
-        bsdf,
-    }
-}
-
-/// How far a shading point leaves its surface, in the unit that [`leave`] says.
-///
-/// What rounding can do, in half-ulps `u` of `size` below: the distance `n·a / n·d` loses 3 u in each product and 1 u in the
-/// quotient, `t d` another, and the shadow ray's `n·(a - p)` 4 u more; Embree forms `n` anew for it. All at their worst
-/// together that is about 20 u. Counted on 12 scales x 12 offsets of a plane, a sphere, a mesh and a floor a thousand times
-/// as far as it is seen from (`selftest --case 24`), by Embree 4.4.0 and in a line: acne up to 3 u, none from 4 u on.
-const OFFSET: f32 = 8.0 * f32::EPSILON / 2.0;
-
-/// The point `p` of a surface, moved to the side of its normal as far as rounding can have put it on the other.
-///
-/// Rounding works on coordinates, of the point and of the corners of its triangle, and it counts as far as it is along the
-/// normal: `size = |n|·(|p| + extent)`. For a floor that is its depth below the eye, however far it reaches.
-#[inline(always)]
-fn leave<L: Lane>(p: Vec3<L>, ng: Vec3<L>, extent: Vec3<L>) -> Vec3<L> {
-    let size =
-        ng.x.abs() * (p.x.abs() + extent.x) + ng.y.abs() * (p.y.abs() + extent.y) + ng.z.abs() * (p.z.abs() + extent.z);
-    ng.mul_add(size * L::splat(mutate!(OFFSET, OffsetDropped => 0.0)), p)
-}
-
-/// `v` or its opposite, whichever is on the side of `towards`.
-#[inline(always)]
-fn face<L: Lane>(v: Vec3<L>, towards: Vec3<L>) -> Vec3<L> {
-    Vec3::select(v.dot(towards).lt(L::zero()), -v, v)
-}
-
-/// The interpolated normal where the mesh has one, on the side of `ng`; else `ng`.
-#[inline(always)]
-fn smooth_normal<L: Lane>(world: &World, hit: &Hit<L>, surfaces: &Surfaces<L>, ng: Vec3<L>) -> Vec3<L> {
-    let mut normals = [[0.0_f32; 3]; 16];
-    let mut smooth = 0_u32;
-    for lane in (hit.found & !surfaces.spheres).lanes() {
-        let Some(mesh) = &world.normals[surfaces.index.lane(lane) as usize] else {
-            continue;
-        };
-        let barycentric = (hit.u.lane(lane), hit.v.lane(lane));
-        let (u, v) = mutate!(barycentric, CornersSwapped => (barycentric.1, barycentric.0));
-        let [a, b, c] = mesh.triangles[hit.primitive.lane(lane) as usize].map(|i| mesh.normals[i as usize]);
-        let w = 1.0 - u - v;
-        normals[lane] = std::array::from_fn(|k| w * a[k] + u * b[k] + v * c[k]);
-        smooth |= 1 << lane;
-    }
-    if smooth == 0 {
-        return ng;
-    }
-    let sum = Vec3::new(
-        L::from_fn(|i| normals[i][0]),
-        L::from_fn(|i| normals[i][1]),
-        L::from_fn(|i| normals[i][2]),
-    );
-    // Opposite normals can cancel; then the triangle's own has to do.
-    let usable = L::Mask::from_bitmask(smooth) & sum.length_squared().gt(L::splat(1e-12));
-    let normal = sum.normalize();
-    Vec3::select(usable, mutate!(face(normal, ng), NormalNotFaced => normal), ng)
-}
-
-/// Whether pixels of the tile differ in their passes, so that every sample has to be listed.
-fn lists_samples(tile: &Tile) -> bool {
-    tile.measures_noise() || !tile.goals().is_empty()
 }

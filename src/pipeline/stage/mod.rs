@@ -2,8 +2,10 @@
 //! [`shadow`] empties it onto the film.
 
 pub mod eye;
+pub mod grid;
 pub mod shade;
 pub mod shadow;
+pub mod surface;
 
 use super::Counters;
 use super::stream::{HitStream, RayQueue};
@@ -25,7 +27,7 @@ pub trait Stage {
 #[derive(Debug)]
 pub struct Scratch {
     /// The pixels of the tile, or the samples of the chunk.
-    pub grid: eye::Grid,
+    pub grid: grid::Grid,
     /// Shading points by model of reflection: see [`Model`](super::stream::Model).
     pub hits: [HitStream; 2],
     /// Rays that wait for their visibility.
@@ -39,7 +41,7 @@ pub struct Scratch {
 impl Default for Scratch {
     fn default() -> Self {
         Self {
-            grid: eye::Grid::default(),
+            grid: grid::Grid::default(),
             hits: [HitStream::new(), HitStream::new()],
             queue: RayQueue::new(),
             points: Points::default(),

@@ -25,7 +25,7 @@
 //! | `NormalNotFaced` | a smooth normal is not turned to the eye's side | closed form |
 //! | `LastLightOnly` | `uniform` and `brdf` ask for the last light alone | closed form |
 //! | `CornersSwapped` | smooth normals with two corners of the triangle exchanged | oracle |
-//! | `ShadowsSkipped` | nothing blocks any light | exact |
+| `ShadowsSkipped` | nothing blocks any light | exact |
 //! | `OnePassOff` | means are divided by one pass too many | exact |
 //! | `LaneShift` | a packet's contributions belong to the next lane's rays | lanes |
 //! | `StaleTail` | behind the tail of a stream, old points count | lanes |

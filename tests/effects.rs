@@ -24,7 +24,7 @@ fn matt(scene: &mut Scene) {
     }
 }
 
-const TAKEN: [Taking; 5] = [
+const TAKEN: [Taking; 6] = [
     ("veach-mis.toml", Effect::Phong, matt),
     ("knot.toml", Effect::SmoothNormals, |scene| {
         scene.meshes.iter_mut().for_each(|mesh| mesh.normals = None);
@@ -35,6 +35,9 @@ const TAKEN: [Taking; 5] = [
             .materials
             .iter_mut()
             .for_each(|material| material.one_sided = false);
+    }),
+    ("textures.toml", Effect::Textures, |scene| {
+        scene.materials.iter_mut().for_each(|material| material.texture = None);
     }),
     ("blend.toml", Effect::Blend, |scene| {
         for material in &mut scene.materials {

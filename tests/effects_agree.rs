@@ -45,3 +45,8 @@ fn a_blend_is_the_sum_of_its_lobes() {
 fn backs_of_one_sided_surfaces_are_black_and_still_in_the_way() {
     agrees("one-sided.toml", "agree-one-sided");
 }
+
+#[test]
+fn textures_show_what_the_oracle_sees_in_them() {
+    agrees("textures.toml", "agree-textures");
+}

@@ -11,7 +11,7 @@ fn effects_are_found_with_their_evidence_and_the_absent_ones_named() {
     let text = stdout(&place.succeeds(&format!("explain {scene}")));
     for words in [
         "blend           4 of 6 materials, on 4 shapes in sight",
-        "absent     one-sided, smooth normals, lens, mesh lights",
+        "absent     one-sided, smooth normals, textures, lens, mesh lights",
     ] {
         assert!(text.contains(words), "{words}\n{text}");
     }

@@ -7,6 +7,7 @@ mod renderer;
 mod rows;
 mod stage;
 mod stream;
+mod texture;
 mod tracer;
 mod world;
 

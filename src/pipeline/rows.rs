@@ -38,12 +38,14 @@ const EYE: &[(Effects, Row)] = eye_rows![
     [Diffuse, Phong],
     [Diffuse, SmoothNormals],
     [Diffuse, OneSided],
+    [Diffuse, Textures],
     [Diffuse, Lens],
     [Diffuse, Phong, SmoothNormals],
     [Diffuse, Phong, OneSided],
+    [Diffuse, Phong, Textures],
     [Diffuse, Phong, Lens],
     [Diffuse, Phong, Blend],
-    [Diffuse, Phong, Blend, OneSided, SmoothNormals, Lens],
+    [Diffuse, Phong, Blend, OneSided, SmoothNormals, Textures, Lens],
 ];
 
 /// The models of reflection, in the order in which their points are shaded.

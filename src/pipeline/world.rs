@@ -7,12 +7,13 @@ use std::collections::HashSet;
 
 use glam::DVec3;
 
+use super::texture::Textured;
 use crate::embree::{Accel, Device, EmbreeError, SceneBuilder};
 use crate::lane::Lane;
 use crate::light::SphereLight;
 use crate::linear::Line;
 use crate::math::Vec3;
-use crate::scene::{Bsdf, Camera, FilmSize, Fov, Scene, Sphere, Surface};
+use crate::scene::{Bsdf, Camera, FilmSize, Fov, Mesh, Scene, Sphere, Surface};
 use crate::settings::AccelKind;
 use crate::shape::Ball;
 
@@ -29,6 +30,8 @@ pub struct World {
     pub sphere_geometry: u32,
     /// Smooth normals of each mesh that has them.
     pub normals: Vec<Option<SmoothNormals>>,
+    /// Texture coordinates of each mesh that has a texture.
+    pub textured: Vec<Option<Textured>>,
     /// Spheres that emit something.
     pub lights: Vec<SphereLight>,
     /// Whether meshes emit something.
@@ -102,6 +105,18 @@ fn distinct_spheres(scene: &Scene) -> Vec<(&Sphere, Ball)> {
             seen.insert((place, ball.radius.to_bits()))
         })
         .collect()
+}
+
+fn textured(scene: &Scene, mesh: &Mesh) -> Option<Textured> {
+    let Surface::Material(index) = mesh.surface else {
+        return None;
+    };
+    let (texture, uvs) = (scene.materials[index].texture.clone()?, mesh.uvs.as_ref()?);
+    Some(Textured {
+        triangles: mesh.triangles.clone(),
+        uvs: uvs.iter().map(|uv| uv.to_array().map(|x| x as f32)).collect(),
+        texture,
+    })
 }
 
 /// What orders lights; any order will do that depends on nothing else.
@@ -191,6 +206,7 @@ impl World {
             surfaces,
             sphere_geometry,
             normals,
+            textured: scene.meshes.iter().map(|mesh| textured(scene, mesh)).collect(),
             lights,
             mesh_lights,
             camera: CameraRays::of(&scene.camera, film),

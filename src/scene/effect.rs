@@ -21,6 +21,8 @@ pub enum Effect {
     Meshes,
     /// Normals interpolated over triangles.
     SmoothNormals,
+    /// Pictures on surfaces.
+    Textures,
     /// A lens, and so a depth of field.
     Lens,
     /// Spheres that emit.
@@ -31,7 +33,7 @@ pub enum Effect {
 
 impl Effect {
     /// All of them.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Diffuse,
         Self::Phong,
         Self::Blend,
@@ -39,6 +41,7 @@ impl Effect {
         Self::Spheres,
         Self::Meshes,
         Self::SmoothNormals,
+        Self::Textures,
         Self::Lens,
         Self::SphereLights,
         Self::MeshLights,
@@ -54,6 +57,7 @@ impl Effect {
             Self::Spheres => "spheres",
             Self::Meshes => "meshes",
             Self::SmoothNormals => "smooth normals",
+            Self::Textures => "textures",
             Self::Lens => "lens",
             Self::SphereLights => "sphere lights",
             Self::MeshLights => "mesh lights",

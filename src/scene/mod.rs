@@ -21,17 +21,20 @@ mod rule;
 mod shapes;
 mod sight;
 mod table;
+mod texture;
 mod value;
 mod view;
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 pub use crate::settings::{EstimatorKind, SamplerKind};
 pub use effect::{Effect, Effects};
 pub use error::SceneError;
 pub use features::Features;
+pub use texture::{Texture, Wrap};
 pub use files::Outside;
 
 /// A scene whose every value has been checked. Lengths are in the units of the file, in `f64`, not yet made relative
@@ -131,6 +134,8 @@ pub struct Material {
     pub bsdf: Bsdf,
     /// Whether only the front reflects: outside of a sphere, or where the corners of a triangle go round counter-clockwise.
     pub one_sided: bool,
+    /// What the reflectance is multiplied by, of a blend the diffuse one; only on meshes with texture coordinates.
+    pub texture: Option<Arc<Texture>>,
 }
 
 impl Material {
@@ -141,6 +146,7 @@ impl Material {
             Bsdf::Phong { .. } => Effects::of(&[Effect::Phong]),
             Bsdf::Blend { .. } => Effects::of(&[Effect::Diffuse, Effect::Phong, Effect::Blend]),
         };
+        let model = model.with(Effect::Textures, self.texture.is_some());
         model.with(Effect::OneSided, self.one_sided)
     }
 }
@@ -227,6 +233,8 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// With smooth shading: a unit normal for each vertex (same length as `vertices`).
     pub normals: Option<Vec<DVec3>>,
+    /// Texture coordinates for each vertex, finite; `v` points up.
+    pub uvs: Option<Vec<DVec2>>,
     /// What it does.
     pub surface: Surface,
 }

@@ -87,6 +87,7 @@ impl<'t> Value<'t> {
                 "must be three numbers",
                 "write three numbers in brackets, such as [1, 0.5, 2]",
             ),
+            2 => ("must be two numbers", "write two numbers in brackets, such as [0.5, 1]"),
             _ => (
                 "must be four numbers",
                 "write four numbers in brackets, such as [0.4, 0.4, 0.4, 1000]",

@@ -54,6 +54,7 @@ fn without(scene: &Scene, effect: Effect) -> Option<Scene> {
         }),
         Effect::OneSided => scene.materials.iter_mut().for_each(|m| m.one_sided = false),
         Effect::SmoothNormals => scene.meshes.iter_mut().for_each(|m| m.normals = None),
+        Effect::Textures => scene.materials.iter_mut().for_each(|m| m.texture = None),
         Effect::Lens => scene.camera.lens = None,
         _ => return None,
     }

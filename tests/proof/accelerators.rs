@@ -47,6 +47,7 @@ pub fn random_scene(rng: &mut Pcg64, distance: f64) -> Scene {
         vertices: vec![a, a + b, a + c],
         triangles: vec![[0, 1, 2]],
         normals: None,
+        uvs: None,
         surface: material,
     };
     let mut meshes: Vec<Mesh> = (0..8)
@@ -85,7 +86,7 @@ pub fn random_scene(rng: &mut Pcg64, distance: f64) -> Scene {
         materials: vec![Material {
             name: "grey".into(),
             bsdf: Bsdf::Diffuse { rho: DVec3::splat(0.5) },
-            one_sided: false,
+            one_sided: false, texture: None,
         }],
         spheres,
         meshes,

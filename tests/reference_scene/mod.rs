@@ -28,7 +28,7 @@ pub fn scene(origin: DVec3, target: DVec3, bsdf: Bsdf) -> Scene {
         materials: vec![Material {
             name: "m".into(),
             bsdf,
-            one_sided: false,
+            one_sided: false, texture: None,
         }],
         spheres: vec![],
         meshes: vec![],
@@ -64,6 +64,7 @@ pub fn quad(center: DVec3, right: DVec3, up: DVec3, half: f64, surface: Surface)
         ],
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         normals: None,
+        uvs: None,
         surface,
     }
 }

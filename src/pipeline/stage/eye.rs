@@ -1,7 +1,7 @@
 //! Eye rays: through the film, to the first hit, into the hit streams.
 
 use super::grid::lists_samples;
-use super::surface::{Surfaces, has, shading_point};
+use super::surface::{Surfaces, has, shading_point, texels};
 use super::{Chunk, Scratch, Stage, pairs};
 use crate::embree::{Coherence, Hit, NO_SPHERE, Ray, TraceLane};
 use crate::lane::{Bits, Mask};
@@ -127,21 +127,24 @@ fn settle<L: TraceLane, const HELD: u32>(
         return;
     }
     let mut point = shading_point::<L, HELD>(chunk.world, hit, ray, &surfaces);
+    if has(HELD, Effect::Textures) {
+        point.bsdf.rho = point.bsdf.rho.times(texels(chunk.world, hit, &surfaces));
+    }
     let phong = point.bsdf.phong & reflects;
     let mut diffuse = reflects & !phong;
+    let mut gloss = point.bsdf.rho;
     if has(HELD, Effect::Blend) {
         // A blend is two surfaces at one point: it goes into both streams, and each lobe is sampled as its model is.
         let blends = surfaces.those(chunk.world, |surface| surface.gloss.is_some()) & phong;
         diffuse = diffuse | blends;
+        let record = |lane: usize| surfaces.record(chunk.world, lane).gloss.unwrap_or_default();
+        let of_blends = |k: usize| L::from_fn(|lane| record(lane)[k]);
+        gloss = Vec3::select(blends, Vec3::new(of_blends(0), of_blends(1), of_blends(2)), gloss);
     }
     if diffuse.any() {
         hits[Diffuse::STREAM].push::<L, Diffuse>(diffuse, &point, address);
     }
-    if has(HELD, Effect::Blend) {
-        let record = |lane: usize| surfaces.record(chunk.world, lane);
-        let gloss = |k: usize| L::from_fn(|lane| record(lane).gloss.unwrap_or(record(lane).rho)[k]);
-        point.bsdf.rho = Vec3::new(gloss(0), gloss(1), gloss(2));
-    }
+    point.bsdf.rho = gloss;
     if phong.any() {
         hits[Phong::STREAM].push::<L, Phong>(phong, &point, address);
     }

@@ -5,6 +5,7 @@ use crate::embree::{Hit, Ray};
 use crate::estimator::ShadingPoint;
 use crate::lane::{Bits, Lane, Mask};
 use crate::math::Vec3;
+use crate::pipeline::texture::Fetched;
 use crate::pipeline::world::{SurfaceRecord, World};
 use crate::scene::{Effect, Effects};
 
@@ -146,6 +147,19 @@ fn leave<L: Lane>(p: Vec3<L>, ng: Vec3<L>, extent: Vec3<L>) -> Vec3<L> {
     let size =
         ng.x.abs() * (p.x.abs() + extent.x) + ng.y.abs() * (p.y.abs() + extent.y) + ng.z.abs() * (p.z.abs() + extent.z);
     ng.mul_add(size * L::splat(mutate!(OFFSET, OffsetDropped => 0.0)), p)
+}
+
+/// What the texture of each lane shows; 1 where there is none.
+#[inline(always)]
+pub fn texels<L: Lane>(world: &World, hit: &Hit<L>, surfaces: &Surfaces<L>) -> Vec3<L> {
+    let mut fetched = Fetched::default();
+    for lane in (hit.found & !surfaces.spheres).lanes() {
+        if let Some(textured) = &world.textured[surfaces.index.lane(lane) as usize] {
+            let weights = (hit.u.lane(lane), hit.v.lane(lane));
+            fetched.fetch(lane, textured, hit.primitive.lane(lane), weights);
+        }
+    }
+    fetched.mean()
 }
 
 /// `v` or its opposite, whichever is on the side of `towards`.

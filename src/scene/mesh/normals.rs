@@ -68,6 +68,7 @@ mod tests {
             vertices: vertices.to_vec(),
             triangles: vec![[0, 1, 2], [0, 2, 3]],
             normals: None,
+            uvs: None,
         }
     }
 

@@ -2,12 +2,15 @@
 
 use std::io::ErrorKind;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{BeginList, ElementDef, Encoding, Header, PropertyAccess, PropertyAccessResult};
 use ply_rs_bw::ply::{PropertyType, ScalarType};
 
 use super::{Problem, RawMesh, fan};
+
+/// What programs call texture coordinates.
+const UVS: [[&str; 2]; 3] = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]];
 
 const DAMAGED: &str = "the file is damaged or cut short: save or fetch it again";
 
@@ -30,6 +33,10 @@ pub fn read(bytes: &[u8]) -> Result<RawMesh, Problem> {
                 let has_normals = ["nx", "ny", "nz"]
                     .iter()
                     .all(|key| element.properties.contains_key(*key));
+                let has_uvs = UVS
+                    .iter()
+                    .any(|pair| pair.iter().all(|key| element.properties.contains_key(*key)));
+                raw.uvs = has_uvs.then(|| items.iter().map(|item| item.uv).collect());
                 raw.normals = has_normals.then(|| items.iter().map(|item| item.normal).collect());
             }
             "face" => {
@@ -143,6 +150,7 @@ fn payload_problem(error: &ParseError, element: &ElementDef, header: &Header) ->
 struct Element {
     position: DVec3,
     normal: DVec3,
+    uv: DVec2,
     corners: Vec<i64>,
 }
 
@@ -155,6 +163,8 @@ impl Element {
             "nx" => &mut self.normal.x,
             "ny" => &mut self.normal.y,
             "nz" => &mut self.normal.z,
+            "s" | "u" | "texture_u" => &mut self.uv.x,
+            "t" | "v" | "texture_v" => &mut self.uv.y,
             _ => return PropertyAccessResult::Ignored,
         };
         *place = value;
@@ -194,6 +204,7 @@ impl PropertyAccess for Element {
         Self {
             position: DVec3::ZERO,
             normal: DVec3::ZERO,
+            uv: DVec2::ZERO,
             corners: Vec::new(),
         }
     }

@@ -27,6 +27,7 @@ const SEEDS: u32 = 32;
 fn passes(scene: &Scene, estimator: EstimatorKind) -> Option<u32> {
     match (scene.name.as_str(), estimator) {
         ("sphere-tiny", EstimatorKind::Uniform) => None,
+        ("square-tiny", EstimatorKind::Uniform | EstimatorKind::Brdf) => None,
         ("sphere-tiny", EstimatorKind::Brdf) => Some(1 << 16),
         _ => Some(1024),
     }
@@ -75,7 +76,8 @@ fn plate(alpha: f64, tilt: f64, lights: Vec<Sphere>) -> Scene {
         render: RenderTable::default(),
         materials: vec![Material {
             name: "phong".into(),
-            one_sided: false, texture: None,
+            one_sided: false,
+            texture: None,
             bsdf: Bsdf::Phong {
                 rho: DVec3::new(0.5, 0.25, 1.0),
                 alpha,

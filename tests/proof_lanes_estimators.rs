@@ -5,9 +5,9 @@ mod proof;
 
 use octolux::bsdf::Bsdf;
 use octolux::embree::TraceLane;
-use octolux::estimator::{ShadingPoint, per_light, per_point};
+use octolux::estimator::{ShadingPoint, per_light, per_point, per_triangle};
 use octolux::lane::{Bits, Lane, Mask};
-use octolux::light::SphereLight;
+use octolux::light::{SphereLight, Triangle};
 use octolux::math::Vec3;
 use octolux::sampling::{Pair, PassBlock, Toss};
 use octolux::scene::SamplerKind;
@@ -104,18 +104,29 @@ fn by_point<L: Lane, D: per_point::Density>(case: &Case, first: usize) -> Said {
     }
 }
 
-/// The four estimators at sixteen points.
-struct Estimates<'a>(&'a Case, &'a SphereLight);
+fn by_triangle<L: Lane>(case: &Case, triangle: &Triangle, first: usize) -> Said {
+    let (point, toss, active) = case.inputs::<L>(first);
+    let view = triangle.splat::<L>().seen_from(point.p);
+    let worth = (Vec3::splat([3.0, 2.0, 1.0]), L::one());
+    match per_triangle::sample::<L, per_light::Average>(&point, &view, worth, || toss.into(), active) {
+        Some(found) => said(found.active, &[found.wi, found.ld], &[found.distance]),
+        None => vec![None; L::N],
+    }
+}
+
+/// The estimators at sixteen points.
+struct Estimates<'a>(&'a Case, &'a SphereLight, &'a Triangle);
 
 impl InLanes for Estimates<'_> {
-    type Said = [Option<Vec<u32>>; 4];
+    type Said = [Option<Vec<u32>>; 5];
     fn run<L: TraceLane>(&self, first: usize) -> Vec<Self::Said> {
-        let Self(case, light) = *self;
+        let Self(case, light, triangle) = *self;
         let mut said = [
             by_light::<L, per_light::ConeOnly>(case, light, first),
             by_light::<L, per_light::Average>(case, light, first),
             by_point::<L, per_point::Sphere>(case, first),
             by_point::<L, per_point::Lobe>(case, first),
+            by_triangle::<L>(case, triangle, first),
         ];
         (0..L::N).map(|i| said.each_mut().map(|s| s[i].take())).collect()
     }
@@ -145,14 +156,22 @@ fn estimators_give_the_bits_of_one_lane_under_partial_masks() {
             sphere: 2,
         },
     ];
+    // Wide, touched by some points, and tiny.
+    let triangles = [(2.0, 1.5), (1.5, 0.5), (0.01, -3.0)].map(|(size, z)| {
+        proof::triangles::light([
+            glam::DVec3::new(-size, -size, z),
+            glam::DVec3::new(size, -0.5 * size, z),
+            glam::DVec3::new(0.0, size, z + 0.3 * size),
+        ])
+    });
     let mut rng = Pcg64::seed_from_u64(17);
-    let (mut wrong, mut heard) = (String::new(), [0, 0, 0, 0]);
+    let (mut wrong, mut heard) = (String::new(), [0; 5]);
     for trial in 0..10_000 {
         let case = Case::random(&mut rng);
-        let said = in_all_widths(&Estimates(&case, &lights[trial % 3]));
+        let said = in_all_widths(&Estimates(&case, &lights[trial % 3], &triangles[trial % 3]));
         let alone = &said[0].1;
         for one in alone {
-            (0..4).for_each(|k| heard[k] += usize::from(one[k].is_some()));
+            (0..5).for_each(|k| heard[k] += usize::from(one[k].is_some()));
         }
         for (width, wide) in &said[1..] {
             for (lane, (w, s)) in wide.iter().zip(alone).enumerate().filter(|(_, (w, s))| w != s) {

@@ -31,7 +31,7 @@ fn world(rng: &mut Pcg64) -> World {
         })
         .collect();
     let mut line = Line::default();
-    line.add_mesh(0, &vertices, &triangles);
+    line.add_mesh(0, &vertices, &triangles, None);
     line.set_spheres(balls.clone(), 1);
     World {
         line,

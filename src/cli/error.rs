@@ -32,6 +32,12 @@ impl Exit {
             Self::Interrupted => 130,
         }
     }
+
+    /// How a command ends of which this part and a later one went so: a failure outweighs bad scenes, as 2 says that every
+    /// failure is a bad scene.
+    pub fn and(self, later: Self) -> Self {
+        if self == Self::Failed { self } else { later }
+    }
 }
 
 impl From<Exit> for ExitCode {

@@ -5,7 +5,7 @@
 //! files of the same names stay as they were.
 
 use std::process;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use super::{CliError, Exit, report};
 use crate::film::replace;
@@ -18,7 +18,7 @@ pub struct Interrupt(Arc<Mutex<State>>);
 #[derive(Default)]
 struct State {
     asked: bool,
-    watched: Option<Arc<Progress>>,
+    watched: Vec<Weak<Progress>>,
 }
 
 impl Interrupt {
@@ -47,22 +47,22 @@ impl Interrupt {
         self.with(|state| state.asked)
     }
 
-    /// Passes a stop on to this render from now on.
+    /// Passes a stop on to this render too from now on.
     pub fn watch(&self, progress: Arc<Progress>) {
         self.with(|state| {
             if state.asked {
                 progress.request_stop();
             }
-            state.watched = Some(progress);
+            state.watched.retain(|other| other.strong_count() > 0);
+            state.watched.push(Arc::downgrade(&progress));
         });
     }
 
     /// Returns whether a stop had been asked for before.
     fn ask(&self) -> bool {
         self.with(|state| {
-            if let Some(progress) = &state.watched {
-                progress.request_stop();
-            }
+            let watched = state.watched.iter().filter_map(Weak::upgrade);
+            watched.for_each(|progress| progress.request_stop());
             std::mem::replace(&mut state.asked, true)
         })
     }

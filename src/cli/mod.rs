@@ -10,14 +10,18 @@ mod explain;
 mod explain_effects;
 mod interrupt;
 mod machine;
+mod merge;
 mod options;
 mod outputs;
+mod picture;
 mod progress;
 mod reading;
+mod record;
 mod reference;
 mod render;
 mod report;
 mod schedule;
+mod shards;
 mod stats;
 mod verify;
 mod verify_report;
@@ -54,6 +58,10 @@ struct Cli {
 enum Command {
     /// Render scenes to pictures
     Render(render::Args),
+    /// Add up the parts that shards of one render have written
+    Merge(merge::Args),
+    /// Say which shards of a render are there, and which are missing
+    Shards(shards::Args),
     /// Say what a scene holds and calls for, and how it would be rendered
     Explain(explain::Args),
     /// Render with the independent f64 oracle: slow, one ray at a time
@@ -68,7 +76,9 @@ enum Command {
 pub fn main() -> ExitCode {
     // clap prints its own errors, to standard error with exit code 2 (help and version: standard output, 0).
     let outcome = match Cli::parse().command {
-        Command::Render(args) => render::run(args),
+        Command::Render(args) => render::run(&args),
+        Command::Merge(args) => merge::run(&args),
+        Command::Shards(args) => shards::run(&args),
         Command::Explain(args) => explain::run(&args),
         Command::Reference(args) => reference::run(&args),
         Command::Compare(args) => compare::run(&args),

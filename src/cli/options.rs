@@ -93,6 +93,23 @@ pub fn seconds(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A time such as `30s`, `5m` or `0.5`, in seconds where nothing else is said.
+pub fn duration(text: &str) -> Result<f64, String> {
+    let (number, unit) = match text.char_indices().next_back() {
+        Some((at, 's')) => (&text[..at], 1.0),
+        Some((at, 'm')) => (&text[..at], 60.0),
+        Some((at, 'h')) => (&text[..at], 3600.0),
+        _ => (text, 1.0),
+    };
+    match number.parse::<f64>() {
+        Ok(number) if number > 0.0 && number * unit <= MOST_SECONDS => Ok(number * unit),
+        _ => Err("a time is a positive number with s, m or h behind it, such as 30s, 5m or 1h".to_owned()),
+    }
+}
+
+/// A year: far beyond what anybody waits for, and far below where the clock's own numbers end.
+const MOST_SECONDS: f64 = 3.2e7;
+
 /// An exposure in stops.
 pub fn stops(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {

@@ -4,6 +4,7 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use super::CliError;
+use super::merge::is_sums;
 use crate::film::{check_output, replace};
 
 /// Stands for the scene's name in `--output` and `--stats`.
@@ -16,13 +17,20 @@ pub struct Targets {
     pub pictures: Vec<PathBuf>,
     /// The figures of the render.
     pub stats: Option<PathBuf>,
+    /// The state of the render.
+    pub checkpoint: Option<PathBuf>,
 }
 
 /// The files of every scene, in the order of the scenes.
 ///
 /// # Errors
 /// Two pictures of one name, a name that several scenes would share, or a file that could not be written.
-pub fn plan(scenes: &[PathBuf], outputs: &[PathBuf], stats: Option<&Path>) -> Result<Vec<Targets>, CliError> {
+pub fn plan(
+    scenes: &[PathBuf],
+    outputs: &[PathBuf],
+    stats: Option<&Path>,
+    checkpoint: Option<&Path>,
+) -> Result<Vec<Targets>, CliError> {
     if let Some(path) = stats
         && path.extension().is_none_or(|ending| ending != "json")
     {
@@ -34,31 +42,43 @@ pub fn plan(scenes: &[PathBuf], outputs: &[PathBuf], stats: Option<&Path>) -> Re
             .iter()
             .map(PathBuf::as_path)
             .chain(stats)
+            .chain(checkpoint)
             .find(|path| !has_name(path))
     {
         let what = format!("{}: one file for {} scenes", path.display(), scenes.len());
         return Err(CliError::usage(what).with_help("write {name} where the scene's name goes, as in out/{name}.exr"));
     }
-    let targets: Vec<Targets> = scenes.iter().map(|scene| of_scene(scene, outputs, stats)).collect();
+    let of_scene = |scene: &PathBuf| of_scene(scene, outputs, stats, checkpoint);
+    let targets: Vec<Targets> = scenes.iter().map(of_scene).collect();
+    look(&targets)?;
+    Ok(targets)
+}
+
+/// Looks whether all these files can be written.
+///
+/// # Errors
+/// The first that cannot, or would be written twice.
+pub fn look(targets: &[Targets]) -> Result<(), CliError> {
     let mut seen = HashSet::new();
     for path in targets
         .iter()
-        .flat_map(|target| target.pictures.iter().chain(&target.stats))
+        .flat_map(|target| target.pictures.iter().chain(&target.stats).chain(&target.checkpoint))
     {
         if !seen.insert(path) {
             let what = format!("{}: would be written twice", path.display());
             return Err(CliError::usage(what).with_help("give each scene and each picture its own name"));
         }
     }
-    for target in &targets {
-        for path in &target.pictures {
+    for target in targets {
+        let (sums, pictures): (Vec<_>, Vec<_>) = target.pictures.iter().partition(|path| is_sums(path));
+        for path in pictures {
             check_output(path).map_err(|error| CliError::bad_path(&error))?;
         }
-        if let Some(path) = &target.stats {
+        for path in sums.into_iter().chain(&target.stats).chain(&target.checkpoint) {
             replace::check(path).map_err(|error| CliError::bad_path(&error))?;
         }
     }
-    Ok(targets)
+    Ok(())
 }
 
 /// Where the picture after so many passes goes: `a.png` becomes `a_0016spp.png`.
@@ -69,7 +89,7 @@ pub fn snapshot(path: &Path, passes: u32) -> PathBuf {
     path.with_file_name(name)
 }
 
-fn of_scene(scene: &Path, outputs: &[PathBuf], stats: Option<&Path>) -> Targets {
+fn of_scene(scene: &Path, outputs: &[PathBuf], stats: Option<&Path>, checkpoint: Option<&Path>) -> Targets {
     // A path without a name (`..`) is no scene, which the scene's own error will say.
     let name = scene.file_stem().map_or("scene".into(), |name| name.to_string_lossy());
     let pictures = if outputs.is_empty() {
@@ -80,6 +100,7 @@ fn of_scene(scene: &Path, outputs: &[PathBuf], stats: Option<&Path>) -> Targets 
     Targets {
         pictures,
         stats: stats.map(|path| fill(path, &name)),
+        checkpoint: checkpoint.map(|path| fill(path, &name)),
     }
 }
 
@@ -101,10 +122,10 @@ mod tests {
     #[test]
     fn names_are_filled_in_for_every_scene() {
         let scenes = ["a/veach.toml".into(), "b.v2.toml".into()];
-        let targets = plan(&scenes, &[], None).unwrap();
+        let targets = plan(&scenes, &[], None, None).unwrap();
         assert_eq!(targets[0].pictures, [PathBuf::from("veach.exr"), "veach.png".into()]);
         assert_eq!(targets[1].pictures, [PathBuf::from("b.v2.exr"), "b.v2.png".into()]);
-        let targets = plan(&scenes, &["{name}-x.npy".into()], Some(Path::new("{name}.json"))).unwrap();
+        let targets = plan(&scenes, &["{name}-x.npy".into()], Some(Path::new("{name}.json")), None).unwrap();
         assert_eq!(targets[1].pictures, [PathBuf::from("b.v2-x.npy")]);
         assert_eq!(targets[1].stats, Some("b.v2.json".into()));
     }
@@ -113,7 +134,9 @@ mod tests {
     fn names_that_clash_are_refused() {
         let says = |scenes: &[&str], outputs: &[&str]| {
             let paths = |list: &[&str]| list.iter().map(PathBuf::from).collect::<Vec<_>>();
-            plan(&paths(scenes), &paths(outputs), None).unwrap_err().to_string()
+            plan(&paths(scenes), &paths(outputs), None, None)
+                .unwrap_err()
+                .to_string()
         };
         assert_eq!(says(&["a.toml", "b.toml"], &["x.exr"]), "x.exr: one file for 2 scenes");
         assert_eq!(says(&["p/a.toml", "q/a.toml"], &[]), "a.exr: would be written twice");

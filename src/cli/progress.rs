@@ -39,11 +39,13 @@ impl Bar {
         // A thread of its own, as a block of passes can take minutes.
         let (stop, stopped) = mpsc::channel();
         let started = Instant::now();
+        let before = [progress.samples(), progress.rays()];
         let ticker = thread::spawn(move || {
             while stopped.recv_timeout(TICK) == Err(RecvTimeoutError::Timeout) {
                 let now = Reading {
                     samples: progress.samples(),
-                    rays: progress.rays(),
+                    resumed: before[0],
+                    rays: progress.rays() - before[1],
                     seconds: started.elapsed().as_secs_f64(),
                 };
                 let share = now.share(goal, pixels);
@@ -68,6 +70,8 @@ impl Drop for Bar {
 /// The counts at one moment.
 struct Reading {
     samples: u64,
+    /// Of these, those of before a break.
+    resumed: u64,
     rays: u64,
     seconds: f64,
 }
@@ -91,7 +95,10 @@ impl Reading {
         let left = match goal {
             Goal::Seconds(goal) => Some(goal - self.seconds),
             // Too little to foretell from in the first moment.
-            Goal::Passes(_) => (share > 0.0).then(|| self.seconds * (1.0 - share) / share),
+            Goal::Passes(_) => {
+                let done = share * (self.samples - self.resumed) as f64 / (self.samples as f64).max(1.0);
+                (done > 0.0).then(|| self.seconds * (1.0 - share) / done)
+            }
         };
         let left = left
             .map(|left| format!(", {} left", clock(left.max(0.0))))
@@ -119,6 +126,7 @@ mod tests {
     fn the_message_tells_passes_speed_and_time() {
         let now = Reading {
             samples: 2_500,
+            resumed: 0,
             rays: 8_000_000,
             seconds: 2.0,
         };

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::{CliError, build, machine};
 use crate::film::{Attributes, Value, replace};
 use crate::pipeline::{Counters, Renderer, Settings};
-use crate::scene::{EstimatorKind, SamplerKind};
+use crate::scene::{EstimatorKind, FilmSize, SamplerKind};
 
 /// What `--stats` writes. Names that end in `_s` are seconds of wall-clock time; `_per_s` are taken over `render_s`.
 #[derive(Clone, Debug, Serialize)]
@@ -113,9 +113,9 @@ impl Stats {
             invalid_inf,
             invalid_negative,
         } = renderer.counters();
-        let per_pixel = renderer.samples();
-        let total: u64 = per_pixel.iter().map(|&n| u64::from(n)).sum();
-        let spp_mean = total as f64 / per_pixel.len() as f64;
+        let (spp_min, total, spp_max) = renderer.film().spread();
+        let FilmSize { width, height } = settings.film;
+        let spp_mean = total as f64 / (f64::from(width) * f64::from(height));
         // JSON has no infinity: nothing was rendered in no time.
         let per_s = |count: u64| {
             if times.render_s > 0.0 {
@@ -126,16 +126,12 @@ impl Stats {
         };
         Self {
             scene: scene.to_string_lossy().into_owned(),
-            width: settings.film.width,
-            height: settings.film.height,
-            spp: if adaptive {
-                spp_mean.round() as u32
-            } else {
-                renderer.passes()
-            },
-            spp_min: per_pixel.iter().copied().min().unwrap_or(0),
+            width,
+            height,
+            spp: if adaptive { spp_mean.round() as u32 } else { spp_min },
+            spp_min,
             spp_mean,
-            spp_max: per_pixel.iter().copied().max().unwrap_or(0),
+            spp_max,
             adaptive,
             estimator: settings.estimator,
             sampler: settings.sampler,

@@ -110,6 +110,7 @@ enumeration! { RTCFeatureFlags {
     RTC_FEATURE_FLAG_NONE = 0,
     RTC_FEATURE_FLAG_TRIANGLE = 1 << 1,
     RTC_FEATURE_FLAG_SPHERE_POINT = 1 << 20,
+    RTC_FEATURE_FLAG_FILTER_FUNCTION_IN_GEOMETRY = 1 << 25,
     RTC_FEATURE_FLAG_USER_GEOMETRY_CALLBACK_IN_ARGUMENTS = 1 << 26,
     RTC_FEATURE_FLAG_USER_GEOMETRY_CALLBACK_IN_GEOMETRY = 1 << 27,
     RTC_FEATURE_FLAG_32_BIT_RAY_MASK = 1 << 28,
@@ -275,6 +276,17 @@ pub(crate) struct RTCOccludedFunctionNArguments {
     pub geomID: u32,
 }
 
+/// What a filter is asked about: `N` rays that met a triangle. Setting `valid` to 0 lets a ray pass.
+#[repr(C)]
+pub(crate) struct RTCFilterFunctionNArguments {
+    pub valid: *mut c_int,
+    pub geometryUserPtr: *mut c_void,
+    pub context: *mut RTCRayQueryContext,
+    pub ray: *mut c_void,
+    pub hit: *mut c_void,
+    pub N: u32,
+}
+
 layout! {
     RTCBounds: 32 bytes, align 16, { upper_x 16 }
     RTCRayQueryContext: 8 bytes, align 4, { instPrimID 4 }
@@ -285,12 +297,12 @@ layout! {
         { geometryUserPtr 8, primID 16, context 24, rayhit 32, N 40, geomID 44 }
     RTCOccludedFunctionNArguments: 48 bytes, align 8,
         { geometryUserPtr 8, primID 16, context 24, ray 32, N 40, geomID 44 }
+    RTCFilterFunctionNArguments: 48 bytes, align 8, { geometryUserPtr 8, context 16, ray 24, hit 32, N 40 }
 }
 
 pub(crate) type RTCErrorFunction =
     Option<unsafe extern "C" fn(userPtr: *mut c_void, code: RTCError, message: *const c_char)>;
-/// We use no filters: always `None`.
-pub(crate) type RTCFilterFunctionN = Option<unsafe extern "C" fn(args: *const c_void)>;
+pub(crate) type RTCFilterFunctionN = Option<unsafe extern "C" fn(args: *const RTCFilterFunctionNArguments)>;
 pub(crate) type RTCBoundsFunction = Option<unsafe extern "C" fn(args: *const RTCBoundsFunctionArguments)>;
 pub(crate) type RTCIntersectFunctionN = Option<unsafe extern "C" fn(args: *const RTCIntersectFunctionNArguments)>;
 pub(crate) type RTCOccludedFunctionN = Option<unsafe extern "C" fn(args: *const RTCOccludedFunctionNArguments)>;
@@ -340,6 +352,7 @@ unsafe extern "C" {
     pub(crate) fn rtcSetGeometryBoundsFunction(geometry: RTCGeometry, bounds: RTCBoundsFunction, userPtr: *mut c_void);
     pub(crate) fn rtcSetGeometryIntersectFunction(geometry: RTCGeometry, intersect: RTCIntersectFunctionN);
     pub(crate) fn rtcSetGeometryOccludedFunction(geometry: RTCGeometry, occluded: RTCOccludedFunctionN);
+    pub(crate) fn rtcSetGeometryOccludedFilterFunction(geometry: RTCGeometry, filter: RTCFilterFunctionN);
 
     // `valid` and packets are aligned to 4 bytes a lane: an unaligned mask crashed with Debian's library.
     pub(crate) fn rtcIntersect1(scene: RTCScene, rayhit: *mut RTCRayHit, args: *mut RTCIntersectArguments);

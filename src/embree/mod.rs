@@ -2,6 +2,7 @@
 //!
 //! The shape is `Device` → [`SceneBuilder`] → [`SceneBuilder::commit`] → [`Accel`], which any thread may query.
 
+mod aims;
 mod canary;
 mod device;
 #[cfg(test)]

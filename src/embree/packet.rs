@@ -34,8 +34,9 @@ pub trait TraceLane: Lane {
     fn occluded(accel: &Accel, active: Self::Mask, ray: &Ray<Self>, coherence: Coherence) -> Self::Mask;
 }
 
-const FEATURES: ffi::RTCFeatureFlags =
-    ffi::RTC_FEATURE_FLAG_TRIANGLE | ffi::RTC_FEATURE_FLAG_USER_GEOMETRY_CALLBACK_IN_GEOMETRY;
+const FEATURES: ffi::RTCFeatureFlags = ffi::RTC_FEATURE_FLAG_TRIANGLE
+    | ffi::RTC_FEATURE_FLAG_FILTER_FUNCTION_IN_GEOMETRY
+    | ffi::RTC_FEATURE_FLAG_USER_GEOMETRY_CALLBACK_IN_GEOMETRY;
 
 fn intersect_arguments(coherence: Coherence) -> ffi::RTCIntersectArguments {
     ffi::RTCIntersectArguments {

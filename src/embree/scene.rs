@@ -3,11 +3,12 @@
 use std::ptr;
 use std::sync::Arc;
 
+use super::aims;
 use super::device::{Device, EmbreeError};
 use super::ffi;
 use super::packet::{Coherence, TraceLane};
 use super::spheres::{self, Balls};
-use crate::shape::{Ball, Hit, Ray};
+use crate::shape::{Aims, Ball, Hit, Ray};
 
 /// A scene that takes geometry; [`commit`](Self::commit) makes it one that answers.
 #[derive(Debug)]
@@ -85,6 +86,19 @@ impl SceneBuilder {
     /// # Panics
     /// If an index names a vertex that is not there: a [`crate::scene::Scene`] has none such.
     pub fn add_mesh(&mut self, vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<u32, EmbreeError> {
+        self.add(vertices, triangles, None)
+    }
+
+    /// Adds a mesh whose triangles block no ray that [aims at](crate::shape::Ray::aims_at) them; otherwise as
+    /// [`Self::add_mesh`].
+    ///
+    /// # Errors
+    /// As for [`Self::add_mesh`].
+    pub fn add_light(&mut self, vertices: &[[f32; 3]], triangles: &[[u32; 3]], aims: Aims) -> Result<u32, EmbreeError> {
+        self.add(vertices, triangles, Some(aims))
+    }
+
+    fn add(&mut self, vertices: &[[f32; 3]], triangles: &[[u32; 3]], aims: Option<Aims>) -> Result<u32, EmbreeError> {
         assert!(
             triangles.iter().flatten().all(|&i| (i as usize) < vertices.len()),
             "an index is out of range"
@@ -108,6 +122,10 @@ impl SceneBuilder {
             }
             ptr::copy_nonoverlapping(vertices.as_ptr(), v.cast(), vertices.len());
             ptr::copy_nonoverlapping(triangles.as_ptr(), i.cast(), triangles.len());
+            if let Some(aims) = aims {
+                ffi::rtcSetGeometryUserData(geometry, aims::to_user_data(aims));
+                ffi::rtcSetGeometryOccludedFilterFunction(geometry, Some(aims::let_pass));
+            }
             ffi::rtcCommitGeometry(geometry);
             Ok(self.attach(geometry))
         }
@@ -178,7 +196,7 @@ impl Accel {
         L::intersect(self, active, ray, coherence)
     }
 
-    /// Which active rays meet anything but the sphere that they aim at.
+    /// Which active rays meet anything but the light that they aim at.
     #[inline(always)]
     pub fn occluded<L: TraceLane>(&self, active: L::Mask, ray: &Ray<L>, coherence: Coherence) -> L::Mask {
         L::occluded(self, active, ray, coherence)

@@ -11,6 +11,7 @@
 
 pub mod per_light;
 pub mod per_point;
+pub mod per_triangle;
 
 use crate::bsdf::Bsdf;
 use crate::lane::Lane;

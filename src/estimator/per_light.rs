@@ -1,6 +1,7 @@
 //! `light` and `mis`: a direction for every light.
 
 use super::ShadingPoint;
+use crate::bsdf::Lobe;
 use crate::lane::{Lane, Mask};
 use crate::light::{Cone, SphereLight};
 use crate::math::elementary::sin_cos_turn;
@@ -11,6 +12,8 @@ use crate::sampling::{Toss, warp};
 pub trait Density {
     /// Whether the BRDF has half of it.
     const MIXED: bool;
+    /// `f_cos / pdf` without the reflectance, where `omega` is one over the light's own density, in steradians.
+    fn weight<L: Lane>(omega: L, lobe: Lobe<L>) -> L;
 }
 
 /// `1 / Ω`: uniform in the cone of the light.
@@ -21,9 +24,18 @@ pub struct Average;
 
 impl Density for ConeOnly {
     const MIXED: bool = false;
+    #[inline(always)]
+    fn weight<L: Lane>(omega: L, lobe: Lobe<L>) -> L {
+        omega * lobe.shape
+    }
 }
 impl Density for Average {
     const MIXED: bool = true;
+    /// With one division: `2 Ω f_cos / (1 + Ω p_brdf)`.
+    #[inline(always)]
+    fn weight<L: Lane>(omega: L, lobe: Lobe<L>) -> L {
+        mutate!(omega + omega, MixtureWithoutHalf => omega) * lobe.shape / omega.mul_add(lobe.pdf, L::one())
+    }
 }
 
 /// One unoccluded contribution of a light, and what has to be asked before it counts.
@@ -88,14 +100,8 @@ pub fn sample<L: Lane, D: Density>(
     if active.none() {
         return None;
     }
-    // f_cos / pdf with one division: Ω f_cos for the cone alone, 2 Ω f_cos / (1 + Ω p_brdf) for the average.
     let omega = warp::cone_solid_angle(mutate!(cone.omc, DoubledDensity => cone.omc * L::splat(0.5)));
-    let weight = if D::MIXED {
-        mutate!(omega + omega, MixtureWithoutHalf => omega) * lobe.shape / omega.mul_add(lobe.pdf, L::one())
-    } else {
-        omega * lobe.shape
-    };
-    let ld = Vec3::splat(light.le).times(bsdf.rho) * weight.or_zero(active);
+    let ld = Vec3::splat(light.le).times(bsdf.rho) * D::weight(omega, lobe).or_zero(active);
     Some(Contribution {
         active,
         wi,

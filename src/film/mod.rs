@@ -11,13 +11,18 @@ pub mod picture;
 mod png_file;
 pub mod replace;
 mod sums;
+pub mod sums_file;
+mod tree;
 
 use std::path::Path;
+
+use serde::{Deserialize, Serialize};
 
 pub use allocation::Noise;
 pub use error::PictureError;
 pub use picture::Picture;
-pub use sums::{Film, TILE, Tile, TileSum};
+pub use sums::{Film, TILE, Tile, TileSum, leaf_passes};
+pub use tree::{Node, Tree};
 
 /// What a picture file says about its own making.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -32,7 +37,7 @@ pub struct Attributes {
 }
 
 /// The value of one attribute.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Value {
     /// Words, in UTF-8.
     Text(String),

@@ -1,8 +1,13 @@
 //! The film: sums of radiance in `f64`, tile by tile.
 //!
 //! A tile is rendered in chunks of passes. The sum of a chunk starts from 0 and takes contributions in one order; chunks
-//! are added in the order of their passes. So no number of threads can change a bit.
+//! are added in the order of their passes to the leaves of a [`Tree`]. So no number of threads can change a bit, and no
+//! division of the passes between processes.
 
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::tree::Tree;
 use super::{Noise, Picture};
 use crate::scene::FilmSize;
 
@@ -12,10 +17,14 @@ pub const TILE: u32 = 16;
 /// A part of the film: its pixels in the order in which packets take them.
 #[derive(Clone, Debug)]
 pub struct Tile {
-    /// Column and row of each pixel, in blocks of 4 x 2 so that eight neighbours make a packet.
-    pub pixels: Vec<[u32; 2]>,
+    corner: [u32; 2],
+    /// The pixels from the corner on. Tiles of one size share them.
+    offsets: Arc<[[u32; 2]]>,
     number: u32,
-    sums: TileSum,
+    /// Passes of a leaf of the tree.
+    leaf: u32,
+    sums: Tree,
+    /// The pass that comes next.
     passes: u32,
     /// Of each pixel, the passes that it takes part in; empty where all take part in all.
     goals: Vec<u32>,
@@ -44,25 +53,22 @@ impl TileSum {
 }
 
 impl Tile {
-    fn new(left: u32, top: u32, size: FilmSize) -> Self {
-        let right = (left + TILE).min(size.width);
-        let bottom = (top + TILE).min(size.height);
-        let mut pixels = Vec::with_capacity(((right - left) * (bottom - top)) as usize);
-        for y in (top..bottom).step_by(2) {
-            for x in (left..right).step_by(4) {
-                for row in y..bottom.min(y + 2) {
-                    pixels.extend((x..right.min(x + 4)).map(|column| [column, row]));
-                }
-            }
-        }
-        Self {
-            sums: TileSum::new(pixels.len()),
-            pixels,
-            number: top / TILE * size.width.div_ceil(TILE) + left / TILE,
-            passes: 0,
-            goals: Vec::new(),
-            squares: TileSum::default(),
-        }
+    /// Column and row of each pixel, in blocks of 4 x 2 so that eight neighbours make a packet.
+    pub fn pixels(&self) -> impl Iterator<Item = [u32; 2]> + Clone {
+        let [left, top] = self.corner;
+        self.offsets.iter().map(move |[x, y]| [left + x, top + y])
+    }
+
+    /// Column and row of its first pixel and of its last.
+    pub fn corners(&self) -> [[u32; 2]; 2] {
+        let [left, top] = self.corner;
+        let [x, y] = self.offsets.last().copied().unwrap_or_default();
+        [self.corner, [left + x, top + y]]
+    }
+
+    /// How many pixels it has.
+    pub fn area(&self) -> usize {
+        self.offsets.len()
     }
 
     /// Which tile it is, row by row.
@@ -73,7 +79,7 @@ impl Tile {
     /// Empty sums for a chunk of `passes` passes: one slot for all of them, or while noise is measured one for each pair of
     /// passes; slot after slot, all pixels in each.
     pub fn empty_sum(&self, passes: u32) -> TileSum {
-        TileSum::new(self.pixels.len() * self.slots(passes))
+        TileSum::new(self.area() * self.slots(passes))
     }
 
     /// Sums that a pixel has in a chunk: one, or while noise is measured one for each pair of passes.
@@ -81,26 +87,25 @@ impl Tile {
         if self.measures_noise() { passes as usize / 2 } else { 1 }
     }
 
-    /// Adds the sums of further passes.
+    /// Adds the sums of further passes, which must not go beyond the end of a leaf.
     pub fn add(&mut self, chunk: &TileSum, passes: u32) {
-        for slot in chunk.0.chunks_exact(self.pixels.len()) {
-            for (sum, more) in self.sums.0.iter_mut().zip(slot) {
-                for (s, m) in sum.iter_mut().zip(more) {
-                    *s += m;
-                }
-            }
+        for slot in chunk.0.chunks_exact(self.area()) {
+            self.sums.add(slot);
             for (square, more) in self.squares.0.iter_mut().zip(slot) {
                 for (s, m) in square.iter_mut().zip(more) {
                     *s += m * m;
                 }
             }
         }
-        self.passes += passes;
+        self.skip(passes);
     }
 
     /// Notes passes in which no pixel takes part any more.
     pub fn skip(&mut self, passes: u32) {
-        self.passes += passes;
+        if passes > 0 {
+            self.passes += passes;
+            self.sums.count(passes, self.passes, self.leaf);
+        }
     }
 
     /// Whether sums over pairs of passes are wanted.
@@ -113,9 +118,10 @@ impl Tile {
         &self.goals
     }
 
-    /// Samples that a pixel has: it took part in the first passes, up to its goal.
+    /// Samples that a pixel has: it took part in all passes that there are, up to its goal.
     fn samples(&self, pixel: usize) -> u32 {
-        self.goals.get(pixel).map_or(self.passes, |&goal| goal.min(self.passes))
+        let passes = self.sums.passes(self.leaf);
+        self.goals.get(pixel).map_or(passes, |&goal| goal.min(passes))
     }
 
     /// Mean and variance of a pixel, as its pairs of passes show them.
@@ -123,16 +129,34 @@ impl Tile {
         let pairs = f64::from(self.passes / 2);
         let mut noise = Noise::default();
         for channel in 0..3 {
-            let (sum, square) = (self.sums.0[pixel][channel], self.squares.0[pixel][channel]);
+            let (sum, square) = (self.sums.total(pixel)[channel], self.squares.0[pixel][channel]);
             noise.mean[channel] = sum / (2.0 * pairs);
             noise.variance[channel] = ((square - sum * sum / pairs) / (2.0 * (pairs - 1.0))).max(0.0);
         }
         noise
     }
 
-    /// Passes that the tile has.
+    /// The pass that comes next; where none was left out, the passes that the tile has.
     pub fn passes(&self) -> u32 {
         self.passes
+    }
+
+    /// The tree with its sums.
+    pub(super) fn sums(&self) -> &Tree {
+        &self.sums
+    }
+
+    /// The squares of sums over pairs of passes.
+    pub(super) fn squares(&self) -> &TileSum {
+        &self.squares
+    }
+
+    /// Puts back what a file has kept.
+    pub(super) fn restore(&mut self, passes: u32, sums: Tree, goals: Vec<u32>, squares: TileSum) {
+        if !goals.is_empty() || !squares.0.is_empty() {
+            self.leaf = u32::MAX;
+        }
+        (self.passes, self.sums, self.goals, self.squares) = (passes, sums, goals, squares);
     }
 }
 
@@ -143,18 +167,81 @@ pub struct Film {
     tiles: Vec<Tile>,
 }
 
+/// The most passes of a leaf, for the memory that tables of random numbers take.
+pub(super) const MOST_LEAF: u32 = 4096;
+
+/// Passes of a leaf, and of a block between two barriers: 16, and more for small films, so that threads stay busy.
+pub fn leaf_passes(FilmSize { width, height }: FilmSize) -> u32 {
+    let pixels = u64::from(width) * u64::from(height);
+    ((1 << 18) / pixels).clamp(16, MOST_LEAF.into()).next_power_of_two() as u32
+}
+
 impl Film {
     /// A film with nothing on it.
     pub fn new(size: FilmSize) -> Self {
-        let tops = (0..size.height).step_by(TILE as usize);
-        let tiles = tops
-            .flat_map(|top| {
-                (0..size.width)
-                    .step_by(TILE as usize)
-                    .map(move |left| Tile::new(left, top, size))
-            })
-            .collect();
-        Self { size, tiles }
+        let shape = |width: u32, height: u32| -> Arc<[[u32; 2]]> {
+            let rows = (0..height).step_by(2);
+            let blocks = rows.flat_map(|y| (0..width).step_by(4).map(move |x| [x, y]));
+            let pixels = blocks.flat_map(|[left, top]| {
+                let rows = top..height.min(top + 2);
+                rows.flat_map(move |y| (left..width.min(left + 4)).map(move |x| [x, y]))
+            });
+            pixels.collect()
+        };
+        let sides = |length: u32| {
+            (0..length)
+                .step_by(TILE as usize)
+                .map(move |at| (at, TILE.min(length - at)))
+        };
+        let widths = [TILE, size.width % TILE];
+        let heights = [TILE, size.height % TILE];
+        let shapes = heights.map(|height| widths.map(|width| shape(width, height)));
+        let leaf = leaf_passes(size);
+        let tile = |number: usize, (top, height): (u32, u32), (left, width): (u32, u32)| Tile {
+            corner: [left, top],
+            offsets: shapes[usize::from(height < TILE)][usize::from(width < TILE)].clone(),
+            number: number as u32,
+            leaf,
+            sums: Tree::default(),
+            passes: 0,
+            goals: Vec::new(),
+            squares: TileSum::default(),
+        };
+        let places = sides(size.height).flat_map(|row| sides(size.width).map(move |column| (row, column)));
+        let tiles = places
+            .enumerate()
+            .map(|(number, (row, column))| tile(number, row, column));
+        Self {
+            size,
+            tiles: tiles.collect(),
+        }
+    }
+
+    /// The bytes that the film and one picture of it take while so many passes are rendered: 24 a pixel and node, 12 for the
+    /// picture, 4 for what is written; where they are adaptive 24 for the squares and 88 for noise, weights and goals.
+    pub fn bytes(size: FilmSize, passes: u32, adaptive: bool) -> u64 {
+        let pixels = u64::from(size.width) * u64::from(size.height);
+        let nodes = passes.div_ceil(leaf_passes(size)).max(1).ilog2() + 1;
+        let nodes = if adaptive { 1 } else { u64::from(nodes) };
+        pixels * (24 * nodes + 16 + if adaptive { 112 } else { 0 })
+    }
+
+    /// Its size.
+    pub fn size(&self) -> FilmSize {
+        self.size
+    }
+
+    /// Begins at another pass than 0, at the start of a leaf. To be called before the first.
+    pub fn begin_at(&mut self, pass: u32) {
+        self.tiles.iter_mut().for_each(|tile| tile.passes = pass);
+    }
+
+    /// The passes that all tiles have: from the first that one of them holds to the first that one lacks.
+    pub fn passes(&self) -> Range<u32> {
+        let first = |tile: &Tile| tile.passes - tile.sums.passes(tile.leaf).min(tile.passes);
+        let firsts = self.tiles.iter().map(first);
+        let ends = self.tiles.iter().map(Tile::passes);
+        firsts.min().unwrap_or(0)..ends.min().unwrap_or(0)
     }
 
     /// The tiles.
@@ -171,8 +258,15 @@ impl Film {
     /// numbers of passes. To be called before the first.
     pub fn measure_noise(&mut self) {
         for tile in &mut self.tiles {
-            tile.squares = TileSum::new(tile.pixels.len());
+            tile.squares = TileSum::new(tile.area());
+            // Chunks will end where streams are full. Nobody divides an adaptive render: it is one leaf.
+            tile.leaf = u32::MAX;
         }
+    }
+
+    /// Whether noise is measured.
+    pub fn measures_noise(&self) -> bool {
+        self.tiles.first().is_some_and(Tile::measures_noise)
     }
 
     /// The noise of each pixel, row by row; at least four passes must be there.
@@ -180,14 +274,39 @@ impl Film {
         self.rows(Tile::noise)
     }
 
+    /// Takes the sums of another film of the same size, with none of whose passes it overlaps.
+    pub fn absorb(&mut self, other: Self) {
+        for (tile, other) in self.tiles.iter_mut().zip(other.tiles) {
+            tile.sums.absorb(other.sums);
+        }
+    }
+
+    /// The fewest samples of a pixel, all samples, and the most.
+    pub fn spread(&self) -> (u32, u64, u32) {
+        let pixels = self
+            .tiles
+            .iter()
+            .flat_map(|tile| (0..tile.area()).map(|pixel| tile.samples(pixel)));
+        pixels.fold((u32::MAX, 0, 0), |(least, all, most), n| {
+            (least.min(n), all + u64::from(n), most.max(n))
+        })
+    }
+
     /// Sets how many passes each pixel, row by row, takes part in; measures noise no more.
     pub fn set_goals(&mut self, goals: &[u32]) {
         let width = self.size.width as usize;
         for tile in &mut self.tiles {
-            let pixels = tile.pixels.iter();
-            tile.goals = pixels.map(|[x, y]| goals[*y as usize * width + *x as usize]).collect();
+            tile.goals = tile
+                .pixels()
+                .map(|[x, y]| goals[y as usize * width + x as usize])
+                .collect();
             tile.squares = TileSum::default();
         }
+    }
+
+    /// The most samples that a pixel will get, once that is decided.
+    pub fn most_samples(&self) -> Option<u32> {
+        self.tiles.iter().flat_map(|tile| &tile.goals).max().copied()
     }
 
     /// Samples of each pixel, row by row.
@@ -201,7 +320,7 @@ impl Film {
         let mean = |tile: &Tile, pixel| {
             let samples = tile.samples(pixel);
             let samples = f64::from(mutate!(samples.max(1), OnePassOff => samples + 1));
-            tile.sums.0[pixel].map(|sum| (sum / samples) as f32)
+            tile.sums.total(pixel).map(|sum| (sum / samples) as f32)
         };
         let pixels = self.rows(mean);
         Picture { width, height, pixels }
@@ -212,8 +331,8 @@ impl Film {
         let width = self.size.width as usize;
         let mut all = vec![T::default(); width * self.size.height as usize];
         for tile in &self.tiles {
-            for (pixel, [x, y]) in tile.pixels.iter().enumerate() {
-                all[*y as usize * width + *x as usize] = of(tile, pixel);
+            for (pixel, [x, y]) in tile.pixels().enumerate() {
+                all[y as usize * width + x as usize] = of(tile, pixel);
             }
         }
         all
@@ -229,7 +348,7 @@ mod tests {
         for (width, height) in [(1, 1), (1, 70), (70, 1), (16, 16), (17, 33), (128, 85)] {
             let film = Film::new(FilmSize { width, height });
             let mut seen = vec![false; (width * height) as usize];
-            for [x, y] in film.tiles().iter().flat_map(|t| &t.pixels) {
+            for [x, y] in film.tiles().iter().flat_map(Tile::pixels) {
                 assert!(!std::mem::replace(&mut seen[(y * width + x) as usize], true));
             }
             assert!(seen.iter().all(|&s| s), "{width} x {height}");
@@ -239,7 +358,7 @@ mod tests {
     #[test]
     fn a_picture_is_the_mean_of_what_each_tile_has() {
         let mut film = Film::new(FilmSize { width: 20, height: 3 });
-        let mut chunk = TileSum::new(film.tiles()[0].pixels.len());
+        let mut chunk = TileSum::new(film.tiles()[0].area());
         chunk.add(0, [1.0, 2.0, 4.0]);
         film.tiles_mut()[0].add(&chunk, 1);
         film.tiles_mut()[0].add(&chunk, 3);

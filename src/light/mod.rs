@@ -1,5 +1,9 @@
 //! What emits and can be sampled: one kind a file.
 
+pub mod mesh;
 pub mod sphere;
+pub mod triangle;
 
+pub use mesh::MeshLight;
 pub use sphere::{Cone, SphereLight};
+pub use triangle::{Triangle, TriangleLight, Triangles};

@@ -2,7 +2,7 @@
 //! shape that could be met is never left out.
 
 use super::{Candidates, Line};
-use crate::shape::{Ball, Triangle};
+use crate::shape::{Ball, NO_SPHERE, Triangle};
 
 /// A plane's share of rounding: what is nearer to it than this part of the largest number involved counts as both sides.
 const MARGIN: f32 = 1e-5;
@@ -69,7 +69,8 @@ impl Line {
         );
     }
 
-    /// The shapes that may stand between points and the sphere `light`, which `aimed_at` names: it blocks none of its own rays.
+    /// The shapes that may stand between points and the ball `light`; the sphere or the triangles that `aimed_at` names block none
+    /// of the rays there.
     ///
     /// The segments lie in the convex hull of both. It is bounded by planes along one axis through a corner of one box
     /// and the same corner of the other, wherever both boxes lie on one side (the shafts of Haines and Wallace 1994), and
@@ -78,14 +79,15 @@ impl Line {
     pub fn in_shaft(&self, points: &mut Points, light: &Ball, aimed_at: u32, set: &mut Candidates) {
         let shaft = Shaft::between(&points.bounds, &Bounds::of_ball(light));
         points.sides.resize(self.triangles.len(), None);
-        set.triangles.clear();
-        set.balls.clear();
+        set.clear();
         for (i, (triangle, _)) in (0..).zip(&self.triangles) {
             let (normal, offset) = self.plane(i);
-            let kept = !one_side(triangle, light, points.bounds.sides(normal, offset))
+            let aimed = aimed_at != NO_SPHERE && self.aims[i as usize] == aimed_at;
+            let kept = !aimed
+                && !one_side(triangle, light, points.bounds.sides(normal, offset))
                 && !shaft.excludes(&Bounds::of_triangle(triangle), |p| p.excludes(triangle));
             if kept {
-                set.triangles.push(i);
+                self.take(i, set);
             }
         }
         for (i, ball) in (0..).zip(&self.balls) {

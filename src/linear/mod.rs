@@ -7,13 +7,15 @@ pub mod cull;
 
 use crate::lane::{Bits, Lane, Mask};
 use crate::math::Vec3;
-use crate::shape::{Ball, Hit, Ray, Triangle};
+use crate::shape::{Aims, Ball, Hit, NO_SPHERE, Ray, Triangle};
 
 /// All shapes of a scene.
 #[derive(Clone, Debug, Default)]
 pub struct Line {
     /// Triangles with the mesh and the place in it.
     triangles: Vec<(Triangle, [u32; 2])>,
+    /// What rays call each triangle that aim at it; [`NO_SPHERE`] where none does.
+    aims: Vec<u32>,
     balls: Vec<Ball>,
     /// The geometry that hits name for spheres.
     sphere_geometry: u32,
@@ -23,13 +25,15 @@ pub struct Line {
 #[derive(Clone, Debug, Default)]
 pub struct Candidates {
     triangles: Vec<u32>,
+    /// Triangles that rays may aim at: apart, so that the others need not be asked.
+    lights: Vec<u32>,
     balls: Vec<u32>,
 }
 
 impl Candidates {
     /// How many shapes there are.
     pub fn len(&self) -> usize {
-        self.triangles.len() + self.balls.len()
+        self.triangles.len() + self.lights.len() + self.balls.len()
     }
 
     /// Whether there is none.
@@ -37,7 +41,13 @@ impl Candidates {
         self.len() == 0
     }
 
-    /// The triangles, as numbers in the line.
+    fn clear(&mut self) {
+        self.triangles.clear();
+        self.lights.clear();
+        self.balls.clear();
+    }
+
+    /// The triangles that are no lights, as numbers in the line.
     pub fn triangles(&self) -> &[u32] {
         &self.triangles
     }
@@ -50,8 +60,10 @@ impl Line {
         self.sphere_geometry = sphere_geometry;
     }
 
-    /// Adds the triangles of a mesh.
-    pub fn add_mesh(&mut self, geometry: u32, vertices: &[[f32; 3]], triangles: &[[u32; 3]]) {
+    /// Adds the triangles of a mesh; `aims` are their names for rays that aim at them, if any do.
+    pub fn add_mesh(&mut self, geometry: u32, vertices: &[[f32; 3]], triangles: &[[u32; 3]], aims: Option<Aims>) {
+        let names = (0..triangles.len() as u32).map(|i| aims.map_or(NO_SPHERE, |aims| aims.of(i)));
+        self.aims.extend(names);
         let corners = triangles.iter().map(|t| t.map(|i| vertices[i as usize]));
         self.triangles.extend(
             corners
@@ -72,16 +84,22 @@ impl Line {
 
     /// Keeps the shapes that `keep` says may be met.
     fn select(&self, set: &mut Candidates, triangle: impl Fn(&Triangle) -> bool, ball: impl Fn(&Ball) -> bool) {
-        set.triangles.clear();
-        set.balls.clear();
-        set.triangles.extend(
-            (0..)
-                .zip(&self.triangles)
-                .filter(|(_, t)| triangle(&t.0))
-                .map(|(i, _)| i),
-        );
+        set.clear();
+        for (i, _) in (0..).zip(&self.triangles).filter(|(_, t)| triangle(&t.0)) {
+            self.take(i, set);
+        }
         set.balls
             .extend((0..).zip(&self.balls).filter(|(_, b)| ball(b)).map(|(i, _)| i));
+    }
+
+    /// Takes a triangle among the candidates.
+    fn take(&self, i: u32, set: &mut Candidates) {
+        let list = if self.aims[i as usize] == NO_SPHERE {
+            &mut set.triangles
+        } else {
+            &mut set.lights
+        };
+        list.push(i);
     }
 
     /// Every shape.
@@ -102,7 +120,7 @@ impl Line {
             geometry: L::Bits::splat(u32::MAX),
             primitive: L::Bits::splat(u32::MAX),
         };
-        for &i in &set.triangles {
+        for &i in set.triangles.iter().chain(&set.lights) {
             let (triangle, [geometry, primitive]) = &self.triangles[i as usize];
             let met = triangle.intersect(&ray);
             let nearer = met.found & active & met.t.lt(hit.t);
@@ -136,12 +154,19 @@ impl Line {
         hit
     }
 
-    /// Which active rays meet any candidate but the sphere that they aim at.
+    /// Which active rays meet any candidate but the light that they aim at.
     #[inline(always)]
     pub fn occluded<L: Lane>(&self, set: &Candidates, active: L::Mask, ray: &Ray<L>) -> L::Mask {
         let mut open = active;
         for &i in &set.triangles {
             open = open & !self.triangles[i as usize].0.intersect(ray).found;
+            if open.none() {
+                return active;
+            }
+        }
+        for &i in &set.lights {
+            let aimed = ray.aims_at.eq(L::Bits::splat(self.aims[i as usize]));
+            open = open & (!self.triangles[i as usize].0.intersect(ray).found | aimed);
             if open.none() {
                 return active;
             }

@@ -141,6 +141,33 @@ pub fn sin_cos_turn<L: Lane>(u: L) -> (L, L) {
     )
 }
 
+/// The angle of the point `(x, y)` with `y >= 0` from the x axis, in [0, pi]; 0 for the origin. Error below 2 ulp.
+#[inline(always)]
+pub fn angle<L: Lane>(y: L, x: L) -> L {
+    let width = x.abs();
+    let (low, high) = (y.min(width), y.max(width));
+    let r = low.div_or_zero(high, high.gt(L::zero()));
+    let r2 = r * r;
+    // atan(r) = r + r^3 q(r^2) on [0, 1], |error| < 1.7e-8 r
+    let q = polynomial(
+        r2,
+        [
+            -0.333_331_53,
+            0.199_937_73,
+            -0.142_110_56,
+            0.106_660_046,
+            -0.075_522_14,
+            0.043_211_86,
+            -0.016_367_927,
+            0.002_920_669_2,
+        ],
+    );
+    let low_angle = (r * r2).mul_add(q, r);
+    let steep = y.gt(width);
+    let acute = L::select(steep, L::splat(std::f32::consts::FRAC_PI_2) - low_angle, low_angle);
+    L::select(x.lt(L::zero()), L::splat(std::f32::consts::PI) - acute, acute)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -191,6 +218,21 @@ mod tests {
         assert!(worst < 1.0, "ln_1m: {worst} ulp");
         assert_eq!(ln(1.0_f32), 0.0);
         assert_eq!(ln_1m(0.0_f32), 0.0);
+    }
+
+    #[test]
+    fn angle_is_within_its_bound_all_round_the_upper_half_and_near_its_axis() {
+        let ulp = |truth: f64| f64::from((truth as f32).next_up() - truth as f32);
+        for (y, x) in sweep(0.0, std::f64::consts::PI, 1_000_000)
+            .map(|a| (3.0 * a.sin().max(0.0), 3.0 * a.cos()))
+            .chain(log_sweep(1e-30, 1.0, 200_000).map(|y| (y, 1.0)))
+        {
+            let truth = f64::from(y).atan2(f64::from(x));
+            let error = (f64::from(angle(y, x)) - truth).abs() / ulp(truth);
+            assert!(error < 2.0, "({x}, {y}): {error} ulp");
+        }
+        assert_eq!((angle(0.0_f32, 1.0), angle(0.0_f32, 0.0)), (0.0, 0.0));
+        assert_eq!(angle(0.0_f32, -1.0), std::f32::consts::PI);
     }
 
     #[test]

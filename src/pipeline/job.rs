@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
 
 use rayon::prelude::*;
 
@@ -10,7 +11,7 @@ use super::stage::{Chunk, Scratch};
 use super::stream::CAPACITY;
 use super::world::World;
 use super::{Counters, Progress};
-use crate::film::{Tile, TileSum};
+use crate::film::{Tile, TileSum, leaf_passes};
 use crate::sampling::PassBlock;
 use crate::scene::FilmSize;
 
@@ -23,13 +24,17 @@ pub struct Job<'a> {
     pub progress: &'a Progress,
     pub film: FilmSize,
     pub passes: u32,
+    /// When no further tile is to be begun.
+    pub pause: Option<Instant>,
 }
 
 impl Job<'_> {
-    /// Renders a tile and adds its chunks in order; nothing at all if a stop was asked for.
+    /// Renders a tile and adds its chunks in order; nothing at all if a stop was asked for, the time for a pause has come,
+    /// or the tile has the block already from before a pause.
     pub fn render(&self, tile: &mut Tile) -> Counters {
         let mut counters = Counters::default();
-        if self.progress.stop_requested() {
+        let paused = || self.pause.is_some_and(|at| Instant::now() >= at);
+        if tile.passes() > self.numbers.first() || self.progress.stop_requested() || paused() {
             return counters;
         }
         let ranges = if tile.goals().is_empty() {
@@ -46,19 +51,18 @@ impl Job<'_> {
         counters
     }
 
-    /// The passes of each chunk, counted from the block's first, where all pixels take part in all.
+    /// The passes of each chunk, counted from the block's first, where all pixels take part in all. They end at the multiples
+    /// of a power of two, leaves among them, so that chunks are the same whatever the block.
     fn even_chunks(&self, tile: &Tile) -> Vec<Range<u32>> {
-        // A power of two, so that chunks are the same whatever the block.
-        let most = (CAPACITY / tile.pixels.len()).max(1);
-        let per_chunk = if most.is_power_of_two() {
-            most
-        } else {
-            most.next_power_of_two() / 2
-        };
-        let starts = (0..self.passes).step_by(per_chunk);
-        starts
-            .map(|start| start..self.passes.min(start + per_chunk as u32))
-            .collect()
+        let most = 1 << (CAPACITY / tile.area()).max(1).ilog2();
+        let per_chunk = leaf_passes(self.film).min(most);
+        let (mut chunks, mut start) = (Vec::new(), 0);
+        while start < self.passes {
+            let end = start + per_chunk - (self.numbers.first() + start) % per_chunk;
+            chunks.push(start..end.min(self.passes));
+            start = end;
+        }
+        chunks
     }
 
     /// As many passes in each chunk as its streams can take, up to the last in which a pixel takes part.

@@ -2,6 +2,8 @@
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
+use serde::{Deserialize, Serialize};
+
 /// Shared between the renderer and its watchers: a progress bar reads the counts, ctrl-c asks for a stop.
 #[derive(Debug, Default)]
 pub struct Progress {
@@ -38,7 +40,7 @@ impl Progress {
 }
 
 /// What was traced and what was thrown away.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counters {
     /// Pixels x passes.
     pub samples: u64,

@@ -11,7 +11,7 @@ use super::stage::Scratch;
 use super::world::World;
 use super::{Counters, Progress};
 use crate::embree::{Device, EmbreeError, layout_canary};
-use crate::film::{Film, Noise, Picture, Tile, allocation};
+use crate::film::{Film, Noise, Picture, allocation, leaf_passes};
 use crate::sampling::PassBlock;
 use crate::scene::{Effects, EstimatorKind, Features, FilmSize, SamplerKind, Scene};
 use crate::settings::AccelKind;
@@ -68,6 +68,7 @@ pub struct Renderer {
     build_seconds: f64,
     embree_version: String,
     passes: u32,
+    pause: Option<Instant>,
     /// From the noise of every pixel and samples a pixel on average to the samples of every pixel.
     allocate: fn(FilmSize, &[Noise], u32) -> Vec<u32>,
     /// The most samples of a pixel, once they are allocated.
@@ -113,6 +114,7 @@ impl Renderer {
             build_seconds,
             embree_version: device.version(),
             passes: 0,
+            pause: None,
             allocate: allocation::allocate,
             most: None,
         })
@@ -126,6 +128,11 @@ impl Renderer {
     /// Why the plan chose it, in a sentence.
     pub fn why(&self) -> &str {
         &self.plan.why
+    }
+
+    /// Who answers rays.
+    pub fn accel(&self) -> AccelKind {
+        self.plan.accel
     }
 
     /// What the scene calls for, in words.
@@ -158,6 +165,32 @@ impl Renderer {
         self.progress.clone()
     }
 
+    /// Begins at another pass than 0, the start of a leaf: for one shard of a render. To be called before the first block.
+    pub fn begin_at(&mut self, pass: u32) {
+        self.film.begin_at(pass);
+        self.passes = pass;
+    }
+
+    /// Goes on from a film of the same render, and what was traced for it.
+    pub fn restore(&mut self, film: Film, counters: Counters) {
+        self.progress
+            .add(counters.samples, counters.eye_rays + counters.shadow_rays);
+        self.passes = film.passes().end;
+        self.most = film.most_samples();
+        (self.film, self.counters) = (film, counters);
+    }
+
+    /// Begins no further tile from then on, until another time is set: blocks then return early, and the next one takes up
+    /// what this one left. No bit depends on it.
+    pub fn pause_at(&mut self, time: Option<Instant>) {
+        self.pause = time;
+    }
+
+    /// The sums so far.
+    pub fn film(&self) -> &Film {
+        &self.film
+    }
+
     /// Passes so far, in which every pixel took part unless samples are allocated.
     pub fn passes(&self) -> u32 {
         self.passes
@@ -166,19 +199,12 @@ impl Renderer {
     /// The number of passes after the next block. Blocks end at 1, 2, 4, 8, … passes up to the block size of the film and
     /// at its multiples from there on, whoever asks: so a picture's bits do not depend on when it was looked at.
     pub fn next_stop(&self) -> u32 {
-        let block = self.block_passes();
+        let block = leaf_passes(self.settings.film);
         if self.passes < block {
             (self.passes * 2).max(1)
         } else {
             (self.passes / block + 1).saturating_mul(block)
         }
-    }
-
-    /// 16 passes, and more for small films: enough work to keep threads busy between two barriers.
-    fn block_passes(&self) -> u32 {
-        let FilmSize { width, height } = self.settings.film;
-        let pixels = u64::from(width) * u64::from(height);
-        ((1 << 18) / pixels).clamp(16, MOST_PASSES.into()).next_power_of_two() as u32
     }
 
     /// Renders up to `min(limit, next_stop())` passes and returns the passes that every pixel has then. If a stop is
@@ -201,10 +227,11 @@ impl Renderer {
     /// numbers at most half is for passes that nobody takes.
     pub fn next_adaptive_block(&mut self, spp: u32) -> bool {
         let (first, pilot) = (self.passes, allocation::pilot(spp));
-        if first == 0 && pilot < spp {
+        let steered = pilot < spp;
+        if first == 0 && steered && !self.film.measures_noise() {
             self.film.measure_noise();
         }
-        if first == pilot && pilot < spp && self.most.is_none() {
+        if first == pilot && steered && self.most.is_none() {
             let noise = self.film.noise();
             let goals = self.pool.install(|| (self.allocate)(self.settings.film, &noise, spp));
             self.film.set_goals(&goals);
@@ -213,7 +240,7 @@ impl Renderer {
         let last = self.most.unwrap_or(pilot);
         let end = (first * 2).max(2).min(first + MOST_PASSES).min(last);
         self.block(first, end);
-        self.passes > first && self.passes < last.max(spp)
+        self.passes < last || (steered && self.most.is_none())
     }
 
     /// Renders the passes `first..end`; of each pixel, those that it takes part in.
@@ -233,13 +260,14 @@ impl Renderer {
             progress: &self.progress,
             film: size,
             passes: end - first,
+            pause: self.pause,
         };
         let tiles = self.film.tiles_mut();
         let counters = self
             .pool
             .install(|| tiles.par_iter_mut().map(|tile| job.render(tile)).collect::<Vec<_>>());
         counters.into_iter().for_each(|c| self.counters += c);
-        self.passes = self.film.tiles().iter().map(Tile::passes).min().unwrap_or(end);
+        self.passes = self.film.passes().end;
     }
 
     /// The picture so far.

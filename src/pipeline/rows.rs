@@ -4,9 +4,10 @@
 
 use std::marker::PhantomData;
 
-use super::stage::{Chunk, Scratch, Stage, eye, shade};
+use super::stage::{Chunk, Scratch, Stage, eye, shade, triangles};
 use super::stream::{self, Model};
 use super::tracer::{ByEmbree, InLine, Tracer};
+use crate::estimator::per_light::Density;
 use crate::estimator::{per_light, per_point};
 use crate::lane::{F32x8, F32x16, Work, with_avx512};
 use crate::scene::{Effect, Effects};
@@ -37,9 +38,6 @@ const EYE: &[(Effects, Row)] = eye_rows![
     [Diffuse],
     [Diffuse, Phong],
     [Diffuse, SmoothNormals],
-    [Diffuse, OneSided],
-    [Diffuse, Textures],
-    [Diffuse, Lens],
     [Diffuse, Phong, SmoothNormals],
     [Diffuse, Phong, OneSided],
     [Diffuse, Phong, Textures],
@@ -63,21 +61,32 @@ pub const fn blank() -> Row {
     Row::of::<eye::Blank>()
 }
 
-/// The row that shades the points of a model by an estimator.
-pub const fn shade(estimator: EstimatorKind, model: Effect) -> Row {
+/// The rows that shade the points of a model by an estimator: one where a direction serves all lights, else those of the kinds of
+/// light among `needs`.
+pub fn shade(estimator: EstimatorKind, needs: Effects, model: Effect) -> Vec<Row> {
     match model {
-        Effect::Phong => shade_model::<stream::Phong>(estimator),
-        _ => shade_model::<stream::Diffuse>(estimator),
+        Effect::Phong => shade_model::<stream::Phong>(estimator, needs),
+        _ => shade_model::<stream::Diffuse>(estimator, needs),
     }
 }
 
-const fn shade_model<M: Model>(estimator: EstimatorKind) -> Row {
+fn shade_model<M: Model>(estimator: EstimatorKind, needs: Effects) -> Vec<Row> {
     match estimator {
-        EstimatorKind::Uniform => Row::of::<shade::PerPoint<per_point::Sphere, M>>(),
-        EstimatorKind::Brdf => Row::of::<shade::PerPoint<per_point::Lobe, M>>(),
-        EstimatorKind::Light => Row::of::<shade::PerLight<per_light::ConeOnly, M>>(),
-        EstimatorKind::Mis => Row::of::<shade::PerLight<per_light::Average, M>>(),
+        EstimatorKind::Uniform => vec![Row::of::<shade::PerPoint<per_point::Sphere, M>>()],
+        EstimatorKind::Brdf => vec![Row::of::<shade::PerPoint<per_point::Lobe, M>>()],
+        EstimatorKind::Light => kinds::<per_light::ConeOnly, M>(needs),
+        EstimatorKind::Mis => kinds::<per_light::Average, M>(needs),
     }
+}
+
+fn kinds<D: Density, M: Model>(needs: Effects) -> Vec<Row> {
+    let kinds = [
+        (Effect::SphereLights, Row::of::<shade::PerLight<D, M>>()),
+        (Effect::MeshLights, Row::of::<triangles::PerTriangle<D, M>>()),
+        (Effect::MeshLights, Row::of::<triangles::PerMesh<D, M>>()),
+    ];
+    let there = kinds.into_iter().filter(|(kind, _)| needs.has(*kind));
+    there.map(|(_, row)| row).collect()
 }
 
 impl Row {

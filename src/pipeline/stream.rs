@@ -67,6 +67,27 @@ impl<const K: usize> Columns<K> {
         Vec3::new(self.get(column, at), self.get(column + 1, at), self.get(column + 2, at))
     }
 
+    #[inline(always)]
+    fn put_rays<L: Lane>(&mut self, room: &Room<L>, rays: &QueuedRays<L>) {
+        self.put3(0, room, rays.origin);
+        self.put3(3, room, rays.direction);
+        self.put(6, room, rays.tfar);
+        self.put3(7, room, rays.value);
+        self.put(10, room, L::from_bits(rays.index));
+    }
+
+    /// The rays at `at` with the values at `value`, which is the same place.
+    #[inline(always)]
+    fn rays<L: Lane>(&self, at: usize, value: usize) -> QueuedRays<L> {
+        QueuedRays {
+            origin: self.get3(0, at),
+            direction: self.get3(3, at),
+            tfar: self.get(6, at),
+            value: self.get3(7, value),
+            index: self.get::<L>(10, at).to_bits(),
+        }
+    }
+
     /// The lanes of the packet at `at` that hold anything.
     #[inline(always)]
     fn lanes<L: Lane>(&self, at: usize) -> L::Mask {
@@ -196,6 +217,41 @@ impl HitStream {
     }
 }
 
+/// Rays that carry what they are worth, and one more number each.
+#[derive(Debug)]
+pub struct WideQueue(Columns<12>);
+
+impl WideQueue {
+    /// Room for the rays of a chunk.
+    pub fn new() -> Self {
+        Self(Columns::new())
+    }
+
+    /// Rays in the queue.
+    pub fn len(&self) -> usize {
+        self.0.len
+    }
+
+    /// Empties it.
+    pub fn clear(&mut self) {
+        self.0.len = 0;
+    }
+
+    /// Adds the rays of the mask, with a number.
+    #[inline(always)]
+    pub fn push<L: Lane>(&mut self, mask: L::Mask, rays: &QueuedRays<L>, number: L) {
+        let room = self.0.grow::<L>(mask);
+        self.0.put_rays(&room, rays);
+        self.0.put(11, &room, number);
+    }
+
+    /// The packet that starts at ray `at`, with its numbers.
+    #[inline(always)]
+    pub fn packet<L: Lane>(&self, at: usize) -> (L::Mask, QueuedRays<L>, L) {
+        (self.0.lanes::<L>(at), self.0.rays(at, at), self.0.get(11, at))
+    }
+}
+
 /// Rays that carry what they are worth.
 #[derive(Debug)]
 pub struct RayQueue(Columns<11>);
@@ -235,24 +291,13 @@ impl RayQueue {
     #[inline(always)]
     pub fn push<L: Lane>(&mut self, mask: L::Mask, rays: &QueuedRays<L>) {
         let room = self.0.grow::<L>(mask);
-        self.0.put3(0, &room, rays.origin);
-        self.0.put3(3, &room, rays.direction);
-        self.0.put(6, &room, rays.tfar);
-        self.0.put3(7, &room, rays.value);
-        self.0.put(10, &room, L::from_bits(rays.index));
+        self.0.put_rays(&room, rays);
     }
 
     /// The packet that starts at ray `at`.
     #[inline(always)]
     pub fn packet<L: Lane>(&self, at: usize) -> (L::Mask, QueuedRays<L>) {
-        let columns = &self.0;
-        let rays = QueuedRays {
-            origin: columns.get3(0, at),
-            direction: columns.get3(3, at),
-            tfar: columns.get(6, at),
-            value: columns.get3(7, mutate!(at, LaneShift => at + usize::from(L::N > 1))),
-            index: columns.get::<L>(10, at).to_bits(),
-        };
-        (columns.lanes::<L>(at), rays)
+        let value = mutate!(at, LaneShift => at + usize::from(L::N > 1));
+        (self.0.lanes::<L>(at), self.0.rays(at, value))
     }
 }

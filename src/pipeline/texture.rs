@@ -38,7 +38,9 @@ impl Fetched {
         let [p, q, r] = on.triangles[triangle as usize].map(|corner| on.uvs[corner as usize]);
         let a = 1.0 - b - c;
         let [u, v] = std::array::from_fn(|k| a * p[k] + b * q[k] + c * r[k]);
-        let Texture { width, height, wrap, .. } = *on.texture;
+        let Texture {
+            width, height, wrap, ..
+        } = *on.texture;
         let (columns, x) = around(u, width, wrap);
         let (rows, y) = around(1.0 - v, height, wrap);
         (self.x[lane], self.y[lane]) = (x, y);
@@ -75,7 +77,11 @@ fn around(s: f32, size: u32, wrap: Wrap) -> ([u32; 2], f32) {
             let at = (s - s.floor()) * n - 0.5;
             let first = at.floor();
             let second = (first + 1.0).max(0.0) as u32 % size;
-            let first_texel = if first < 0.0 { size - 1 } else { (first as u32).min(size - 1) };
+            let first_texel = if first < 0.0 {
+                size - 1
+            } else {
+                (first as u32).min(size - 1)
+            };
             ([first_texel, second], at - first)
         }
         Wrap::Clamp => {

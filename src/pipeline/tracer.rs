@@ -32,7 +32,7 @@ pub trait Tracer {
         };
         Self::face_ball::<L>(world, stream, points, &ball, light.sphere, set);
     }
-    /// Prepares for rays from the points of a surveyed stream into a ball; the sphere `aimed_at` blocks none of them.
+    /// Prepares for rays from the points of a surveyed stream into a ball; what `aimed_at` names blocks none of them.
     fn face_ball<L: Lane>(
         world: &World,
         stream: &HitStream,
@@ -90,17 +90,10 @@ impl Tracer for ByEmbree {
 
 impl Tracer for InLine {
     fn face_tile(world: &World, tile: &Tile, set: &mut Candidates) {
-        let column = |x: fn(&[u32; 2]) -> u32| {
-            let (low, high) = tile
-                .pixels
-                .iter()
-                .map(x)
-                .fold((u32::MAX, 0), |(l, h), x| (l.min(x), h.max(x)));
-            // A pixel's far side, and a little for the rounding of points in it.
-            (low as f32 - 0.01, high as f32 + 1.01)
-        };
-        let (left, right) = column(|p| p[0]);
-        let (top, bottom) = column(|p| p[1]);
+        let [first, last] = tile.corners();
+        // A pixel's far side, and a little for the rounding of points in it.
+        let [left, top] = first.map(|low| low as f32 - 0.01);
+        let [right, bottom] = last.map(|high| high as f32 + 1.01);
         let corners = [(left, top), (right, top), (right, bottom), (left, bottom)];
         world
             .line

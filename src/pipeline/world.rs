@@ -7,10 +7,11 @@ use std::collections::HashSet;
 
 use glam::DVec3;
 
+use super::emitters::Emitters;
 use super::texture::Textured;
 use crate::embree::{Accel, Device, EmbreeError, SceneBuilder};
 use crate::lane::Lane;
-use crate::light::SphereLight;
+use crate::light::{MeshLight, SphereLight, TriangleLight};
 use crate::linear::Line;
 use crate::math::Vec3;
 use crate::scene::{Bsdf, Camera, FilmSize, Fov, Mesh, Scene, Sphere, Surface};
@@ -34,8 +35,10 @@ pub struct World {
     pub textured: Vec<Option<Textured>>,
     /// Spheres that emit something.
     pub lights: Vec<SphereLight>,
-    /// Whether meshes emit something.
-    pub mesh_lights: bool,
+    /// Triangles that are lights of their own.
+    pub triangle_lights: Vec<TriangleLight>,
+    /// Meshes of which a triangle is picked.
+    pub mesh_lights: Vec<MeshLight>,
     /// Eye rays.
     pub camera: CameraRays,
 }
@@ -84,7 +87,7 @@ pub struct CameraRays {
     pub focus: f32,
 }
 
-fn narrow(v: DVec3) -> [f32; 3] {
+pub(super) fn narrow(v: DVec3) -> [f32; 3] {
     v.to_array().map(|x| x as f32)
 }
 
@@ -148,13 +151,15 @@ impl World {
         let origin = scene.camera.origin;
         let mut builder = SceneBuilder::new(device, true)?;
         let mut line = Line::default();
+        let emitters = Emitters::of(scene);
         let mut surfaces = Vec::with_capacity(scene.meshes.len() + scene.spheres.len());
         let mut normals = Vec::with_capacity(scene.meshes.len());
-        for mesh in &scene.meshes {
+        for (mesh, &aims) in scene.meshes.iter().zip(&emitters.aims) {
             let vertices: Vec<[f32; 3]> = mesh.vertices.iter().map(|&v| narrow(v - origin)).collect();
-            match accel {
-                AccelKind::Embree => _ = builder.add_mesh(&vertices, &mesh.triangles)?,
-                AccelKind::Linear => line.add_mesh(normals.len() as u32, &vertices, &mesh.triangles),
+            match (accel, aims) {
+                (AccelKind::Embree, Some(aims)) => _ = builder.add_light(&vertices, &mesh.triangles, aims)?,
+                (AccelKind::Embree, None) => _ = builder.add_mesh(&vertices, &mesh.triangles)?,
+                (AccelKind::Linear, _) => line.add_mesh(normals.len() as u32, &vertices, &mesh.triangles, aims),
             }
             let extent = largest_box(&vertices, &mesh.triangles);
             let none = Ball {
@@ -197,9 +202,6 @@ impl World {
             AccelKind::Embree => _ = builder.set_spheres(balls)?,
             AccelKind::Linear => line.set_spheres(balls, sphere_geometry),
         }
-        let mesh_lights = surfaces[..scene.meshes.len()]
-            .iter()
-            .any(|s| s.le.is_some_and(|le| le.iter().any(|&x| x > 0.0)));
         Ok(Self {
             accel: builder.commit()?,
             line,
@@ -208,9 +210,16 @@ impl World {
             normals,
             textured: scene.meshes.iter().map(|mesh| textured(scene, mesh)).collect(),
             lights,
-            mesh_lights,
+            triangle_lights: emitters.triangles,
+            mesh_lights: emitters.meshes,
             camera: CameraRays::of(&scene.camera, film),
         })
+    }
+
+    /// Whether nothing but spheres emits.
+    #[inline(always)]
+    pub fn only_spheres_emit(&self) -> bool {
+        self.triangle_lights.is_empty() && self.mesh_lights.is_empty()
     }
 
     /// The surface of a primitive of a geometry.

@@ -1,8 +1,10 @@
 //! Random numbers with addresses, and the warps that turn them into directions, each beside its density.
 
+pub mod discrete;
 pub mod hash;
 pub mod sampler;
 pub mod sobol;
 pub mod warp;
 
+pub use discrete::Discrete;
 pub use sampler::{Pair, PassBlock, Toss};

@@ -1,7 +1,7 @@
 //! What a scene calls for, and how many things in it do.
 
 use super::sight::Frustum;
-use super::{Effect, Effects, FilmSize, Scene, Surface};
+use super::{Effect, Effects, FilmSize, Mesh, Scene, Surface};
 
 /// What a scene contains, found by looking at it: the kernel need support no more.
 ///
@@ -10,6 +10,10 @@ use super::{Effect, Effects, FilmSize, Scene, Surface};
 pub struct Features {
     /// Shapes or cameras that call for each effect, in the order of [`Effect::ALL`]; a mesh is one.
     counts: [usize; Effect::ALL.len()],
+    /// Triangles of small meshes that emit: lights of their own.
+    pub triangle_lights: usize,
+    /// Larger meshes that emit: a triangle of each is picked.
+    pub picked_lights: usize,
     /// Triangles and spheres of any kind.
     pub shapes: usize,
     /// Spheres and meshes of any kind.
@@ -30,6 +34,11 @@ impl Features {
         for mesh in &scene.meshes {
             let seen = frustum.may_see_points(&mesh.vertices);
             found.add(scene, &mesh.surface, mesh.effects(), seen);
+            if mesh.effects().has(Effect::MeshLights) {
+                let each = Self::samples_each_triangle(mesh);
+                found.triangle_lights += if each { mesh.triangles.len() } else { 0 };
+                found.picked_lights += usize::from(!each);
+            }
         }
         for effect in scene.camera.effects().iter() {
             found.counts[effect as usize] += 1;
@@ -49,6 +58,17 @@ impl Features {
         for effect in effects.iter() {
             self.counts[effect as usize] += 1;
         }
+    }
+
+    /// Whether the triangles of a mesh that emits are lights of their own, up to two quadrilaterals; of larger ones a triangle
+    /// is picked for every point.
+    pub fn samples_each_triangle(mesh: &Mesh) -> bool {
+        mesh.triangles.len() <= 4
+    }
+
+    /// How many lights `light` and `mis` draw a direction for.
+    pub fn lights(&self) -> usize {
+        self.count(Effect::SphereLights) + self.triangle_lights + self.picked_lights
     }
 
     /// How many shapes call for an effect.

@@ -11,7 +11,15 @@ use super::rule::{ALPHA, EXPONENT, FINITE, NOT_NEGATIVE};
 use super::table::Table;
 use super::{Bsdf, Material, Texture, Wrap, texture};
 
-pub(super) const KEYS: &[&str] = &["diffuse", "phong", "exponent", "brdf_params", "one_sided", "texture", "wrap"];
+pub(super) const KEYS: &[&str] = &[
+    "diffuse",
+    "phong",
+    "exponent",
+    "brdf_params",
+    "one_sided",
+    "texture",
+    "wrap",
+];
 
 const MODELS: &str =
     "write diffuse = [r, g, b], or phong = [r, g, b] with exponent = alpha, or both; or brdf_params = [r, g, b, alpha]";

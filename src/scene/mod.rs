@@ -34,8 +34,8 @@ pub use crate::settings::{EstimatorKind, SamplerKind};
 pub use effect::{Effect, Effects};
 pub use error::SceneError;
 pub use features::Features;
-pub use texture::{Texture, Wrap};
 pub use files::Outside;
+pub use texture::{Texture, Wrap};
 
 /// A scene whose every value has been checked. Lengths are in the units of the file, in `f64`, not yet made relative
 /// to anything; colours are linear RGB.

@@ -28,8 +28,14 @@ pub(super) fn sphere(table: &Table<'_>, materials: &Materials<'_>) -> Result<Sph
         radius: table.need("radius", "radius = 1.0")?.number(&POSITIVE)?,
         surface: match surface(table, materials)? {
             Surface::Material(index) if materials.textured(index) => {
-                let what = format!("{} has a material with a texture, and no texture coordinates", table.title);
-                return Err(table.fault(what, "give the sphere a material without a texture, or make it a mesh with uvs"));
+                let what = format!(
+                    "{} has a material with a texture, and no texture coordinates",
+                    table.title
+                );
+                return Err(table.fault(
+                    what,
+                    "give the sphere a material without a texture, or make it a mesh with uvs",
+                ));
             }
             surface => surface,
         },
@@ -70,7 +76,11 @@ pub(super) fn mesh(
         }
         _ => {
             let faces = table.need("faces", "faces = [[0, 1, 2]]")?;
-            (mesh::inline(&source, &faces, table.get("uvs"))?, faces, table.title.clone())
+            (
+                mesh::inline(&source, &faces, table.get("uvs"))?,
+                faces,
+                table.title.clone(),
+            )
         }
     };
     let (span, label) = place.place();

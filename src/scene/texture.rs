@@ -65,7 +65,10 @@ pub(super) fn read(files: &Files, name: &str, wrap: Wrap) -> Result<Texture, Fau
             "the file is damaged or of another kind: save it again",
         )
     })?;
-    if let Some(at) = texels.iter().position(|t| !t.iter().all(|x| x.is_finite() && *x >= 0.0)) {
+    if let Some(at) = texels
+        .iter()
+        .position(|t| !t.iter().all(|x| x.is_finite() && *x >= 0.0))
+    {
         let (x, y) = (at % width as usize, at / width as usize);
         return Err(fault(
             format!("is not finite or negative at ({x}, {y}): {:?}", texels[at]),
@@ -85,7 +88,9 @@ type Texels = (u32, u32, Vec<[f32; 3]>);
 fn png(bytes: &[u8]) -> Result<Texels, String> {
     let picture = image::load_from_memory_with_format(bytes, image::ImageFormat::Png).map_err(|e| e.to_string())?;
     let picture = picture.into_rgb16();
-    let texels = picture.pixels().map(|texel| texel.0.map(|x| linear(f64::from(x) / 65535.0)));
+    let texels = picture
+        .pixels()
+        .map(|texel| texel.0.map(|x| linear(f64::from(x) / 65535.0)));
     Ok((picture.width(), picture.height(), texels.collect()))
 }
 
@@ -113,7 +118,11 @@ fn exr(bytes: &[u8]) -> Result<Texels, String> {
         .from_buffered(Cursor::new(bytes))
         .map_err(|error| error.to_string())?;
     let size = image.layer_data.size;
-    Ok((size.width() as u32, size.height() as u32, image.layer_data.channel_data.pixels.1))
+    Ok((
+        size.width() as u32,
+        size.height() as u32,
+        image.layer_data.channel_data.pixels.1,
+    ))
 }
 
 #[cfg(test)]

@@ -13,6 +13,23 @@ pub struct Ball {
 }
 
 impl Ball {
+    /// A ball around points, a little too large rather than too small: about the middle of the box around them.
+    pub fn around(points: &[[f32; 3]]) -> Self {
+        let middle = |k: usize| {
+            let (low, high) = points
+                .iter()
+                .fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), p| {
+                    (low.min(p[k]), high.max(p[k]))
+                });
+            0.5 * low + 0.5 * high
+        };
+        let center = [middle(0), middle(1), middle(2)];
+        let apart = |p: &[f32; 3]| (0..3).map(|k| (p[k] - center[k]).powi(2)).sum::<f32>().sqrt();
+        let size = center.iter().fold(0.0_f32, |m, x| m.max(x.abs()));
+        let radius = points.iter().map(apart).fold(0.0, f32::max) * (1.0 + 1e-6) + size * 1e-6;
+        Self { center, radius }
+    }
+
     /// Nearest intersection in `[tnear, tfar]` of rays with one sphere, from outside or inside.
     ///
     /// The discriminant comes from the point of the ray closest to the centre, so that a small sphere far away keeps its

@@ -6,6 +6,27 @@ use crate::math::Vec3;
 /// For [`Ray::aims_at`]: no sphere in particular.
 pub const NO_SPHERE: u32 = u32::MAX;
 
+/// Names of triangles for [`Ray::aims_at`], so that a light never blocks the rays to it. They differ from those of spheres
+/// by their top bit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Aims {
+    /// The name of the first triangle of a mesh.
+    pub first: u32,
+    /// Whether each has its own; else, in a flat mesh, where none can hide another, all have the same.
+    pub each: bool,
+}
+
+impl Aims {
+    /// The bit that tells triangles from spheres.
+    pub const TRIANGLE: u32 = 1 << 31;
+
+    /// The name of a triangle of the mesh.
+    #[inline(always)]
+    pub const fn of(self, primitive: u32) -> u32 {
+        if self.each { self.first + primitive } else { self.first }
+    }
+}
+
 /// Rays from `origin` along `direction` (any length but 0), from distance 0 to `tfar` in lengths of `direction`.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray<L: Lane> {
@@ -15,7 +36,7 @@ pub struct Ray<L: Lane> {
     pub direction: Vec3<L>,
     /// Where they end.
     pub tfar: L,
-    /// A sphere that does not block visibility queries, or [`NO_SPHERE`].
+    /// A sphere or triangle that does not block visibility queries, or [`NO_SPHERE`].
     pub aims_at: L::Bits,
 }
 

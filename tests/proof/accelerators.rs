@@ -86,7 +86,8 @@ pub fn random_scene(rng: &mut Pcg64, distance: f64) -> Scene {
         materials: vec![Material {
             name: "grey".into(),
             bsdf: Bsdf::Diffuse { rho: DVec3::splat(0.5) },
-            one_sided: false, texture: None,
+            one_sided: false,
+            texture: None,
         }],
         spheres,
         meshes,

@@ -14,6 +14,7 @@ pub mod runs;
 pub mod samplers;
 pub mod stats;
 pub mod strategies;
+pub mod triangles;
 pub mod weights;
 
 use std::fmt::Write;

@@ -5,7 +5,7 @@ use std::path::Path;
 use octolux::film::{Attributes, Picture, write_picture};
 use octolux::pipeline::{Renderer, Settings};
 use octolux::reference::Reference;
-use octolux::scene::{Effect, EstimatorKind, Features, FilmSize, SamplerKind, Scene};
+use octolux::scene::{EstimatorKind, FilmSize, SamplerKind, Scene};
 
 use super::stats::p_student;
 
@@ -22,13 +22,6 @@ pub fn leaning_normals() -> Scene {
     let lean = |x: f64, z: f64| glam::DVec3::new(x, 1.0, z).normalize();
     scene.meshes[0].normals = Some(vec![lean(0.6, 0.1), lean(-0.3, 0.4), lean(0.1, -0.7), lean(-0.2, -0.1)]);
     scene
-}
-
-/// The estimators that can render a scene.
-pub fn estimators(scene: &Scene) -> Vec<EstimatorKind> {
-    let meshes_emit = Features::of(scene, scene.film).count(Effect::MeshLights) > 0;
-    let can = |e: &EstimatorKind| !meshes_emit || matches!(e, EstimatorKind::Uniform | EstimatorKind::Brdf);
-    EstimatorKind::ALL.into_iter().filter(can).collect()
 }
 
 /// Settings of one thread and eight lanes; a test changes what it is about.

@@ -28,7 +28,8 @@ pub fn scene(origin: DVec3, target: DVec3, bsdf: Bsdf) -> Scene {
         materials: vec![Material {
             name: "m".into(),
             bsdf,
-            one_sided: false, texture: None,
+            one_sided: false,
+            texture: None,
         }],
         spheres: vec![],
         meshes: vec![],

@@ -34,11 +34,11 @@ impl Grid {
     /// The pixels of a tile; returns how many.
     fn pixels(&mut self, tile: &Tile, film_width: u32, lanes: usize) -> usize {
         self.clear();
-        let indexed = tile.pixels.iter().enumerate();
-        for (index, pixel) in indexed.cycle().take(tile.pixels.len() + lanes) {
-            self.push(index, *pixel, film_width);
+        let indexed = tile.pixels().enumerate();
+        for (index, pixel) in indexed.cycle().take(tile.area() + lanes) {
+            self.push(index, pixel, film_width);
         }
-        tile.pixels.len()
+        tile.area()
     }
 
     /// The samples of a chunk, pass by pass and in each the pixels that take part, in tile order; returns how many.
@@ -47,9 +47,9 @@ impl Grid {
         let (tile, first) = (chunk.tile, chunk.numbers.first());
         let goals = tile.goals();
         let takes_part = |index: usize, pass: u32| goals.get(index).is_none_or(|&goal| goal > first + pass);
-        for (index, pixel) in tile.pixels.iter().enumerate() {
+        for (index, pixel) in tile.pixels().enumerate() {
             if takes_part(index, chunk.first) {
-                self.push(index, *pixel, chunk.film_width);
+                self.push(index, pixel, chunk.film_width);
             }
         }
         let mut before = 0..self.x.len();
@@ -58,7 +58,7 @@ impl Grid {
             let next = self.x.len();
             // While noise is measured every pair of passes has a slot of its own.
             let slot = if tile.measures_noise() && pass % 2 == 0 {
-                tile.pixels.len() as u32
+                tile.area() as u32
             } else {
                 0
             };

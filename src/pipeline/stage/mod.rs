@@ -6,9 +6,10 @@ pub mod grid;
 pub mod shade;
 pub mod shadow;
 pub mod surface;
+pub mod triangles;
 
 use super::Counters;
-use super::stream::{HitStream, RayQueue};
+use super::stream::{HitStream, RayQueue, WideQueue};
 use super::tracer::Tracer;
 use super::world::World;
 use crate::embree::TraceLane;
@@ -32,6 +33,10 @@ pub struct Scratch {
     pub hits: [HitStream; 2],
     /// Rays that wait for their visibility.
     pub queue: RayQueue,
+    /// Rays to triangles of meshes that emit, with the names of these.
+    pub aimed: WideQueue,
+    /// Rays along directions of the BRDF, with their densities.
+    pub looks: WideQueue,
     /// Where the points of a stream are.
     pub points: Points,
     /// Shapes that rays at hand may meet.
@@ -44,6 +49,8 @@ impl Default for Scratch {
             grid: grid::Grid::default(),
             hits: [HitStream::new(), HitStream::new()],
             queue: RayQueue::new(),
+            aimed: WideQueue::new(),
+            looks: WideQueue::new(),
             points: Points::default(),
             set: Candidates::default(),
         }

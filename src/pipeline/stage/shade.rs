@@ -75,7 +75,7 @@ impl<D: per_point::Density, M: Model> Stage for PerPoint<D, M> {
                 continue;
             };
             let mut wanted = found.active;
-            if !chunk.world.mesh_lights {
+            if chunk.world.only_spheres_emit() {
                 wanted = wanted & may_meet(&chunk.world.lights, point.p, found.wi);
             }
             let rays = QueuedRays {

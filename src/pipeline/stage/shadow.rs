@@ -2,12 +2,15 @@
 
 use super::Chunk;
 use crate::embree::{Coherence, NO_SPHERE, Ray, TraceLane};
+use crate::estimator::per_light::Density;
+use crate::estimator::per_triangle;
 use crate::film::TileSum;
 use crate::lane::{Bits, Lane, Mask};
+use crate::light::MeshLight;
 use crate::linear::Candidates;
 use crate::math::Vec3;
 use crate::pipeline::Counters;
-use crate::pipeline::stream::{QueuedRays, RayQueue};
+use crate::pipeline::stream::{QueuedRays, RayQueue, WideQueue};
 use crate::pipeline::tracer::Tracer;
 
 /// Adds the contribution of every ray with nothing but the sphere `light` before its end.
@@ -15,10 +18,49 @@ use crate::pipeline::tracer::Tracer;
 pub fn visible<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &RayQueue, set: &Candidates, light: u32) {
     for at in (0..queue.len()).step_by(L::N) {
         let (active, rays) = queue.packet::<L>(at);
-        let ray = segment(&rays, light);
+        let ray = segment(&rays, L::Bits::splat(light));
         let occluded = T::occluded(chunk.world, set, active, &ray);
         let visible = mutate!(active & !occluded, ShadowsSkipped => active);
         deposit(chunk.sum, chunk.counters, visible, rays.value, rays.index);
+    }
+    chunk.counters.shadow_rays += queue.len() as u64;
+}
+
+/// Adds the contribution of every ray with nothing before its end but the triangle that its number names.
+#[inline(always)]
+pub fn visible_each<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &WideQueue, set: &Candidates) {
+    for at in (0..queue.len()).step_by(L::N) {
+        let (active, rays, aim) = queue.packet::<L>(at);
+        let occluded = T::occluded(chunk.world, set, active, &segment(&rays, aim.to_bits()));
+        deposit(chunk.sum, chunk.counters, active & !occluded, rays.value, rays.index);
+    }
+    chunk.counters.shadow_rays += queue.len() as u64;
+}
+
+/// Adds, for every ray that meets the mesh first, its `f_cos` times the radiance, over the density by which `D` has drawn the
+/// direction; the ray's number is the density of the BRDF.
+#[inline(always)]
+pub fn looked<L: TraceLane, T: Tracer, D: Density>(
+    chunk: &mut Chunk,
+    queue: &WideQueue,
+    set: &Candidates,
+    light: &MeshLight,
+) {
+    for at in (0..queue.len()).step_by(L::N) {
+        let (active, rays, pdf) = queue.packet::<L>(at);
+        let ray = segment(&rays, L::Bits::splat(NO_SPHERE));
+        let hit = T::nearest(chunk.world, set, active, &ray, Coherence::Incoherent);
+        let met = hit.found & hit.geometry.eq(L::Bits::splat(light.geometry));
+        if met.none() {
+            continue;
+        }
+        let mut index = [0; 16];
+        L::Bits::select(met, hit.primitive, L::Bits::splat(0)).store(&mut index);
+        let (triangles, share) = light.gather::<L>(&index);
+        let view = triangles.seen_from(rays.origin);
+        let weight = per_triangle::weigh::<L, D>(&view, share, rays.direction, hit.t, pdf);
+        let value = rays.value.times(Vec3::splat(light.le)) * weight.or_zero(met);
+        deposit(chunk.sum, chunk.counters, met, value, rays.index);
     }
     chunk.counters.shadow_rays += queue.len() as u64;
 }
@@ -28,7 +70,7 @@ pub fn visible<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &RayQueue, set
 pub fn emitted<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &RayQueue, set: &Candidates) {
     for at in (0..queue.len()).step_by(L::N) {
         let (active, rays) = queue.packet::<L>(at);
-        let ray = segment(&rays, NO_SPHERE);
+        let ray = segment(&rays, L::Bits::splat(NO_SPHERE));
         let hit = T::nearest(chunk.world, set, active, &ray, Coherence::Incoherent);
         let mut le = [[0.0_f32; 3]; 16];
         let mut emits = 0_u32;
@@ -59,12 +101,12 @@ pub fn emitted<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &RayQueue, set
 }
 
 #[inline(always)]
-fn segment<L: Lane>(rays: &QueuedRays<L>, aims_at: u32) -> Ray<L> {
+fn segment<L: Lane>(rays: &QueuedRays<L>, aims_at: L::Bits) -> Ray<L> {
     Ray {
         origin: rays.origin,
         direction: rays.direction,
         tfar: rays.tfar,
-        aims_at: L::Bits::splat(aims_at),
+        aims_at,
     }
 }
 

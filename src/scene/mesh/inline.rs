@@ -37,7 +37,9 @@ fn coordinates(uvs: &Value<'_>, count: usize) -> Result<Vec<DVec2>, Fault> {
     if pairs.len() != count {
         return Err(uvs.fault(&format!("must have as many pairs as there are vertices, {count}"), help));
     }
-    pairs.map(|pair| pair.numbers::<2>(&FINITE).map(DVec2::from_array)).collect()
+    pairs
+        .map(|pair| pair.numbers::<2>(&FINITE).map(DVec2::from_array))
+        .collect()
 }
 
 fn corners(face: &Value<'_>, count: usize) -> Result<Vec<u32>, Fault> {

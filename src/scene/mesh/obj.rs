@@ -44,7 +44,10 @@ pub fn read(bytes: &[u8], textured: bool) -> Result<RawMesh, Problem> {
     let uvs = pairs(&mesh.texcoords);
     // Both are optional for each corner: without all of them they are of no use.
     let complete = |indices: &Vec<u32>| (indices.len() == mesh.indices.len()).then(|| indices.clone());
-    let (normal_of, uv_of) = (complete(&mesh.normal_indices), complete(&mesh.texcoord_indices).filter(|_| textured));
+    let (normal_of, uv_of) = (
+        complete(&mesh.normal_indices),
+        complete(&mesh.texcoord_indices).filter(|_| textured),
+    );
     if normal_of.is_none() && uv_of.is_none() {
         let triangles = mesh.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
         return Ok(RawMesh {
@@ -92,7 +95,10 @@ fn problem(error: LoadError, line: usize) -> Problem {
         LoadError::FaceParseError | LoadError::InvalidPolygon => broken("a face that cannot be read"),
         LoadError::ReadError => broken("something that is not text"),
         LoadError::FaceVertexOutOfBounds | LoadError::FaceNormalOutOfBounds | LoadError::FaceTexCoordOutOfBounds => {
-            Problem::new("has a face that names a vertex, a normal or a texture coordinate that does not exist", cut)
+            Problem::new(
+                "has a face that names a vertex, a normal or a texture coordinate that does not exist",
+                cut,
+            )
         }
         other => Problem::new(format!("cannot be read: {other}"), cut),
     }
@@ -172,7 +178,11 @@ mod tests {
         let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 0 0.5\nf 1/1 2/2 3/3\nf 2/1 4/2 3/3\n";
         let raw = read(text.as_bytes(), true).unwrap();
         let uvs = raw.uvs.unwrap();
-        assert_eq!((raw.vertices.len(), uvs.len()), (5, 5), "vertex 2 has two pairs, vertex 3 one");
+        assert_eq!(
+            (raw.vertices.len(), uvs.len()),
+            (5, 5),
+            "vertex 2 has two pairs, vertex 3 one"
+        );
         assert_eq!(uvs[2], DVec2::new(0.0, 0.5));
         assert!(raw.normals.is_none());
     }

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use crate::film::Picture;
 use crate::pipeline::{Counters, Progress, Renderer, Settings};
-use crate::scene::{Effect, EstimatorKind, Features, FilmSize, SamplerKind, Scene};
+use crate::scene::{EstimatorKind, FilmSize, SamplerKind, Scene};
 use crate::study::error::Invalid;
 
 use super::blocks::shrink;
@@ -125,13 +125,9 @@ impl<'a> Bench<'a> {
         Ok(pictures)
     }
 
-    /// The estimators that the scene allows, best last.
+    /// The estimators, best last.
     pub fn estimators(&self) -> Vec<EstimatorKind> {
-        let features = Features::of(self.scene, self.scene.film);
-        let mesh_lights = features.count(Effect::MeshLights) > 0;
-        let allowed =
-            |kind: &EstimatorKind| !mesh_lights || matches!(kind, EstimatorKind::Uniform | EstimatorKind::Brdf);
-        EstimatorKind::ALL.into_iter().filter(allowed).collect()
+        EstimatorKind::ALL.to_vec()
     }
 
     /// Measures what each estimator takes, on a small film.

@@ -158,12 +158,14 @@ mod tests {
             materials: vec![
                 Material {
                     name: "grey".into(),
-                    one_sided: false, texture: None,
+                    one_sided: false,
+                    texture: None,
                     bsdf: Bsdf::Diffuse { rho: DVec3::splat(0.5) },
                 },
                 Material {
                     name: "hot".into(),
-                    one_sided: false, texture: None,
+                    one_sided: false,
+                    texture: None,
                     bsdf: Bsdf::Phong {
                         rho: DVec3::new(0.1, 1.1, 0.1),
                         alpha: 1.000_000_01,

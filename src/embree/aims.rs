@@ -1,0 +1,46 @@
+//! A triangle that emits never blocks the shadow rays to it: a filter of its geometry lets them pass.
+//!
+//! Spheres leave themselves out in their own callback (`spheres.rs`). Triangles are Embree's, so it is asked to ask back.
+//! Only meshes that emit have the filter; queries that meet none of their triangles never call it.
+
+use std::ffi::c_void;
+use std::ptr;
+
+use super::ffi;
+use crate::shape::Aims;
+
+/// Numbers of columns: the ray's id among those of a ray, the primitive among those of a hit.
+const ID: usize = 10;
+const PRIMITIVE: usize = 5;
+
+/// The names as the user data of a geometry: no memory to keep alive.
+pub(crate) fn to_user_data(aims: Aims) -> *mut c_void {
+    ptr::without_provenance_mut((usize::from(aims.each) << 32) | aims.first as usize)
+}
+
+fn from_user_data(data: *mut c_void) -> Aims {
+    let bits = data.addr();
+    Aims {
+        first: bits as u32,
+        each: bits >> 32 != 0,
+    }
+}
+
+/// # Safety
+/// Embree calls it with a packet of `N` rays and hits and the user data that [`super::scene`] set.
+pub(crate) unsafe extern "C" fn let_pass(args: *const ffi::RTCFilterFunctionNArguments) {
+    // SAFETY: `args` lives during the call.
+    let args = unsafe { &*args };
+    let (aims, n) = (from_user_data(args.geometryUserPtr), args.N as usize);
+    for lane in 0..n {
+        // SAFETY: a packet of N rays has 12 columns of N numbers, its hits have 9, and `valid` has N; all belong to this
+        // thread during the call.
+        unsafe {
+            let id = args.ray.cast::<u32>().add(ID * n + lane).read();
+            let primitive = args.hit.cast::<u32>().add(PRIMITIVE * n + lane).read();
+            if id == aims.of(primitive) {
+                args.valid.add(lane).write(0);
+            }
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! `light` and `mis` under triangles that emit: a direction for every one, or for one of a mesh.
+
+use super::ShadingPoint;
+use super::per_light::{Contribution, Density};
+use crate::bsdf::Lobe;
+use crate::lane::{Lane, Mask};
+use crate::light::triangle::View;
+use crate::math::elementary::sin_cos_turn;
+use crate::math::{Frame, Vec3};
+use crate::sampling::{Pair, Toss};
+
+/// What a direction is drawn from.
+#[derive(Clone, Copy, Debug)]
+pub struct Numbers<L: Lane> {
+    /// Lanes that follow the BRDF, where the density is an average.
+    pub heads: L::Mask,
+    /// First number, in [0, 1).
+    pub u: L,
+    /// Second number, in [0, 1).
+    pub v: L,
+}
+
+impl<L: Lane> From<Toss<L::Bits>> for Numbers<L> {
+    #[inline(always)]
+    fn from(Toss { heads, pair }: Toss<L::Bits>) -> Self {
+        let (u, v) = pair.unit::<L>();
+        Self { heads, u, v }
+    }
+}
+
+/// Draws one direction at each active point for the triangle that it sees and weighs it; `None` where no lane gets light by it.
+///
+/// `share` is the chance in (0, 1] with which the triangle was picked among those of its light, in each lane. Directions are
+/// drawn as for spheres ([`super::per_light::sample`]).
+#[inline(always)]
+pub fn sample<L: Lane, D: Density>(
+    point: &ShadingPoint<L>,
+    view: &View<L>,
+    (le, share): (Vec3<L>, L),
+    numbers: impl FnOnce() -> Numbers<L>,
+    active: L::Mask,
+) -> Option<Contribution<L>> {
+    let bsdf = &point.bsdf;
+    let mut active = active & view.rises_above(bsdf.n);
+    if active.none() {
+        return None;
+    }
+    let Numbers { heads, u, v } = numbers();
+    let by_brdf = if D::MIXED {
+        heads & active
+    } else {
+        L::Mask::splat(false)
+    };
+    let mut wi = view.draw(u, v);
+    let mut met = view.met(wi);
+    if by_brdf.any() {
+        let (sin_phi, cos_phi) = sin_cos_turn(v);
+        let reflected = Frame::about(bsdf.axis()).direction(bsdf.sample(u), sin_phi, cos_phi);
+        wi = Vec3::select(by_brdf, reflected, wi);
+        met = (met & !by_brdf) | (by_brdf & view.contains(wi));
+    }
+    let (cos_theta, above) = point.above(wi);
+    active = active & above & met;
+    if active.none() {
+        return None;
+    }
+    let lobe = bsdf.eval(wi, cos_theta);
+    active = active & lobe.shape.gt(L::zero());
+    if active.none() {
+        return None;
+    }
+    let distance = view.distance(wi);
+    let weight = D::weight(view.inverse_density(wi, distance) / share, lobe);
+    Some(Contribution {
+        active,
+        wi,
+        distance,
+        ld: le.times(bsdf.rho) * weight.or_zero(active),
+    })
+}
+
+/// A direction of the BRDF, to be weighed when it is known which triangle it meets.
+#[derive(Clone, Copy, Debug)]
+pub struct Look<L: Lane> {
+    /// Lanes with a direction that may count.
+    pub active: L::Mask,
+    /// Unit direction.
+    pub wi: Vec3<L>,
+    /// `f_cos`.
+    pub f_cos: Vec3<L>,
+    /// Density of the direction by the BRDF, per steradian.
+    pub pdf: L,
+}
+
+/// Draws a direction of the BRDF at each active point.
+#[inline(always)]
+pub fn look<L: Lane>(point: &ShadingPoint<L>, numbers: Pair<L::Bits>, active: L::Mask) -> Option<Look<L>> {
+    let bsdf = &point.bsdf;
+    let (u, v) = numbers.unit::<L>();
+    let (sin_phi, cos_phi) = sin_cos_turn(v);
+    let wi = Frame::about(bsdf.axis()).direction(bsdf.sample(u), sin_phi, cos_phi);
+    let (cos_theta, above) = point.above(wi);
+    let lobe = bsdf.eval(wi, cos_theta);
+    let active = active & above & lobe.shape.gt(L::zero());
+    if active.none() {
+        return None;
+    }
+    Some(Look {
+        active,
+        wi,
+        f_cos: bsdf.rho * lobe.shape,
+        pdf: lobe.pdf,
+    })
+}
+
+/// What to multiply `f_cos` and the radiance by, where a direction with the density `pdf` of the BRDF meets the triangle of
+/// `view`, which has the chance `share`, at `distance`.
+#[inline(always)]
+pub fn weigh<L: Lane, D: Density>(view: &View<L>, share: L, wi: Vec3<L>, distance: L, pdf: L) -> L {
+    let lobe = Lobe { shape: L::one(), pdf };
+    D::weight(view.inverse_density(wi, distance) / share, lobe)
+}

@@ -1,0 +1,347 @@
+//! Sums in a file, to the bit: the checkpoint of a render, or what one shard of it adds.
+//!
+//! `OCTOSUMS`, then in little-endian numbers: the format's version; the length of a JSON object about the render, and the
+//! object; width and height; tile by tile what [`Tile`] keeps; at last the CRC-32 (IEEE) of everything before it. A CRC
+//! finds every flipped byte, and a cut file lacks it.
+
+use std::fs::File;
+use std::io::{self, BufReader, Read, Write};
+use std::path::Path;
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use super::sums::{Film, MOST_LEAF, TILE, Tile, TileSum};
+use super::tree::{Node, Tree};
+use super::{PictureError, replace};
+use crate::scene::FilmSize;
+
+const MAGIC: &[u8; 8] = b"OCTOSUMS";
+
+/// Counts up with every change of the format. There is no reader for older ones: sums are for days, not for years.
+const VERSION: u32 = 1;
+
+/// More than any object about a render takes, in bytes.
+const LONGEST_ABOUT: u32 = 1 << 20;
+
+/// The longest side of a film, as in scene files.
+const LONGEST_SIDE: u32 = 65_536;
+
+/// What a tile takes in the file without any sums: five numbers of 32 bits.
+const LEAST_TILE: u64 = 20;
+
+/// Writes the sums of `film` and what `about` says whole or not at all.
+///
+/// # Errors
+/// What the system answers; an older file then still stands.
+pub fn write(path: &Path, about: &impl Serialize, film: &Film) -> Result<(), PictureError> {
+    replace::replace(path, |file| {
+        let mut to = Checked::new(file);
+        let about = serde_json::to_vec(about)?;
+        let FilmSize { width, height } = film.size();
+        to.write_all(MAGIC)?;
+        to.numbers(&[VERSION, about.len() as u32])?;
+        to.write_all(&about)?;
+        to.numbers(&[width, height])?;
+        for tile in film.tiles() {
+            write_tile(&mut to, tile)?;
+        }
+        let sum = to.crc.clone().finalize();
+        to.numbers(&[sum])
+    })
+}
+
+/// Reads what [`write`] wrote.
+///
+/// # Errors
+/// A sentence about a file that is missing, of another kind or version, cut short or damaged.
+pub fn read<A: DeserializeOwned>(path: &Path) -> Result<(A, Film), PictureError> {
+    let (mut from, about) = open(path)?;
+    let film = from.film().map_err(|error| damaged(path, &error))?;
+    from.end().map_err(|error| damaged(path, &error))?;
+    Ok((about, film))
+}
+
+/// Reads what a file says about its render, and the CRC of its sums, having looked at all of it.
+///
+/// # Errors
+/// As for [`read`].
+pub fn read_about<A: DeserializeOwned>(path: &Path) -> Result<(A, u32), PictureError> {
+    let (mut from, about) = open(path)?;
+    let crc = from.skip().map_err(|error| damaged(path, &error))?;
+    Ok((about, crc))
+}
+
+fn damaged(path: &Path, error: &io::Error) -> PictureError {
+    let what = match error.kind() {
+        io::ErrorKind::UnexpectedEof => "is cut short".to_owned(),
+        io::ErrorKind::InvalidData => "is cut short or damaged: its checksum does not match".to_owned(),
+        _ => return PictureError::io(path, "cannot be read", error),
+    };
+    PictureError::new(path, what).help("delete it, and render what it held again")
+}
+
+fn open<A: DeserializeOwned>(path: &Path) -> Result<(Checked<impl Read>, A), PictureError> {
+    let unreadable = |error: io::Error| PictureError::io(path, "cannot be read", &error);
+    let other = || {
+        PictureError::new(path, "holds no sums of Octolux")
+            .help("give a file that render wrote by --checkpoint, --shard or -o FILE.acc")
+    };
+    let file = File::open(path).map_err(unreadable)?;
+    let metadata = file.metadata().map_err(unreadable)?;
+    if !metadata.is_file() {
+        return Err(other());
+    }
+    let mut from = Checked::new(BufReader::with_capacity(1 << 18, file));
+    from.left = metadata.len();
+    let mut magic = [0; MAGIC.len()];
+    from.read_exact(&mut magic).map_err(|_| other())?;
+    if magic != *MAGIC {
+        return Err(other());
+    }
+    let version = from.number().map_err(|error| damaged(path, &error))?;
+    if version != VERSION {
+        let what = format!("is of version {version} of its format, and this Octolux reads version {VERSION}");
+        return Err(PictureError::new(path, what).help("use the Octolux that wrote it"));
+    }
+    let about = from.about().map_err(|error| damaged(path, &error))?;
+    let about = serde_json::from_slice(&about).map_err(|_| damaged(path, &io::ErrorKind::InvalidData.into()))?;
+    Ok((from, about))
+}
+
+/// A stream of bytes whose CRC is kept.
+struct Checked<F> {
+    file: F,
+    crc: crc32fast::Hasher,
+    /// Bytes of a file that is read which are still to come.
+    left: u64,
+}
+
+impl<F> Checked<F> {
+    fn new(file: F) -> Self {
+        Self {
+            file,
+            crc: crc32fast::Hasher::new(),
+            left: 0,
+        }
+    }
+}
+
+impl<F: Write> Checked<F> {
+    fn write_all(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.crc.update(bytes);
+        self.file.write_all(bytes)
+    }
+
+    fn numbers(&mut self, numbers: &[u32]) -> io::Result<()> {
+        numbers
+            .iter()
+            .try_for_each(|number| self.write_all(&number.to_le_bytes()))
+    }
+
+    /// As they stand in memory: every processor that runs Octolux is little-endian.
+    fn put(&mut self, sums: &TileSum) -> io::Result<()> {
+        self.write_all(bytemuck::cast_slice(sums.0.as_flattened()))
+    }
+}
+
+/// Next pass; nodes, passes of the open leaf, goals, squares: how many there are, then what they are.
+fn write_tile<F: Write>(to: &mut Checked<F>, tile: &Tile) -> io::Result<()> {
+    let (tree, goals, squares) = (tile.sums(), tile.goals(), tile.squares());
+    let (open, open_passes) = tree.open();
+    let counts = [tree.nodes().len(), goals.len(), squares.0.len()].map(|count| count as u32);
+    to.numbers(&[tile.passes(), counts[0], open_passes, counts[1], counts[2]])?;
+    for node in tree.nodes() {
+        to.numbers(&[node.level, node.index])?;
+        to.put(&node.sums)?;
+    }
+    to.put(open)?;
+    to.numbers(goals)?;
+    to.put(squares)
+}
+
+impl<F: Read> Checked<F> {
+    fn read_exact(&mut self, bytes: &mut [u8]) -> io::Result<()> {
+        self.file.read_exact(bytes)?;
+        self.crc.update(bytes);
+        self.left = self.left.saturating_sub(bytes.len() as u64);
+        Ok(())
+    }
+
+    fn number(&mut self) -> io::Result<u32> {
+        let mut bytes = [0; 4];
+        self.read_exact(&mut bytes)?;
+        Ok(u32::from_le_bytes(bytes))
+    }
+
+    fn about(&mut self) -> io::Result<Vec<u8>> {
+        let length = within(self.number()?, LONGEST_ABOUT)?;
+        let mut bytes = vec![0; length as usize];
+        self.read_exact(&mut bytes)?;
+        Ok(bytes)
+    }
+
+    fn sums(&mut self, pixels: usize) -> io::Result<TileSum> {
+        let mut bytes = vec![0; pixels * 24];
+        self.read_exact(&mut bytes)?;
+        let (numbers, _) = bytes.as_chunks::<8>();
+        let (triples, _) = numbers.as_chunks::<3>();
+        Ok(TileSum(
+            triples.iter().map(|triple| triple.map(f64::from_le_bytes)).collect(),
+        ))
+    }
+
+    fn film(&mut self) -> io::Result<Film> {
+        let width = within(self.number()?, LONGEST_SIDE)?;
+        let height = within(self.number()?, LONGEST_SIDE)?;
+        let tiles = u64::from(width.div_ceil(TILE)) * u64::from(height.div_ceil(TILE));
+        // Before anything is allocated on the word of a file.
+        if width == 0 || height == 0 {
+            return Err(io::ErrorKind::InvalidData.into());
+        }
+        if tiles * LEAST_TILE > self.left {
+            return Err(io::ErrorKind::UnexpectedEof.into());
+        }
+        let mut film = Film::new(FilmSize { width, height });
+        for tile in film.tiles_mut() {
+            self.tile(tile)?;
+        }
+        Ok(film)
+    }
+
+    fn tile(&mut self, tile: &mut Tile) -> io::Result<()> {
+        let area = tile.area();
+        let all_or_none = |count: u32| (count == 0 || count as usize == area).then_some(count as usize);
+        let broken = || io::Error::from(io::ErrorKind::InvalidData);
+        let passes = self.number()?;
+        let nodes = within(self.number()?, u32::BITS)?;
+        let open_passes = self.number()?;
+        let goals = all_or_none(self.number()?).ok_or_else(broken)?;
+        let squares = all_or_none(self.number()?).ok_or_else(broken)?;
+        let most_leaf = u64::from(MOST_LEAF);
+        let mut list: Vec<Node> = Vec::new();
+        for _ in 0..nodes {
+            let level = within(self.number()?, u32::BITS - 1)?;
+            let index = self.number()?;
+            let sums = self.sums(area)?;
+            let node = Node { level, index, sums };
+            let behind = list.last().is_none_or(|last| last.leaves().end <= node.leaves().start);
+            if !behind || node.leaves().end * most_leaf > u64::from(u32::MAX - open_passes) {
+                return Err(broken());
+            }
+            list.push(node);
+        }
+        let open = self.sums(if open_passes > 0 { area } else { 0 })?;
+        let goals = (0..goals).map(|_| self.number()).collect::<io::Result<_>>()?;
+        let squares = self.sums(squares)?;
+        tile.restore(passes, Tree::new(list, open, open_passes), goals, squares);
+        Ok(())
+    }
+
+    /// Reads the checksum and compares.
+    fn end(mut self) -> io::Result<()> {
+        let computed = self.crc.clone().finalize();
+        let stored = self.number()?;
+        if stored != computed || self.left > 0 {
+            return Err(io::ErrorKind::InvalidData.into());
+        }
+        Ok(())
+    }
+
+    /// Reads to the checksum and compares; returns that of what was read here.
+    fn skip(&mut self) -> io::Result<u32> {
+        let mut sums = crc32fast::Hasher::new();
+        let mut buffer = vec![0; 1 << 18];
+        while self.left > 4 {
+            let most = (self.left - 4).min(buffer.len() as u64) as usize;
+            self.read_exact(&mut buffer[..most])?;
+            sums.update(&buffer[..most]);
+        }
+        let computed = self.crc.clone().finalize();
+        if self.number()? == computed {
+            Ok(sums.finalize())
+        } else {
+            Err(io::ErrorKind::InvalidData.into())
+        }
+    }
+}
+
+fn within(number: u32, most: u32) -> io::Result<u32> {
+    if number <= most {
+        Ok(number)
+    } else {
+        Err(io::ErrorKind::InvalidData.into())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 20 x 17 pixels: four shapes of tiles; a first one with two nodes and an open leaf.
+    fn film() -> Film {
+        let mut film = Film::new(FilmSize { width: 20, height: 17 });
+        for (at, tile) in film.tiles_mut().iter_mut().enumerate() {
+            let mut chunk = tile.empty_sum(1);
+            chunk.add(0, [0.1, 1.0 / 3.0, at as f32]);
+            let leaf = super::super::leaf_passes(FilmSize { width: 20, height: 17 });
+            for passes in [leaf, leaf, leaf, 5] {
+                tile.add(&chunk, passes);
+            }
+        }
+        film
+    }
+
+    fn place() -> (tempfile::TempDir, std::path::PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.acc");
+        (folder, path)
+    }
+
+    #[test]
+    fn sums_come_back_to_the_bit() {
+        let (_folder, path) = place();
+        write(&path, &"about", &film()).unwrap();
+        let (about, back): (String, Film) = read(&path).unwrap();
+        assert_eq!(about, "about");
+        for (tile, same) in film().tiles().iter().zip(back.tiles()) {
+            assert_eq!((tile.sums(), tile.passes()), (same.sums(), same.passes()));
+        }
+        // Deliberately measured while it is open: pilot passes of an adaptive render.
+        let mut film = Film::new(FilmSize { width: 5, height: 1 });
+        film.measure_noise();
+        let chunk = film.tiles()[0].empty_sum(4);
+        film.tiles_mut()[0].add(&chunk, 4);
+        write(&path, &"about", &film).unwrap();
+        let (_, back): (String, Film) = read(&path).unwrap();
+        assert!(back.measures_noise());
+        film.set_goals(&[4, 6, 8, 10, 12]);
+        write(&path, &"about", &film).unwrap();
+        let (_, back): (String, Film) = read(&path).unwrap();
+        assert_eq!((back.most_samples(), back.samples()), (Some(12), film.samples()));
+    }
+
+    #[test]
+    fn every_flipped_byte_and_every_cut_is_found() {
+        let (_folder, path) = place();
+        write(&path, &"about", &film()).unwrap();
+        let whole = std::fs::read(&path).unwrap();
+        let refused = |bytes: &[u8], what: &str| {
+            std::fs::write(&path, bytes).unwrap();
+            assert!(read::<String>(&path).is_err(), "{what}");
+            assert!(read_about::<String>(&path).is_err(), "{what}");
+        };
+        // All of the header and of the end, and each byte of the sums in one place or another.
+        for at in (0..200)
+            .chain((200..whole.len()).step_by(203))
+            .chain(whole.len() - 8..whole.len())
+        {
+            let mut bytes = whole.clone();
+            bytes[at] ^= 1 << (at % 8);
+            refused(&bytes, &format!("byte {at}"));
+            refused(&whole[..at], &format!("cut at {at}"));
+        }
+        refused(&[&whole[..], &[0]].concat(), "a byte too many");
+        assert!(read::<String>(Path::new("nowhere.acc")).is_err());
+    }
+}

@@ -1,0 +1,238 @@
+//! A triangle that emits from both sides, sampled uniformly in the solid angle that it subtends.
+//!
+//! The solid angle comes from the half-angle formula of Van Oosterom and Strackee 1983 ("The Solid Angle of a Plane
+//! Triangle", equation 8), directions from the map of Arvo 1995 ("Stratified Sampling of Spherical Triangles") in the form of
+//! Peters 2021 ("BRDF Importance Sampling for Polygonal Lights", section 3), which takes no inverse functions. In both, the
+//! volume of the three corners is `height * 2 area`, which has its digits however small the triangle looks.
+//!
+//! Where the map would lose digits another one takes over, each with its own density, so the answer stays right:
+//!
+//! - below [`TINY`] steradians points are drawn uniformly over the area: unit vectors to the corners differ too little;
+//! - above [`HUGE`] directions are drawn uniformly over the hemisphere that faces the triangle's plane, and some miss: from
+//!   close by all three corners lie at the horizon, and where between them a direction points is lost to rounding.
+
+use std::f32::consts::PI;
+
+use crate::lane::{Lane, Mask};
+use crate::math::elementary::{angle, sin_cos_turn};
+use crate::math::{Frame, Vec3};
+
+/// Solid angle in steradians below which a triangle is sampled by its area.
+pub const TINY: f32 = 1e-3;
+
+/// Solid angle in steradians above which a triangle is sampled by its hemisphere.
+pub const HUGE: f32 = 6.0;
+
+/// Where a triangle is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Triangle {
+    /// Its corners.
+    pub corners: [[f32; 3]; 3],
+    /// Unit normal, of either side.
+    pub normal: [f32; 3],
+    /// Its area.
+    pub area: f32,
+}
+
+/// A triangle that is a light, the same for all lanes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TriangleLight {
+    /// Where it is.
+    pub triangle: Triangle,
+    /// Radiance.
+    pub le: [f32; 3],
+    /// What shadow rays to it aim at: it never blocks these.
+    pub aim: u32,
+}
+
+/// A triangle in every lane.
+#[derive(Clone, Copy, Debug)]
+pub struct Triangles<L: Lane> {
+    /// Corners.
+    pub corners: [Vec3<L>; 3],
+    /// Unit normals, of either side.
+    pub normal: Vec3<L>,
+    /// Areas.
+    pub area: L,
+}
+
+/// Triangles as they are seen from points.
+#[derive(Clone, Copy, Debug)]
+pub struct View<L: Lane> {
+    /// Corners, seen from the point.
+    corners: [Vec3<L>; 3],
+    /// Unit directions to them.
+    units: [Vec3<L>; 3],
+    normal: Vec3<L>,
+    area: L,
+    /// From the point to the plane along `normal`; of either sign.
+    height: L,
+    /// Solid angle in [0, 2 pi], steradians.
+    pub omega: L,
+    /// Volume of `units`, and the other two numbers of the map (Peters 2021).
+    map: [L; 3],
+}
+
+impl Triangle {
+    /// The same triangle in every lane.
+    #[inline(always)]
+    pub fn splat<L: Lane>(&self) -> Triangles<L> {
+        let [a, b, c] = self.corners;
+        Triangles {
+            corners: [Vec3::splat(a), Vec3::splat(b), Vec3::splat(c)],
+            normal: Vec3::splat(self.normal),
+            area: L::splat(self.area),
+        }
+    }
+}
+
+impl<L: Lane> Triangles<L> {
+    /// How the triangles look from `p`.
+    #[inline(always)]
+    pub fn seen_from(&self, p: Vec3<L>) -> View<L> {
+        let [a, b, c] = self.corners;
+        let (a, b, c) = (a - p, b - p, c - p);
+        // At a corner itself the solid angle is not defined; a number has to come out.
+        let inverse = |v: Vec3<L>| L::one() / v.length().max(L::splat(1e-18));
+        let (ia, ib, ic) = (inverse(a), inverse(b), inverse(c));
+        let (ua, ub, uc) = (a * ia, b * ib, c * ic);
+        let height = a.dot(self.normal);
+        let volume = (self.area + self.area) * height.abs() * ia * ib * ic;
+        let others = ua.dot(uc) + ub.dot(uc);
+        let pair = L::one() + ua.dot(ub);
+        let half = angle(volume, pair + others);
+        View {
+            corners: [a, b, c],
+            units: [ua, ub, uc],
+            normal: self.normal,
+            area: self.area,
+            height,
+            omega: mutate!(half + half, HalfTheTriangle => half),
+            map: [volume, others, pair],
+        }
+    }
+}
+
+impl<L: Lane> View<L> {
+    /// Lanes for which any part of the triangle is above the plane through the point with the normal `n`.
+    #[inline(always)]
+    pub fn rises_above(&self, n: Vec3<L>) -> L::Mask {
+        let [a, b, c] = self.corners;
+        let highest = n.dot(a).max(n.dot(b)).max(n.dot(c));
+        highest.gt(L::zero()) & self.omega.gt(L::zero())
+    }
+
+    #[inline(always)]
+    fn tiny(&self) -> L::Mask {
+        self.omega.lt(L::splat(TINY))
+    }
+
+    #[inline(always)]
+    fn huge(&self) -> L::Mask {
+        self.omega.gt(L::splat(HUGE))
+    }
+
+    /// Draws unit directions from `u` and `v` in [0, 1). Those of huge triangles may miss: ask [`Self::contains`].
+    #[inline(always)]
+    pub fn draw(&self, u: L, v: L) -> Vec3<L> {
+        let (tiny, huge) = (self.tiny(), self.huge());
+        if tiny.all() {
+            return self.over_area(u, v);
+        }
+        let mut wi = self.over_solid_angle(u, v);
+        if tiny.any() {
+            wi = Vec3::select(tiny, self.over_area(u, v), wi);
+        }
+        if huge.any() {
+            wi = Vec3::select(huge, self.over_hemisphere(u, v), wi);
+        }
+        wi
+    }
+
+    /// The first number cuts a part of that share from the triangle by an arc through the second corner; the second number
+    /// is a place on that arc, uniform in the cosine from the corner.
+    #[inline(always)]
+    fn over_solid_angle(&self, u: L, v: L) -> Vec3<L> {
+        let [a, b, c] = self.units;
+        let [volume, others, pair] = self.map;
+        let (sine, cosine) = sin_cos_turn(u * self.omega * L::splat(0.25 / PI));
+        let (along_a, along_c) = (volume * cosine - others * sine, pair * sine);
+        let middle = a * along_a + c * along_c;
+        let turn = a.dot(middle) / middle.length_squared();
+        let end = middle.mul_add(turn + turn, -a);
+        // 1 - cos of the arc, from its chord; then sums of positive terms alone.
+        let arc = (b - end).length_squared() * L::splat(0.5);
+        let t = v * arc;
+        let two = L::splat(2.0);
+        let across = (mutate!(v, ArcUniformInItsLength => v * v) * (two - t) / (two - arc)).safe_sqrt();
+        let along = (L::one() - t) - across * (L::one() - arc);
+        end.mul_add(across, b * along).normalize()
+    }
+
+    /// Osada et al. 2002, "Shape Distributions", section 4.2.
+    #[inline(always)]
+    fn over_area(&self, u: L, v: L) -> Vec3<L> {
+        let [a, b, c] = self.corners;
+        let root = u.sqrt();
+        let (of_b, of_c) = (root * (L::one() - v), root * v);
+        a.mul_add(L::one() - root, b.mul_add(of_b, c * of_c)).normalize()
+    }
+
+    #[inline(always)]
+    fn over_hemisphere(&self, u: L, v: L) -> Vec3<L> {
+        let axis = Vec3::select(self.height.lt(L::zero()), -self.normal, self.normal);
+        let (sine, cosine) = sin_cos_turn(v);
+        Frame::about(axis).direction(u, sine, cosine)
+    }
+
+    /// One over the density of [`Self::draw`] at `wi`, which meets the triangle at `distance`; in steradians.
+    #[inline(always)]
+    pub fn inverse_density(&self, wi: Vec3<L>, distance: L) -> L {
+        let (tiny, huge) = (self.tiny(), self.huge());
+        let mut inverse = L::select(huge, L::splat(2.0 * PI), self.omega);
+        if tiny.any() {
+            let by_area = self.area * wi.dot(self.normal).abs() / (distance * distance);
+            inverse = L::select(tiny, by_area, inverse);
+        }
+        inverse
+    }
+
+    /// Distance to the triangle's plane along `wi`.
+    #[inline(always)]
+    pub fn distance(&self, wi: Vec3<L>) -> L {
+        self.height / wi.dot(self.normal)
+    }
+
+    /// Lanes whose direction meets the triangle.
+    #[inline(always)]
+    pub fn contains(&self, wi: Vec3<L>) -> L::Mask {
+        let [a, b, c] = self.corners;
+        let (u, v, w) = (volume(a, b, wi), volume(b, c, wi), volume(c, a, wi));
+        let zero = L::zero();
+        let inside = (u.ge(zero) & v.ge(zero) & w.ge(zero)) | (u.le(zero) & v.le(zero) & w.le(zero));
+        inside & self.distance(wi).gt(zero)
+    }
+
+    /// Lanes whose drawn direction counts: all but those of huge triangles that miss.
+    #[inline(always)]
+    pub fn met(&self, wi: Vec3<L>) -> L::Mask {
+        let huge = self.huge();
+        let there = self.distance(wi).gt(L::zero());
+        if huge.any() {
+            there & (!huge | self.contains(wi))
+        } else {
+            there
+        }
+    }
+}
+
+/// `(a x b)·d`, by the sum and the difference of the two, so that exchanging them changes the sign alone: neighbours agree
+/// about their edge.
+#[inline(always)]
+fn volume<L: Lane>(a: Vec3<L>, b: Vec3<L>, d: Vec3<L>) -> L {
+    let (sum, edge) = (a + b, b - a);
+    let x = sum.y * edge.z - sum.z * edge.y;
+    let y = sum.z * edge.x - sum.x * edge.z;
+    let z = sum.x * edge.y - sum.y * edge.x;
+    Vec3::new(x, y, z).dot(d)
+}

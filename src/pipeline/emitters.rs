@@ -1,0 +1,104 @@
+//! Meshes that emit as lights: each triangle of a small one, all of a large one.
+
+use glam::DVec3;
+
+use super::world::narrow;
+use crate::light::{MeshLight, Triangle, TriangleLight};
+use crate::sampling::Discrete;
+use crate::scene::{Features, Mesh, Scene, Surface};
+use crate::shape::{Aims, Ball};
+
+/// The lights that meshes are.
+#[derive(Debug, Default)]
+pub struct Emitters {
+    /// Triangles of small meshes.
+    pub triangles: Vec<TriangleLight>,
+    /// Large meshes.
+    pub meshes: Vec<MeshLight>,
+    /// For every mesh of the scene, what rays call its triangles; `None` where it is no light.
+    pub aims: Vec<Option<Aims>>,
+}
+
+/// A mesh is flat if no corner is farther from its plane than this part of its size: rays cannot tell.
+const FLAT: f64 = 1e-7;
+
+impl Emitters {
+    /// Finds them, relative to the camera.
+    pub fn of(scene: &Scene) -> Self {
+        let mut found = Self::default();
+        let mut next = Aims::TRIANGLE;
+        for (geometry, mesh) in (0..).zip(&scene.meshes) {
+            let Surface::Emission(le) = mesh.surface else {
+                found.aims.push(None);
+                continue;
+            };
+            if le.max_element() <= 0.0 {
+                found.aims.push(None);
+                continue;
+            }
+            let aims = Aims {
+                first: next,
+                each: !is_flat(mesh),
+            };
+            next += if aims.each { mesh.triangles.len() as u32 } else { 1 };
+            found.aims.push(Some(aims));
+            found.add(mesh, scene.camera.origin, aims, narrow(le), geometry);
+        }
+        found
+    }
+
+    fn add(&mut self, mesh: &Mesh, origin: DVec3, aims: Aims, le: [f32; 3], geometry: u32) {
+        let corners = |t: &[u32; 3]| t.map(|i| mesh.vertices[i as usize] - origin);
+        let triangles: Vec<Triangle> = mesh.triangles.iter().map(|t| triangle(corners(t))).collect();
+        let named = (0..).zip(&triangles).map(|(i, t)| (aims.of(i), *t));
+        if Features::samples_each_triangle(mesh) {
+            let lights = named.map(|(aim, triangle)| TriangleLight { triangle, le, aim });
+            self.triangles.extend(lights);
+            return;
+        }
+        let areas: Vec<f64> = mesh
+            .triangles
+            .iter()
+            .map(|t| area_vector(corners(t)).length())
+            .collect();
+        let Some(shares) = Discrete::new(&areas) else {
+            return;
+        };
+        let points: Vec<[f32; 3]> = triangles.iter().flat_map(|t| t.corners).collect();
+        let Ball { center, radius } = Ball::around(&points);
+        self.meshes.push(MeshLight {
+            aims: named.map(|(aim, _)| aim).collect(),
+            triangles,
+            shares,
+            le,
+            geometry,
+            center,
+            radius,
+        });
+    }
+}
+
+/// Normal to the triangle, as long as its area.
+fn area_vector([a, b, c]: [DVec3; 3]) -> DVec3 {
+    (b - a).cross(c - a) / 2.0
+}
+
+fn triangle(corners: [DVec3; 3]) -> Triangle {
+    let vector = area_vector(corners);
+    Triangle {
+        corners: corners.map(narrow),
+        normal: narrow(vector.normalize_or_zero()),
+        area: vector.length() as f32,
+    }
+}
+
+fn is_flat(mesh: &Mesh) -> bool {
+    let corner = |i: u32| mesh.vertices[i as usize];
+    let Some(first) = mesh.triangles.first() else {
+        return true;
+    };
+    let (anchor, normal) = (corner(first[0]), area_vector(first.map(corner)).normalize_or_zero());
+    let corners = || mesh.triangles.iter().flatten().map(|&i| corner(i) - anchor);
+    let size = corners().map(DVec3::length).fold(0.0, f64::max);
+    corners().all(|v| v.dot(normal).abs() <= FLAT * size)
+}

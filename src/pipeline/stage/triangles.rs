@@ -1,0 +1,135 @@
+//! Shading under meshes that emit, by `light` and `mis`: every triangle of a small one is a light of its own, of a large one a
+//! triangle is picked for every point.
+
+use std::marker::PhantomData;
+
+use super::{Chunk, Scratch, Stage, pairs, shadow};
+use crate::embree::TraceLane;
+use crate::estimator::per_light::Density;
+use crate::estimator::per_triangle;
+use crate::lane::Mask;
+use crate::math::Vec3;
+use crate::pipeline::stream::{Model, QueuedRays};
+use crate::pipeline::tracer::Tracer;
+use crate::shape::{Ball, NO_SPHERE};
+
+/// A direction for every triangle of small meshes.
+pub struct PerTriangle<D, M>(PhantomData<(D, M)>);
+
+/// A direction for every large mesh.
+pub struct PerMesh<D, M>(PhantomData<(D, M)>);
+
+impl<D: Density, M: Model> Stage for PerTriangle<D, M> {
+    #[inline(always)]
+    fn run<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
+        let Scratch {
+            hits,
+            queue,
+            points,
+            set,
+            ..
+        } = scratch;
+        let (world, group) = (chunk.world, chunk.tile.number());
+        let stream = &hits[M::STREAM];
+        if stream.len() == 0 {
+            return;
+        }
+        T::survey::<L>(world, stream, points);
+        for (i, light) in (world.lights.len()..).zip(&world.triangle_lights) {
+            queue.clear();
+            let (triangles, le) = (light.triangle.splat::<L>(), Vec3::splat(light.le));
+            for at in (0..stream.len()).step_by(L::N) {
+                let (active, point, address) = stream.packet::<L, M>(at);
+                let numbers = || {
+                    let toss = chunk.numbers.toss(address.key, address.pass, pairs::light(i), group);
+                    per_triangle::Numbers::from(toss)
+                };
+                let view = triangles.seen_from(point.p);
+                let Some(found) = per_triangle::sample::<L, D>(&point, &view, (le, L::one()), numbers, active) else {
+                    continue;
+                };
+                let rays = QueuedRays {
+                    origin: point.p,
+                    direction: found.wi,
+                    tfar: found.distance,
+                    value: found.ld,
+                    index: address.index,
+                };
+                queue.push(found.active, &rays);
+            }
+            if queue.len() > 0 {
+                let ball = Ball::around(&light.triangle.corners);
+                T::face_ball::<L>(world, stream, points, &ball, light.aim, set);
+                shadow::visible::<L, T>(chunk, queue, set, light.aim);
+            }
+        }
+    }
+}
+
+impl<D: Density, M: Model> Stage for PerMesh<D, M> {
+    /// A direction of the BRDF is traced to the triangle that it meets first: only then its other density is known.
+    #[inline(always)]
+    fn run<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
+        let Scratch {
+            hits,
+            aimed,
+            looks,
+            points,
+            set,
+            ..
+        } = scratch;
+        let (world, group) = (chunk.world, chunk.tile.number());
+        let before = world.lights.len() + world.triangle_lights.len();
+        let stream = &hits[M::STREAM];
+        if stream.len() == 0 {
+            return;
+        }
+        T::survey::<L>(world, stream, points);
+        for (i, light) in (before..).zip(&world.mesh_lights) {
+            aimed.clear();
+            looks.clear();
+            let le = Vec3::splat(light.le);
+            for at in (0..stream.len()).step_by(L::N) {
+                let (active, point, address) = stream.packet::<L, M>(at);
+                let toss = chunk.numbers.toss(address.key, address.pass, pairs::light(i), group);
+                let by_brdf = if D::MIXED {
+                    toss.heads & active
+                } else {
+                    L::Mask::splat(false)
+                };
+                let by_light = active & !by_brdf;
+                let from = |direction, tfar, value| QueuedRays {
+                    origin: point.p,
+                    direction,
+                    tfar,
+                    value,
+                    index: address.index,
+                };
+                if by_light.any() {
+                    let picked = light.pick::<L>(toss.pair, by_light);
+                    let (u, v) = picked.numbers;
+                    let heads = L::Mask::splat(false);
+                    let numbers = || per_triangle::Numbers { heads, u, v };
+                    let view = picked.triangles.seen_from(point.p);
+                    let worth = (le, picked.share);
+                    if let Some(found) = per_triangle::sample::<L, D>(&point, &view, worth, numbers, by_light) {
+                        let rays = from(found.wi, found.distance, found.ld);
+                        aimed.push(found.active, &rays, L::from_bits(picked.aim));
+                    }
+                }
+                if by_brdf.any()
+                    && let Some(look) = per_triangle::look(&point, toss.pair, by_brdf)
+                {
+                    let rays = from(look.wi, L::splat(f32::INFINITY), look.f_cos);
+                    looks.push(look.active, &rays, look.pdf);
+                }
+            }
+            if aimed.len() + looks.len() > 0 {
+                let (center, radius) = (light.center, light.radius);
+                T::face_ball::<L>(world, stream, points, &Ball { center, radius }, NO_SPHERE, set);
+                shadow::visible_each::<L, T>(chunk, aimed, set);
+                shadow::looked::<L, T, D>(chunk, looks, set, light);
+            }
+        }
+    }
+}

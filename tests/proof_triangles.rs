@@ -1,0 +1,23 @@
+//! Triangles that emit: directions are distributed as the densities beside them say, densities integrate to the solid angle,
+//! and samples are worth `f_cos / pdf`. See `proof/triangles.rs` for how.
+
+mod proof;
+
+use octolux::estimator::per_light::{Average, ConeOnly};
+use octolux::lane::F32x8;
+use proof::Family;
+use proof::triangles::{directions, weights};
+
+#[test]
+fn directions_to_triangles_have_the_density_beside_them_and_it_integrates_to_their_solid_angle() {
+    let mut family = Family::new("triangles");
+    directions::<f32>(&mut family, 61, 1 << 15);
+    directions::<F32x8>(&mut family, 62, 1 << 15);
+    family.judge();
+}
+
+#[test]
+fn a_sample_of_a_triangle_weighs_f_cos_over_pdf() {
+    weights::<ConeOnly>();
+    weights::<Average>();
+}

@@ -34,11 +34,13 @@
 //! | `StaleTail` | behind the tail of a stream, old points count | lanes |
 //! | `OneCornerBehind` | a triangle is culled when one corner is out of sight | accelerators |
 //! | `BallsAsPoints` | a ball is culled when its centre is out of sight | accelerators |
+//! | `OnePercentBright` | a study measures `independent` 1 % too bright | study |
+//! | `ErrorOfOneReplicate` | the error of a mean as that of one of its replicates | target |
 //!
 //! "density" is the chi-square of directions against densities, "weight" the samples written out again in `f64`,
 //! "numbers" the independence of random numbers, "closed form" and "exact" are the scenes of `scenes/tests`, "oracle" the
 //! agreement of estimators and oracle, "lanes" the bits of eight lanes and one, "accelerators" the line of shapes against
-//! Embree. Most mutants fail several; five are seen by one alone: `HorizonDropped`, `ReachTooShort`, `PairReused`, `CornersSwapped` and `BallsAsPoints`.
+//! Embree, "study" its search for biased settings, "target" the error that `--target-error` sees. Most mutants fail several; five are seen by one alone: `HorizonDropped`, `ReachTooShort`, `PairReused`, `CornersSwapped` and `BallsAsPoints`.
 
 /// The plain expression; in a test of mutants, the broken one beside it.
 #[cfg(not(test))]
@@ -72,7 +74,7 @@ mod tests {
     use octolux::lane::F32x8;
     use octolux::pipeline::Settings;
     use octolux::proof::{
-        self, Family, accelerators, agreement, closed_forms, pictures, samplers, strategies, triangles, weights,
+        self, Family, accelerators, agreement, closed_forms, costs, pictures, samplers, strategies, triangles, weights,
     };
     use octolux::scene::{EstimatorKind, FilmSize, SamplerKind};
     use octolux::settings::AccelKind;
@@ -118,6 +120,8 @@ mod tests {
         StaleTail "lanes",
         OneCornerBehind "accelerators",
         BallsAsPoints "accelerators",
+        OnePercentBright "study",
+        ErrorOfOneReplicate "target",
     }
 
     /// Whether this process is one of that mutant.
@@ -136,7 +140,7 @@ mod tests {
     }
 
     /// The checks of the proof, at an effort of a second together.
-    const CHECKS: [(&str, fn()); 8] = [
+    const CHECKS: [(&str, fn()); 10] = [
         ("density", density),
         ("weight", weight),
         ("numbers", || samplers::numbers_of_a_sample(1 << 13)),
@@ -145,6 +149,8 @@ mod tests {
         ("oracle", oracle),
         ("lanes", lanes),
         ("accelerators", || accelerators::random_scenes("random", &[2.0], 6, 1)),
+        ("study", costs::nothing_is_harmful),
+        ("target", costs::target_errors_are_those_of_the_mean),
     ];
 
     fn density() {

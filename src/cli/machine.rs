@@ -1,6 +1,7 @@
 //! What the system says about this machine and this process. Linux only; elsewhere there is nothing to read.
 
 use std::fs;
+use std::path::PathBuf;
 
 /// The processor's name, such as `AMD EPYC 7763 64-Core Processor`; `unknown` where the system does not say.
 pub fn cpu() -> String {
@@ -19,6 +20,27 @@ pub fn peak_rss_bytes() -> Option<u64> {
 /// Memory that can be taken without swapping, in bytes; `None` where the system does not say.
 pub fn available_bytes() -> Option<u64> {
     kib("/proc/meminfo", "MemAvailable:")
+}
+
+/// Processes that ran or waited to run, on average over the last minute; `None` where the system does not say.
+pub fn load() -> Option<f64> {
+    fs::read_to_string("/proc/loadavg")
+        .ok()?
+        .split(' ')
+        .next()?
+        .parse()
+        .ok()
+}
+
+/// Where programs keep what can be made again, for this one; `None` for a user without a home.
+pub fn cache_folder() -> Option<PathBuf> {
+    let set = |name| {
+        std::env::var_os(name)
+            .filter(|value| !value.is_empty())
+            .map(PathBuf::from)
+    };
+    let folder = set("XDG_CACHE_HOME").or_else(|| Some(set("HOME")?.join(".cache")))?;
+    Some(folder.join("octolux"))
 }
 
 fn kib(file: &str, key: &str) -> Option<u64> {

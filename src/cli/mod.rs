@@ -9,6 +9,7 @@ mod error;
 mod explain;
 mod explain_effects;
 mod interrupt;
+mod looker;
 mod machine;
 mod merge;
 mod options;
@@ -23,6 +24,8 @@ mod report;
 mod schedule;
 mod shards;
 mod stats;
+mod study;
+mod target;
 mod verify;
 mod verify_report;
 
@@ -42,6 +45,8 @@ Examples:
       says what the scene calls for, without rendering it
   octolux verify scenes/veach-mis.toml
       proves in a minute that the renderer is right on this scene
+  octolux study scenes/veach-mis.toml -o study
+      shows in a minute what accuracy costs in time: study/study.html
 
 Exit codes: 0 well, 2 bad usage or a bad scene, 1 anything else,
 130 interrupted.";
@@ -70,6 +75,8 @@ enum Command {
     Compare(compare::Args),
     /// Prove on a scene that lanes, threads, estimators and the oracle agree
     Verify(verify::Args),
+    /// Show what accuracy costs in time: a page, every run, and the cheapest command line
+    Study(study::Args),
 }
 
 /// Runs the command and says how it went.
@@ -83,6 +90,7 @@ pub fn main() -> ExitCode {
         Command::Reference(args) => reference::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Verify(args) => verify::run(&args),
+        Command::Study(args) => study::run(&args),
     };
     match outcome {
         Ok(exit) => exit.into(),

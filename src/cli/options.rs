@@ -14,6 +14,10 @@ pub const DEFAULT_SPP: u32 = 64;
 /// The most passes: far beyond what any picture needs, and far below where counting in `u32` ends.
 pub const MOST_SPP: u64 = 1 << 30;
 
+/// Errors that can be asked for: what `f32` pictures can show, and what is noise alone.
+const LEAST_ERROR: f64 = 1e-6;
+const MOST_ERROR: f64 = 100.0;
+
 /// The longest side of a picture in pixels, as in scene files.
 const LONGEST_SIDE: u32 = 65_536;
 
@@ -77,11 +81,46 @@ impl Options {
     }
 }
 
+impl Options {
+    /// What the user gave, as it could be typed again, with a space in front of each; the option `turned` is left out.
+    pub fn given(&self, turned: &str) -> String {
+        let text = |value: Option<&'static str>| value.map(str::to_owned);
+        let size = self.size.map(|FilmSize { width, height }| format!("{width}x{height}"));
+        let all = [
+            ("estimator", text(self.estimator.map(EstimatorKind::name))),
+            ("sampler", text(self.sampler.map(SamplerKind::name))),
+            ("seed", self.seed.map(|seed| seed.to_string())),
+            ("size", size),
+            ("lanes", self.lanes.map(|lanes| lanes.to_string())),
+            ("accel", text(self.accel.map(AccelKind::name))),
+            ("threads", self.threads.map(|threads| threads.to_string())),
+        ];
+        let outside = if self.reading.allow_outside {
+            " --allow-outside"
+        } else {
+            ""
+        };
+        let kept = all.into_iter().filter(|(name, _)| *name != turned);
+        let kept = kept.filter_map(|(name, value)| Some(format!(" --{name} {}", value?)));
+        std::iter::once(outside.to_owned()).chain(kept).collect()
+    }
+}
+
 /// A number of passes.
 pub fn spp(text: &str) -> Result<u32, String> {
     match text.parse::<u64>() {
         Ok(number @ 1..=MOST_SPP) => Ok(number as u32),
         _ => Err(format!("samples a pixel are a whole number from 1 to {MOST_SPP}")),
+    }
+}
+
+/// An error as `--target-error` means it.
+pub fn error(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(number) if (LEAST_ERROR..=MOST_ERROR).contains(&number) => Ok(number),
+        _ => Err(format!(
+            "an error is a share of the picture's mean from {LEAST_ERROR} to {MOST_ERROR}, such as 0.01"
+        )),
     }
 }
 

@@ -12,6 +12,7 @@ use super::record::Record;
 use super::render::Args;
 use super::schedule::Goal;
 use super::stats::{Stats, Times};
+use super::target::{self, Reached};
 use super::{CliError, machine, options, report};
 use crate::film::{Film, leaf_passes, sums_file, write_picture};
 use crate::pipeline::{Renderer, Settings};
@@ -32,7 +33,9 @@ impl<'a> Job<'a> {
             Ok(render) => render,
             Err(error) => return vec![error],
         };
-        if self.args.adaptive {
+        if let Some(asked) = self.args.target_error {
+            render.toward(asked);
+        } else if self.args.adaptive {
             render.adaptive();
         } else {
             render.passes();
@@ -76,6 +79,8 @@ impl<'a> Job<'a> {
             },
             passes,
             renderer,
+            siblings: Vec::new(),
+            reached: None,
             times,
             saved: Instant::now(),
             complete: false,
@@ -119,6 +124,9 @@ struct Render<'a> {
     goal: Goal,
     settings: Settings,
     renderer: Renderer,
+    /// Further replicates, where an error is the goal.
+    siblings: Vec<Renderer>,
+    reached: Option<Reached>,
     record: Record,
     times: Times,
     /// When the state was kept last.
@@ -166,6 +174,17 @@ impl Render<'_> {
             report::note(&format!("{}: going on after {share} passes", path.display()));
         }
         Ok(())
+    }
+
+    /// Renders replicates until their spread is small enough or a stop.
+    fn toward(&mut self, asked: f64) {
+        let (name, quiet, progress) = (self.name.clone(), self.job.args.quiet, self.renderer.progress());
+        let pixels = u64::from(self.settings.film.width) * u64::from(self.settings.film.height);
+        let bar = |spp: u32| Bar::start(&name, Goal::Passes(spp), pixels, progress.clone(), quiet);
+        self.siblings = target::siblings(&self.renderer, self.settings.seed);
+        let reached = target::render(&mut self.renderer, &mut self.siblings, asked, &mut self.times, bar);
+        self.reached = Some(reached);
+        self.complete = !progress.stop_requested();
     }
 
     /// Renders pilot passes and what follows from them until all is spent or a stop.
@@ -324,7 +343,7 @@ impl Render<'_> {
         let (sums, pictures): (Vec<_>, Vec<_>) = paths.into_iter().partition(|path| is_sums(path));
         let mut results = Vec::new();
         if !pictures.is_empty() {
-            let picture = self.renderer.picture();
+            let picture = target::picture(&self.renderer, &self.siblings);
             let mut attributes = self.stats().attributes(self.job.args.exposure);
             if self.job.args.adaptive {
                 attributes.samples = Some(self.renderer.samples());
@@ -357,13 +376,17 @@ impl Render<'_> {
     }
 
     fn stats(&self) -> Stats {
-        Stats::new(
+        let mut stats = Stats::new(
             self.job.path,
             self.settings,
             self.job.args.adaptive,
             &self.renderer,
             self.times,
             self.job.interrupt.asked(),
-        )
+        );
+        self.siblings.iter().for_each(|sibling| stats.add_replicate(sibling));
+        stats.target_error = self.reached.map(|reached| reached.asked);
+        stats.error = self.reached.map(|reached| reached.error);
+        stats
     }
 }

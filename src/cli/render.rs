@@ -16,6 +16,8 @@ Examples:
       writes scene.exr and scene.png into the working directory
   octolux render scene.toml -o a.exr -o a.npy --time 5
       writes these two instead, after 5 seconds of rendering
+  octolux render scene.toml --target-error 0.01
+      renders until the noise is 1 % of the picture's mean
   octolux render a.toml b.toml -o 'out/{name}.png'
       writes out/a.png and out/b.png; one bad scene does not stop the others
   octolux render scene.toml --json --quiet | jq .rays_per_s
@@ -46,6 +48,11 @@ pub struct Args {
     /// Render for so many seconds instead (loading and writing aside), at least one sample a pixel
     #[arg(long, value_name = "SECONDS", value_parser = options::seconds, allow_negative_numbers = true)]
     pub time: Option<f64>,
+    /// Render until the noise is so small a share of the picture, such as 0.01: the root of the mean variance of the pixels over
+    /// the mean of all. Four renders of different seeds, whose mean is the picture, measure it
+    #[arg(long, value_name = "E", value_parser = options::error, allow_negative_numbers = true,
+          conflicts_with_all = ["spp", "time", "adaptive", "snapshots", "checkpoint", "shard"])]
+    pub target_error: Option<f64>,
     /// Give more samples to pixels with more relative error, from a quarter of --spp to 64 times as many, and as many
     /// together. For mis and light; uniform and brdf on small lights are too noisy for it. The .exr tells the samples of
     /// each pixel (samples.N). Changes nothing up to 8 samples a pixel
@@ -92,6 +99,10 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
         return Err(
             CliError::usage(what).with_help("such as -o part-3.acc; octolux merge makes a picture of the parts")
         );
+    }
+    if args.target_error.is_some() && args.outputs.iter().any(|path| is_sums(path)) {
+        let what = "--target-error renders several pictures, and .acc holds the sums of one";
+        return Err(CliError::usage(what).with_help("write .exr, .png or .npy, or say how many samples with --spp"));
     }
     let targets = outputs::plan(
         &args.scenes,

@@ -25,6 +25,12 @@ pub struct Stats {
     pub spp_max: u32,
     /// Samples go where error is.
     pub adaptive: bool,
+    /// Renders of different seeds whose mean the picture is.
+    pub replicates: u32,
+    /// What `--target-error` asked for.
+    pub target_error: Option<f64>,
+    /// The root of the mean variance of the pixels over the mean of the picture, from the spread of the replicates.
+    pub error: Option<f64>,
     pub estimator: EstimatorKind,
     pub sampler: SamplerKind,
     pub seed: u32,
@@ -133,6 +139,9 @@ impl Stats {
             spp_mean,
             spp_max,
             adaptive,
+            replicates: 1,
+            target_error: None,
+            error: None,
             estimator: settings.estimator,
             sampler: settings.sampler,
             seed: settings.seed,
@@ -165,6 +174,26 @@ impl Stats {
         }
     }
 
+    /// Takes in another replicate of the same render.
+    pub fn add_replicate(&mut self, renderer: &Renderer) {
+        let (counters, passes) = (renderer.counters(), renderer.passes());
+        self.replicates += 1;
+        self.spp += passes;
+        self.spp_min += passes;
+        self.spp_mean += f64::from(passes);
+        self.spp_max += passes;
+        self.samples += counters.samples;
+        self.eye_rays += counters.eye_rays;
+        self.shadow_rays += counters.shadow_rays;
+        self.invalid_samples.nan += counters.invalid_nan;
+        self.invalid_samples.inf += counters.invalid_inf;
+        self.invalid_samples.negative += counters.invalid_negative;
+        if self.render_s > 0.0 {
+            self.samples_per_s = self.samples as f64 / self.render_s;
+            self.rays_per_s = (self.eye_rays + self.shadow_rays) as f64 / self.render_s;
+        }
+    }
+
     /// What a picture keeps: everything that decides its pixels, and nothing that changes from run to run.
     pub fn attributes(&self, exposure: f64) -> Attributes {
         let text = |words: &str| Value::Text(words.to_owned());
@@ -172,6 +201,7 @@ impl Stats {
             ("scene", text(&self.scene)),
             ("spp", Value::Number(self.spp.into())),
             ("adaptive", text(if self.adaptive { "true" } else { "false" })),
+            ("replicates", Value::Number(self.replicates.into())),
             ("estimator", text(self.estimator.name())),
             ("sampler", text(self.sampler.name())),
             ("seed", Value::Number(self.seed.into())),
@@ -226,6 +256,13 @@ impl Stats {
             self.render_s,
             self.samples_per_s * 1e-6,
             self.rays_per_s * 1e-6,
-        )
+        ) + &self.error.map_or(String::new(), |error| {
+            let asked = self.target_error.unwrap_or(error);
+            format!(
+                "; error {:.3} % of the mean, {:.3} % was asked for",
+                100.0 * error,
+                100.0 * asked
+            )
+        })
     }
 }

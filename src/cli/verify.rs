@@ -1,21 +1,18 @@
 //! `octolux verify`: proofs on the user's own scene.
 
 use std::fs;
-use std::io::{self, IsTerminal};
+use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::time::Duration;
 
 use clap::builder::RangedU64ValueParser;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::interrupt::Interrupt;
+use super::looker::Looker;
 use super::reading::Reading;
 use super::verify_report::{self, Circumstances};
 use super::{CliError, Exit, options, report};
 use crate::film::{Attributes, Value, replace, write_picture};
-use crate::pipeline::Progress;
-use crate::study::verify::{self, Options, Report, Verdict, VerifyError, Watch};
+use crate::study::verify::{self, Options, Report, Verdict, VerifyError};
 
 const EXAMPLES: &str = "\
 What is checked:
@@ -85,9 +82,9 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
             .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)),
         seed: args.seed,
     };
-    let looker = Looker::new(interrupt, args.quiet);
+    let looker = Looker::new("verify", interrupt, args.quiet);
     let outcome = verify::run(&scene, options, &looker);
-    looker.bar.finish_and_clear();
+    looker.clear();
     let result = match outcome {
         Ok(result) => result,
         Err(VerifyError::Stopped) => {
@@ -173,45 +170,4 @@ fn write_evidence(folder: &Path, scene: &Path, result: &Report, quiet: bool) -> 
         report::print(&format!("wrote {} pictures into {}\n", written.len(), folder.display()));
     }
     Ok(())
-}
-
-/// The bar on the terminal, and ctrl-c.
-struct Looker {
-    interrupt: Interrupt,
-    bar: ProgressBar,
-}
-
-impl Looker {
-    fn new(interrupt: Interrupt, quiet: bool) -> Self {
-        let bar = if quiet || !io::stderr().is_terminal() {
-            ProgressBar::hidden()
-        } else {
-            ProgressBar::with_draw_target(Some(1000), ProgressDrawTarget::stderr_with_hz(20))
-        };
-        let blocks = if report::unicode() {
-            "█▉▊▋▌▍▎▏ "
-        } else {
-            "##-"
-        };
-        if let Ok(style) = ProgressStyle::with_template("verify [{wide_bar}] {elapsed}, {msg}") {
-            bar.set_style(style.progress_chars(blocks));
-        }
-        bar.enable_steady_tick(Duration::from_millis(200));
-        Self { interrupt, bar }
-    }
-}
-
-impl Watch for Looker {
-    fn renders(&self, progress: Arc<Progress>) {
-        self.interrupt.watch(progress);
-    }
-
-    fn stopped(&self) -> bool {
-        self.interrupt.asked()
-    }
-
-    fn doing(&self, share: f64, what: &str) {
-        self.bar.set_position((share * 1000.0) as u64);
-        self.bar.set_message(what.to_owned());
-    }
 }

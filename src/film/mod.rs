@@ -21,6 +21,7 @@ use serde::{Deserialize, Serialize};
 pub use allocation::Noise;
 pub use error::PictureError;
 pub use picture::Picture;
+pub use png_file::encode as srgb;
 pub use sums::{Film, TILE, Tile, TileSum, leaf_passes};
 pub use tree::{Node, Tree};
 

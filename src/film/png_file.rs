@@ -27,7 +27,7 @@ pub(super) fn write(file: impl Write, picture: &Picture, exposure: f64) -> io::R
 
 /// The curve of IEC 61966-2-1, rounded to the nearest of 256 steps. NaN and anything below 0 are black, anything
 /// above 1 is white.
-fn encode(linear: f32) -> u8 {
+pub fn encode(linear: f32) -> u8 {
     let curve = if linear <= 0.003_130_8 {
         12.92 * linear
     } else {

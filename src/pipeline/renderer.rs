@@ -59,9 +59,9 @@ pub struct Renderer {
     settings: Settings,
     features: Features,
     plan: Plan,
-    world: World,
+    world: Arc<World>,
     film: Film,
-    pool: rayon::ThreadPool,
+    pool: Arc<rayon::ThreadPool>,
     scratch: Mutex<Vec<Scratch>>,
     progress: Arc<Progress>,
     counters: Counters,
@@ -105,9 +105,9 @@ impl Renderer {
             settings,
             features,
             plan,
-            world,
+            world: Arc::new(world),
             film: Film::new(settings.film),
-            pool: rayon::ThreadPoolBuilder::new().num_threads(settings.threads).build()?,
+            pool: Arc::new(rayon::ThreadPoolBuilder::new().num_threads(settings.threads).build()?),
             scratch: Mutex::default(),
             progress: Arc::default(),
             counters: Counters::default(),
@@ -118,6 +118,27 @@ impl Renderer {
             allocate: allocation::allocate,
             most: None,
         })
+    }
+
+    /// A render of the same scene with another seed, from its start. It shares what was built, the threads, and the progress.
+    pub fn with_seed(&self, seed: u32) -> Self {
+        Self {
+            settings: Settings { seed, ..self.settings },
+            features: self.features,
+            plan: self.plan.clone(),
+            world: self.world.clone(),
+            film: Film::new(self.settings.film),
+            pool: self.pool.clone(),
+            scratch: Mutex::default(),
+            progress: self.progress.clone(),
+            counters: Counters::default(),
+            build_seconds: self.build_seconds,
+            embree_version: self.embree_version.clone(),
+            passes: 0,
+            pause: None,
+            allocate: self.allocate,
+            most: None,
+        }
     }
 
     /// The name of the kernel that the plan chose.

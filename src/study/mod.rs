@@ -2,7 +2,9 @@
 
 pub mod cost;
 pub mod error;
+pub mod page;
 pub mod selftest;
 pub mod significance;
 pub mod student;
+pub mod target;
 pub mod verify;

@@ -7,6 +7,7 @@
 pub mod accelerators;
 pub mod agreement;
 pub mod closed_forms;
+pub mod costs;
 pub mod lanes;
 pub mod pictures;
 pub mod places;

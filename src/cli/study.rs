@@ -1,0 +1,186 @@
+//! `octolux study`: what accuracy costs in time.
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use super::interrupt::Interrupt;
+use super::looker::Looker;
+use super::options::Options;
+use super::{CliError, Exit, build, machine, report};
+use crate::film::replace;
+use crate::scene::Scene;
+use crate::study::cost::{self, Study, StudyError, warnings};
+use crate::study::page::{self, Circumstances};
+
+const EXAMPLES: &str = "\
+What is written into DIR:
+  study.html   the report, one file that needs nothing else
+  study.csv    every run: setting, seed, samples, seconds, errors
+  study.json   every figure of the report, with its interval
+  *.svg        the charts of the report
+
+Examples:
+  octolux study scene.toml -o study
+      a minute of measuring, and a summary on standard error
+  octolux study scene.toml --recommend 0.01
+      prints the command line that reaches an error of 1 % in the least time
+
+Exit codes: 0 well, 2 bad usage or a bad scene, 1 anything else,
+130 interrupted.";
+
+/// Show what accuracy costs in time: a page, every run, and the cheapest command line
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Args {
+    /// The scene file
+    #[arg(value_name = "SCENE")]
+    scene: PathBuf,
+    /// A folder for the report; it is made where there is none
+    #[arg(short, long = "output", value_name = "DIR", required_unless_present = "recommend")]
+    output: Option<PathBuf>,
+    /// Time to spend, to within about a tenth, such as 60s or 5m
+    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = super::options::duration, allow_negative_numbers = true)]
+    budget: f64,
+    /// Print just the command line that reaches this error in the least time. It means what --target-error of render
+    /// means: the root of the mean variance of the pixels over the mean of the picture
+    #[arg(long, value_name = "E", value_parser = super::options::error, allow_negative_numbers = true)]
+    recommend: Option<f64>,
+    #[command(flatten)]
+    options: Options,
+    /// Render the reference again, and do not keep it
+    #[arg(long)]
+    no_cache: bool,
+    /// Say nothing but errors
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+/// Studies, writes the report, and prints what was asked for.
+///
+/// # Errors
+/// A scene that cannot be loaded or rendered; files that cannot be written.
+pub fn run(args: &Args) -> Result<Exit, CliError> {
+    if let Some(folder) = &args.output {
+        check_folder(folder)?;
+    }
+    let load = machine::load();
+    let interrupt = Interrupt::listen(true)?;
+    let started = Instant::now();
+    let mut scene = args.options.reading.load(&args.scene)?;
+    let load_s = started.elapsed().as_secs_f64();
+    let settings = args.options.settings(&scene)?;
+    scene.film = settings.film;
+    let options = cost::Options {
+        settings,
+        budget: args.budget,
+        cache: machine::cache_folder()
+            .filter(|_| !args.no_cache)
+            .map(|folder| folder.join("references")),
+        prices_only: args.output.is_none(),
+    };
+    let looker = Looker::new("study", interrupt, args.quiet);
+    let outcome = cost::run(&scene, &options, &looker);
+    looker.clear();
+    let mut study = match outcome {
+        Ok(study) => study,
+        Err(StudyError::Stopped) => {
+            if !args.quiet {
+                report::note(&format!("{}: stopped before the prices", args.scene.display()));
+            }
+            return Ok(Exit::Interrupted);
+        }
+        Err(StudyError::Setup(error)) => return Err(CliError::setup(&args.scene, &error)),
+        Err(StudyError::Black) => {
+            let what = format!("{}: {}", args.scene.display(), StudyError::Black);
+            return Err(CliError::usage(what).with_help("give the scene a light that reaches what the camera sees"));
+        }
+        Err(error @ StudyError::Threads(_)) => return Err(CliError::failed(error.to_string())),
+    };
+    study.phases.load_s = load_s;
+    study.warnings = warnings::of(&study, load);
+    if !args.quiet {
+        study.warnings.iter().for_each(|warning| report::warning(warning));
+    }
+    if let Some(folder) = &args.output {
+        write(folder, &study, &scene, &circumstances(args, &options, load))?;
+        if !args.quiet {
+            report::print(&page::words::summary(&study, &args.scene));
+            report::print(&format!("wrote {}\n", folder.join("study.html").display()));
+        }
+    }
+    if let Some(error) = args.recommend {
+        let given = args.options.given(study.cheapest(error).variant.knob);
+        let line = format!("{}{given}{}", command(args), study.recommendation(error));
+        report::data(&line)?;
+    }
+    Ok(Exit::Well)
+}
+
+/// `octolux render SCENE`, with the scene quoted where a shell would take it apart.
+fn command(args: &Args) -> String {
+    format!("octolux render {}", quoted(&args.scene.to_string_lossy()))
+}
+
+fn quoted(text: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "/._-+=:@,%".contains(c);
+    if text.chars().all(plain) && !text.starts_with('-') && !text.is_empty() {
+        text.to_owned()
+    } else {
+        format!("'{}'", text.replace('\'', "'\\''"))
+    }
+}
+
+fn circumstances(args: &Args, options: &cost::Options, load: Option<f64>) -> Circumstances {
+    let words: Vec<String> = std::env::args().skip(1).map(|word| quoted(&word)).collect();
+    Circumstances {
+        scene: args.scene.to_string_lossy().into_owned(),
+        command: format!("octolux {}", words.join(" ")),
+        version: build::VERSION.to_owned(),
+        commit: build::COMMIT.to_owned(),
+        target_features: build::TARGET_FEATURES.to_owned(),
+        cpu: machine::cpu(),
+        threads: options.settings.threads,
+        lanes: options.settings.lanes,
+        estimator: options.settings.estimator.name().to_owned(),
+        sampler: options.settings.sampler.name().to_owned(),
+        budget: options.budget,
+        load,
+    }
+}
+
+/// What could not be written is told before the work, not after it.
+fn check_folder(folder: &Path) -> Result<(), CliError> {
+    if folder.exists() && !folder.is_dir() {
+        let what = format!("{}: is a file, not a folder", folder.display());
+        return Err(CliError::usage(what).with_help("name a folder; it is made where there is none"));
+    }
+    let probe = if folder.is_dir() {
+        folder.join("study.html")
+    } else {
+        folder.to_owned()
+    };
+    replace::check(&probe).map_err(|error| CliError::bad_path(&error))
+}
+
+fn write(folder: &Path, study: &Study, scene: &Scene, circumstances: &Circumstances) -> Result<(), CliError> {
+    fs::create_dir_all(folder).map_err(|error| CliError::failed(format!("{}: {error}", folder.display())))?;
+    let files = page::files(study, scene, circumstances).map_err(|error| CliError::failed(error.to_string()))?;
+    for (name, text) in files {
+        replace::replace(&folder.join(name), |file| file.write_all(text.as_bytes()))?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_shell_would_take_apart_is_quoted() {
+        assert_eq!(quoted("scenes/veach-mis.toml"), "scenes/veach-mis.toml");
+        assert_eq!(quoted("my scene's.toml"), "'my scene'\\''s.toml'");
+        assert_eq!(quoted("-x.toml"), "'-x.toml'");
+    }
+}

@@ -1,0 +1,168 @@
+//! Measuring: every variant once a round, each round with its own seed, so that whatever slows the machine down for a while
+//! slows all of them down.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use super::knobs::Variant;
+use crate::pipeline::{Counters, Renderer, SetupError};
+use crate::scene::{FilmSize, Scene};
+use crate::settings::SamplerKind;
+use crate::study::verify::Watch;
+
+/// How much is measured.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Effort {
+    /// The film of all comparisons.
+    pub film: FilmSize,
+    /// Samples a pixel at which each render is looked at: powers of two, ascending.
+    pub looks: Vec<u32>,
+    /// At least so many rounds.
+    pub rounds: usize,
+    /// Seed of the first round.
+    pub seed: u32,
+}
+
+/// One picture with what it took.
+#[derive(Clone, Debug)]
+pub struct Look {
+    /// Samples a pixel.
+    pub spp: u32,
+    /// Seconds of rendering up to here, wall clock; setting-up, looks and files aside.
+    pub seconds: f64,
+    /// The picture. Shared between variants whose bits are the same.
+    pub pixels: Arc<Vec<[f32; 3]>>,
+}
+
+/// One render of one variant.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// The seed.
+    pub seed: u32,
+    /// From start to end.
+    pub looks: Vec<Look>,
+    /// What was traced.
+    pub counters: Counters,
+    /// Every look has the bits of the defaults with the same seed.
+    pub same_bits: bool,
+}
+
+impl Run {
+    /// Seconds of a pass, the first one aside where there are several looks: that one pays for fresh memory.
+    pub fn pass_seconds(&self) -> f64 {
+        let last = &self.looks[self.looks.len() - 1];
+        match &self.looks[0] {
+            first if first.spp < last.spp && first.seconds < last.seconds => {
+                (last.seconds - first.seconds) / f64::from(last.spp - first.spp)
+            }
+            _ => last.seconds / f64::from(last.spp),
+        }
+    }
+
+    /// Rays a second over the whole run.
+    pub fn rays_per_second(&self) -> f64 {
+        let seconds = self.looks.last().map_or(0.0, |look| look.seconds);
+        (self.counters.eye_rays + self.counters.shadow_rays) as f64 / seconds.max(1e-9)
+    }
+}
+
+/// All runs of a variant, one a round.
+pub type Runs = Vec<Run>;
+
+/// Renders one variant with one seed.
+///
+/// # Errors
+/// Where the render cannot start.
+pub fn run(scene: &Scene, variant: &Variant, effort: &Effort, seed: u32, watch: &dyn Watch) -> Result<Run, SetupError> {
+    let mut settings = variant.choice.settings;
+    (settings.film, settings.seed) = (effort.film, seed);
+    let mut found = Run {
+        seed,
+        looks: Vec::with_capacity(effort.looks.len()),
+        counters: Counters::default(),
+        same_bits: false,
+    };
+    let mut one: Option<Renderer> = None;
+    let mut seconds = 0.0;
+    for &spp in &effort.looks {
+        // An adaptive render has to know its end from the start: a render for each look.
+        if variant.choice.adaptive {
+            (one, seconds) = (None, 0.0);
+        }
+        let renderer = match &mut one {
+            Some(renderer) => renderer,
+            none => none.insert(Renderer::new(scene, settings)?),
+        };
+        watch.renders(renderer.progress());
+        let started = Instant::now();
+        if variant.choice.adaptive {
+            while renderer.next_adaptive_block(spp) && !watch.stopped() {}
+        } else {
+            while renderer.passes() < spp && !watch.stopped() {
+                renderer.next_block(spp);
+            }
+        }
+        seconds += started.elapsed().as_secs_f64();
+        let mut pixels = renderer.picture().pixels;
+        if settings.sampler == SamplerKind::Independent {
+            let gain = mutate!(1.0_f32, OnePercentBright => 1.01);
+            pixels.as_flattened_mut().iter_mut().for_each(|value| *value *= gain);
+        }
+        found.counters = renderer.counters();
+        found.looks.push(Look {
+            spp,
+            seconds,
+            pixels: Arc::new(pixels),
+        });
+    }
+    Ok(found)
+}
+
+/// Rounds of all variants, the defaults first, until there are enough and `more` says no (asked after each round with their
+/// number). A round's order is turned by one each time, so that none always follows the same.
+///
+/// # Errors
+/// Where a render cannot start.
+pub fn rounds(
+    scene: &Scene,
+    variants: &[Variant],
+    effort: &Effort,
+    watch: &dyn Watch,
+    mut more: impl FnMut(usize) -> bool,
+) -> Result<Vec<Runs>, SetupError> {
+    let mut all: Vec<Runs> = vec![Vec::new(); variants.len()];
+    let mut round = 0;
+    while !watch.stopped() && (round < effort.rounds || more(round)) {
+        let seed = effort.seed.wrapping_add(round as u32);
+        for turn in 0..variants.len() {
+            let which = (turn + round) % variants.len();
+            all[which].push(run(scene, &variants[which], effort, seed, watch)?);
+        }
+        share(&mut all, round);
+        round += 1;
+    }
+    Ok(all)
+}
+
+/// Keeps one copy of what has the bits of the defaults, and notes it.
+fn share(all: &mut [Runs], round: usize) {
+    let Some((defaults, others)) = all.split_first_mut() else {
+        return;
+    };
+    let default = &defaults[round];
+    for runs in others {
+        let run = &mut runs[round];
+        run.same_bits = true;
+        for (look, plain) in run.looks.iter_mut().zip(&default.looks) {
+            if bits(&look.pixels) == bits(&plain.pixels) {
+                look.pixels = plain.pixels.clone();
+            } else {
+                run.same_bits = false;
+            }
+        }
+    }
+}
+
+fn bits(pixels: &[[f32; 3]]) -> &[u32] {
+    bytemuck::cast_slice(pixels)
+}

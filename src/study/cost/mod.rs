@@ -1,0 +1,327 @@
+//! What accuracy costs in time, measured on a scene.
+//!
+//! Every setting (the defaults, and each knob turned alone: [`knobs`]) is rendered with at least 8 seeds, in rounds
+//! ([`measure`]). Its *spread* over the seeds is the error that time buys ([`fit`]); its *bias* is what no time removes
+//! ([`bias`], against the independent oracle of [`truth`]). [`price`] puts the two together.
+
+pub mod bias;
+pub mod curves;
+pub mod fit;
+pub mod knobs;
+pub mod measure;
+pub mod phases;
+pub mod price;
+pub mod schedule;
+pub mod statistics;
+pub mod strip;
+pub mod truth;
+pub mod warnings;
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use serde::Serialize;
+
+use crate::pipeline::{Renderer, Settings, SetupError};
+use crate::scene::{FilmSize, Scene};
+use crate::settings::AccelKind;
+use crate::study::error::{Errors, relmse_of_reference};
+use crate::study::verify::Watch;
+use knobs::Variant;
+use measure::{Effort, Runs};
+use phases::Phases;
+use price::{Price, Verdict};
+use strip::Strip;
+use truth::Truth;
+
+/// What to study with.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// The defaults that every variant turns one knob of.
+    pub settings: Settings,
+    /// Seconds to spend.
+    pub budget: f64,
+    /// Where references are kept; `None` keeps none.
+    pub cache: Option<PathBuf>,
+    /// Stop after the prices: no pictures, no phases.
+    pub prices_only: bool,
+}
+
+/// Why there is no study.
+#[derive(Debug, thiserror::Error)]
+pub enum StudyError {
+    /// A render cannot start.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+    /// Threads for the oracle could not be started.
+    #[error("cannot start the threads: {0}")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
+    /// A stop was asked for.
+    #[error("stopped")]
+    Stopped,
+    /// The picture is black: no error is relative to anything.
+    #[error("the picture is black, so there is no error to speak of")]
+    Black,
+}
+
+/// How good the reference is.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Quality {
+    /// Samples a pixel.
+    pub spp: u32,
+    /// Its own relMSE, from its standard errors.
+    pub relmse: f64,
+    /// It came out of the cache.
+    pub cached: bool,
+}
+
+/// One look at one run: a line of the CSV.
+#[derive(Clone, Debug, Serialize)]
+pub struct Line {
+    /// The setting's name.
+    pub setting: String,
+    /// Its arguments.
+    pub arguments: String,
+    /// The seed.
+    pub seed: u32,
+    /// Samples a pixel.
+    pub spp: u32,
+    /// Seconds of rendering.
+    pub seconds: f64,
+    /// Against the reference, whose noise is in it.
+    #[serde(flatten)]
+    pub errors: Distances,
+    /// The bits are those of the defaults with the same seed.
+    pub same_bits: bool,
+}
+
+/// Distances from the reference, each a mean over pixels and colours.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Distances {
+    /// `sqrt(mean((x - r)^2))`
+    pub rmse: f64,
+    /// `mean((x - r)^2 / (r^2 + 1e-4))`
+    pub relmse: f64,
+    /// `mean(|x - r| / (|x| + |r|))`
+    pub smape: f64,
+    /// `mean(x)`
+    pub mean: f64,
+}
+
+/// Settings that a scene does not allow, each with the reason.
+pub type Impossible = Vec<(String, String)>;
+
+/// Everything that was found.
+#[derive(Clone, Debug, Serialize)]
+pub struct Study {
+    /// The film of the comparisons.
+    pub film: [u32; 2],
+    /// The scene's own film.
+    pub scene_film: [u32; 2],
+    /// Seeds of every setting.
+    pub seeds: usize,
+    /// The first of them.
+    pub seed: u32,
+    /// The reference.
+    pub reference: Quality,
+    /// Setting by setting, the defaults first.
+    pub prices: Vec<Price>,
+    /// Settings that the scene does not allow, with the reason.
+    pub impossible: Impossible,
+    /// Estimators after equal time.
+    pub strip: Strip,
+    /// One render of the scene's own film.
+    pub phases: Phases,
+    /// What makes all this less certain.
+    pub warnings: Vec<String>,
+    /// Seconds that it took.
+    pub seconds: f64,
+    /// Every run.
+    #[serde(skip)]
+    pub lines: Vec<Line>,
+    /// The picture that errors are against.
+    #[serde(skip)]
+    pub truth: Truth,
+}
+
+/// Studies a scene.
+///
+/// # Errors
+/// Where renders cannot start, the picture is black, or a stop was asked for.
+pub fn run(scene: &Scene, options: &Options, watch: &dyn Watch) -> Result<Study, StudyError> {
+    let started = Instant::now();
+    let budget = options.budget;
+    let say = |what: &str| {
+        watch.doing((started.elapsed().as_secs_f64() / budget).min(1.0), what);
+        if watch.stopped() {
+            Err(StudyError::Stopped)
+        } else {
+            Ok(())
+        }
+    };
+    say("what the settings cost")?;
+    let (variants, impossible) = possible(scene, options.settings)?;
+    let costs = schedule::costs(scene, &variants, scene.film, 0.08 * budget, watch)?;
+    let effort = schedule::effort(&costs, scene.film, schedule::FOR_ROUNDS * budget, options.settings.seed);
+    say("the reference")?;
+    let truth = reference(scene, &effort, options)?;
+    say("the rounds")?;
+    let begun = Instant::now();
+    let more = |rounds: usize| {
+        let spent = begun.elapsed().as_secs_f64();
+        watch.doing((started.elapsed().as_secs_f64() / budget).min(1.0), "the rounds");
+        rounds < schedule::MOST_ROUNDS && spent * (1.0 + 1.0 / rounds as f64) < schedule::FOR_ROUNDS * budget
+    };
+    let all = measure::rounds(scene, &variants, &effort, watch, more)?;
+    say("the prices")?;
+    let mut study = analyse(scene, &variants, &all, &effort, truth, price::FALSE_ALARMS)?;
+    study.impossible = impossible;
+    if !options.prices_only {
+        say("the pictures")?;
+        study.strip = strip::render(scene, &variants, &all, &effort, &study.truth, watch)?;
+        say("the phases")?;
+        let left = (budget - started.elapsed().as_secs_f64()).clamp(0.01 * budget, 0.1 * budget);
+        let whole = Settings {
+            film: scene.film,
+            ..options.settings
+        };
+        study.phases = phases::measure(scene, whole, left, watch)?;
+    }
+    say("the page")?;
+    study.seconds = started.elapsed().as_secs_f64();
+    Ok(study)
+}
+
+/// The settings that the scene allows, the defaults first, and the others with the reason.
+fn possible(scene: &Scene, settings: Settings) -> Result<(Vec<Variant>, Impossible), SetupError> {
+    let tiny = FilmSize { width: 1, height: 1 };
+    let starts = |settings: Settings| {
+        let small = Settings { film: tiny, ..settings };
+        Renderer::new(scene, small)
+    };
+    let first = starts(settings)?;
+    let accel = if first.kernel().starts_with(AccelKind::Linear.name()) {
+        AccelKind::Linear
+    } else {
+        AccelKind::Embree
+    };
+    let (mut variants, mut impossible) = (Vec::new(), Vec::new());
+    for variant in knobs::variants(settings, accel) {
+        match starts(variant.choice.settings) {
+            Ok(_) => variants.push(variant),
+            Err(error @ SetupError::Unsupported { .. }) => impossible.push((variant.label(), error.to_string())),
+            Err(error) => return Err(error),
+        }
+    }
+    Ok((variants, impossible))
+}
+
+fn reference(scene: &Scene, effort: &Effort, options: &Options) -> Result<Truth, StudyError> {
+    let threads = rayon::ThreadPoolBuilder::new()
+        .num_threads(options.settings.threads)
+        .build()?;
+    threads.install(|| {
+        let few = 4;
+        let started = Instant::now();
+        truth::find(scene, effort.film, few, None);
+        let sample = (started.elapsed().as_secs_f64() / f64::from(few)).max(1e-9);
+        let spp = (schedule::FOR_REFERENCE * options.budget / sample).clamp(16.0, 65_536.0);
+        let truth = truth::find(scene, effort.film, spp as u32, options.cache.as_deref());
+        let lit = truth.mean.iter().flatten().any(|&x| x > 0.0);
+        if lit { Ok(truth) } else { Err(StudyError::Black) }
+    })
+}
+
+/// From measurements to prices; `false_alarms` as for [`price::prices`].
+///
+/// # Errors
+/// [`StudyError::Stopped`] below two rounds.
+pub fn analyse(
+    scene: &Scene,
+    variants: &[Variant],
+    all: &[Runs],
+    effort: &Effort,
+    truth: Truth,
+    false_alarms: f64,
+) -> Result<Study, StudyError> {
+    if all.iter().any(|runs| runs.len() < 2) {
+        return Err(StudyError::Stopped);
+    }
+    let prices = price::prices(variants, all, &truth, false_alarms);
+    Ok(Study {
+        film: [effort.film.width, effort.film.height],
+        scene_film: [scene.film.width, scene.film.height],
+        seeds: all[0].len(),
+        seed: effort.seed,
+        reference: Quality {
+            spp: truth.spp,
+            relmse: relmse_of_reference(&truth.mean, &truth.stderr),
+            cached: truth.cached,
+        },
+        lines: lines(variants, all, &truth),
+        prices,
+        impossible: Vec::new(),
+        strip: Strip::default(),
+        phases: Phases::default(),
+        warnings: Vec::new(),
+        seconds: 0.0,
+        truth,
+    })
+}
+
+fn lines(variants: &[Variant], all: &[Runs], truth: &Truth) -> Vec<Line> {
+    let mut lines = Vec::new();
+    for (variant, runs) in variants.iter().zip(all) {
+        for run in runs {
+            for look in &run.looks {
+                let errors = Errors::between(&look.pixels, &truth.mean);
+                lines.push(Line {
+                    setting: variant.label(),
+                    arguments: variant.arguments().trim().to_owned(),
+                    seed: run.seed,
+                    spp: look.spp,
+                    seconds: look.seconds,
+                    errors: Distances {
+                        rmse: errors.rmse,
+                        relmse: errors.relmse,
+                        smape: errors.smape,
+                        mean: errors.mean,
+                    },
+                    same_bits: run.same_bits,
+                });
+            }
+        }
+    }
+    lines
+}
+
+impl Study {
+    /// The setting without bias that reaches the error of `--target-error` first; the defaults where all are harmful.
+    pub fn cheapest(&self, error: f64) -> &Price {
+        self.first_by(|price| price.seconds_for_error(error))
+    }
+
+    /// The same for a relMSE.
+    pub fn cheapest_by_relmse(&self, relmse: f64) -> &Price {
+        self.first_by(|price| price.seconds_for_relmse(relmse))
+    }
+
+    fn first_by(&self, seconds: impl Fn(&Price) -> f64) -> &Price {
+        self.prices
+            .iter()
+            .filter(|price| price.verdict != Verdict::Harmful)
+            .min_by(|a, b| seconds(a).total_cmp(&seconds(b)))
+            .unwrap_or(&self.prices[0])
+    }
+
+    /// What to add to `octolux render SCENE` for an error at the least cost.
+    pub fn recommendation(&self, error: f64) -> String {
+        let best = self.cheapest(error);
+        if best.variant.choice.adaptive {
+            let samples = best.by_error.map_or(1.0, |law| law.samples(error)).ceil();
+            format!("{} --spp {samples}", best.arguments)
+        } else {
+            format!("{} --target-error {error}", best.arguments)
+        }
+    }
+}

@@ -1,0 +1,363 @@
+//! The price of every setting: what its error is after how much time, and whether what it saves is honest.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use super::bias::{self, Bias};
+use super::curves::{Curves, Weights, distance, variance_figure};
+use super::fit::{Power, Spread};
+use super::knobs::Variant;
+use super::measure::{Run, Runs};
+use super::statistics::{Estimate, Figure, jackknife, mean, median};
+use super::truth::Truth;
+use crate::scene::EstimatorKind;
+use crate::study::student;
+
+/// The probability that any setting without fault is called harmful.
+pub const FALSE_ALARMS: f64 = 1e-3;
+
+/// A relative bias below this is priced but does no harm: a step of an 8-bit picture is 40 times as large.
+pub const HARMLESS: f64 = 1e-4;
+
+/// A speed-up above this is no slow-down that anybody would notice.
+const FREE: f64 = 0.95;
+
+/// What a setting costs, in a word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// What all others are measured by.
+    Default,
+    /// No bias is seen, and it takes no more time for the same error: at most a twentieth more, as far as is known.
+    Free,
+    /// No bias is seen, but it takes more time for the same error.
+    Paid,
+    /// No bias is seen; whether it takes more time is within the interval.
+    Open,
+    /// Its pictures converge to something else.
+    Harmful,
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Default => "default",
+            Self::Free => "free",
+            Self::Paid => "paid",
+            Self::Open => "open",
+            Self::Harmful => "harmful",
+        })
+    }
+}
+
+/// One point of a curve.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Point {
+    /// Samples a pixel.
+    pub spp: u32,
+    /// Seconds of rendering: median and interval.
+    pub seconds: Figure,
+    /// relMSE: spread over seeds, and squared bias where there is one.
+    pub relmse: Figure,
+    /// The error that `--target-error` means: root of the mean variance of pixels over the mean of the picture.
+    pub error: Figure,
+}
+
+/// Everything about one setting.
+#[derive(Clone, Debug, Serialize)]
+pub struct Price {
+    /// What was measured.
+    #[serde(flatten)]
+    pub variant: Variant,
+    /// Its name in tables and charts.
+    pub label: String,
+    /// What to add to `octolux render SCENE`.
+    pub arguments: String,
+    /// Every picture has the bits of the defaults.
+    pub same_bits: bool,
+    /// Picture by picture the noise is that of the defaults: the two differ by less than a tenth of it.
+    pub same_noise: bool,
+    /// Error and time.
+    pub points: Vec<Point>,
+    /// Exponent of samples in the variance: -1 for independent samples. `None` without noise.
+    pub slope: Option<Figure>,
+    /// Seconds of one pass.
+    pub pass_seconds: Figure,
+    /// Rays a second.
+    pub rays_per_second: Figure,
+    /// Time of a pass over that of the defaults.
+    pub time_ratio: Figure,
+    /// relMSE over that of the defaults at the same samples a pixel.
+    pub noise_ratio: Figure,
+    /// Time that the defaults need for their last error, over the time that this needs for the same.
+    pub speed_up: Figure,
+    /// The speed-up reaches beyond what was measured, along the fitted slope.
+    pub extrapolated: bool,
+    /// Relative bias of the picture's mean off the rims of visible lights; of the defaults against the oracle, else against the
+    /// defaults. What rare samples may hide is part of the interval.
+    pub bias: Figure,
+    /// Root of the mean squared bias of pixels, relative to `sqrt(r^2 + m^2)` with m the picture's mean: at most this, at 97.5 %.
+    pub hidden_bias_below: f64,
+    /// Samples a pixel at which noise falls to the bias; only where there is one.
+    pub bias_equals_noise_at: Option<f64>,
+    /// The judgement.
+    pub verdict: Verdict,
+    /// For questions about `--target-error`.
+    #[serde(skip)]
+    pub by_error: Option<ByError>,
+}
+
+/// Samples from the error that `--target-error` means.
+#[derive(Clone, Copy, Debug)]
+pub struct ByError(Power);
+
+impl ByError {
+    /// Samples a pixel for an error; at least 1.
+    pub fn samples(self, error: f64) -> f64 {
+        self.0.reaches(error * error).max(1.0)
+    }
+}
+
+impl Price {
+    /// Seconds until the error that `--target-error` means is there; 0 passes make no picture, so at least one pass.
+    pub fn seconds_for_error(&self, error: f64) -> f64 {
+        self.pass_seconds.value * self.by_error.map_or(1.0, |law| law.samples(error))
+    }
+
+    /// Seconds until relMSE is there; infinite where bias forbids it.
+    pub fn seconds_for_relmse(&self, relmse: f64) -> f64 {
+        let (Some(last), Some(slope)) = (self.points.last(), self.slope) else {
+            return self.pass_seconds.value;
+        };
+        let bias = if self.verdict == Verdict::Harmful {
+            self.bias.value * self.bias.value
+        } else {
+            0.0
+        };
+        let law = Power::through((f64::from(last.spp), last.relmse.value - bias), slope.value);
+        self.pass_seconds.value * law.reaches(relmse - bias).max(1.0)
+    }
+}
+
+fn estimator(variant: &Variant) -> EstimatorKind {
+    variant.choice.settings.estimator
+}
+
+/// Prices of all variants, the defaults first. `false_alarms` is the probability that any without fault is called harmful.
+pub fn prices(variants: &[Variant], all: &[Runs], truth: &Truth, false_alarms: f64) -> Vec<Price> {
+    let weights = Weights::new(truth);
+    let curves: Vec<Curves> = all
+        .iter()
+        .enumerate()
+        .map(|(i, runs)| {
+            // Same bits, same distances: they are found for the first.
+            let same = runs.iter().all(|run| run.same_bits);
+            Curves::new(if same { &all[0] } else { &all[i] }, &weights)
+        })
+        .collect();
+    let alpha = student::sidak(false_alarms, 2 * variants.len());
+    let price = |(i, variant): (usize, &Variant)| {
+        let bias = if i == 0 {
+            bias::of_defaults((&all[0], estimator(variant)), &weights.calm, truth, alpha)
+        } else {
+            bias::of_variant(
+                (&all[i], estimator(variant)),
+                (&all[0], estimator(&variants[0])),
+                &weights.calm,
+                truth,
+                alpha,
+            )
+        };
+        Judged {
+            variant,
+            runs: &all[i],
+            defaults: &all[0],
+            curves: &curves[i],
+            plain: &curves[0],
+            bias,
+            weights: &weights.relmse,
+            alpha,
+        }
+        .price(i == 0)
+    };
+    variants.iter().enumerate().map(price).collect()
+}
+
+/// What a price is made of.
+struct Judged<'a> {
+    variant: &'a Variant,
+    runs: &'a Runs,
+    defaults: &'a Runs,
+    curves: &'a Curves,
+    /// Those of the defaults.
+    plain: &'a Curves,
+    bias: Bias,
+    weights: &'a [[f64; 3]],
+    alpha: f64,
+}
+
+impl Judged<'_> {
+    fn price(&self, default: bool) -> Price {
+        let same_bits = self.runs.iter().all(|run| run.same_bits) && !default;
+        let log_times: Vec<f64> = self
+            .runs
+            .iter()
+            .zip(self.defaults)
+            .map(|(run, plain)| (run.pass_seconds() / plain.pass_seconds()).ln())
+            .collect();
+        let log_time = mean(&log_times);
+        let log_samples = if same_bits || default {
+            exactly(0.0)
+        } else {
+            self.log_samples()
+        };
+        let log_cost = log_time.plus(log_samples).figure();
+        let speed_up = Figure {
+            value: -log_cost.value,
+            low: -log_cost.high,
+            high: -log_cost.low,
+        }
+        .exp();
+        let harmful = self.bias.is_real(self.alpha, HARMLESS);
+        let verdict = match (default, harmful) {
+            (_, true) => Verdict::Harmful,
+            (true, _) => Verdict::Default,
+            _ if speed_up.high < 1.0 => Verdict::Paid,
+            _ if speed_up.low > FREE => Verdict::Free,
+            _ => Verdict::Open,
+        };
+        let squared_bias = if harmful {
+            self.bias.squared.value.max(self.bias.brightness.value.powi(2))
+        } else {
+            0.0
+        };
+        let figure = |of: &dyn Fn(&Run) -> f64| median(&self.runs.iter().map(of).collect::<Vec<f64>>());
+        let last = self.runs[0].looks.last().map_or(1, |look| look.spp);
+        Price {
+            variant: self.variant.clone(),
+            label: self.variant.label(),
+            arguments: self.variant.arguments(),
+            same_bits,
+            same_noise: default || same_bits || self.same_noise(),
+            points: self.points(squared_bias),
+            slope: self.curves.calm.slope().map(Estimate::figure),
+            pass_seconds: figure(&Run::pass_seconds),
+            rays_per_second: figure(&Run::rays_per_second),
+            time_ratio: {
+                let ratios: Vec<f64> = log_times.iter().map(|log| log.exp()).collect();
+                median(&ratios)
+            },
+            noise_ratio: if same_bits || default {
+                Figure::exact(1.0)
+            } else {
+                self.noise_ratio()
+            },
+            speed_up,
+            extrapolated: log_samples.value > 0.0 && !same_bits,
+            bias: self.bias.figure(),
+            hidden_bias_below: self.bias.squared.figure().high.max(0.0).sqrt() + self.bias.hidden,
+            bias_equals_noise_at: harmful
+                .then(|| {
+                    self.curves
+                        .relmse
+                        .samples_for(squared_bias, self.curves.slope(None), None)
+                })
+                .filter(|n| n.is_finite()),
+            verdict,
+            by_error: self.by_error(last),
+        }
+    }
+
+    /// Whether the picture of a seed is nearer to that of the defaults with the same seed than to any other's.
+    fn same_noise(&self) -> bool {
+        let apart: f64 = self
+            .runs
+            .iter()
+            .zip(self.defaults)
+            .filter_map(|(run, plain)| Some((run.looks.last()?, plain.looks.last()?)))
+            .map(|(a, b)| distance(&a.pixels, &b.pixels, self.weights))
+            .sum();
+        let noise = self
+            .plain
+            .relmse
+            .points
+            .last()
+            .map_or(0.0, |(_, spread)| spread.variance(None));
+        apart < 0.01 * noise * self.runs.len() as f64
+    }
+
+    /// Logarithm of the samples that this needs for the last error of the defaults, over those that they need.
+    fn log_samples(&self) -> Estimate {
+        let (curve, plain) = (&self.curves.relmse, &self.plain.relmse);
+        let Some((n, spread)) = plain.points.last() else {
+            return exactly(0.0);
+        };
+        let noisy = curve
+            .points
+            .last()
+            .is_some_and(|(_, spread)| spread.variance(None) > 0.0);
+        match (spread.variance(None) > 0.0, noisy) {
+            (true, true) => {}
+            (false, false) | (true, false) => return exactly(0.0),
+            (false, true) => return exactly(f64::INFINITY),
+        }
+        jackknife(curve.seeds(), |without| {
+            let slope = self.curves.slope(without);
+            (curve.samples_for(spread.variance(without), slope, without) / f64::from(*n)).ln()
+        })
+    }
+
+    fn noise_ratio(&self) -> Figure {
+        let (Some((_, own)), Some((_, plain))) = (self.curves.relmse.points.last(), self.plain.relmse.points.last())
+        else {
+            return Figure::exact(1.0);
+        };
+        if !(own.variance(None) > 0.0 && plain.variance(None) > 0.0) {
+            return Figure::exact(own.variance(None) / plain.variance(None));
+        }
+        jackknife(own.seeds(), |without| {
+            (own.variance(without) / plain.variance(without)).ln()
+        })
+        .figure()
+        .exp()
+    }
+
+    fn points(&self, squared_bias: f64) -> Vec<Point> {
+        let point = |(look, (spp, relmse)): (usize, &(u32, Spread))| {
+            let seconds: Vec<f64> = self.runs.iter().map(|run| run.looks[look].seconds).collect();
+            let error = variance_figure(&self.curves.error.points[look].1);
+            let spread = variance_figure(relmse);
+            let root = |x: f64| x.max(0.0).sqrt();
+            Point {
+                spp: *spp,
+                seconds: median(&seconds),
+                relmse: Figure {
+                    value: spread.value + squared_bias,
+                    low: spread.low + squared_bias,
+                    high: spread.high + squared_bias,
+                },
+                error: Figure {
+                    value: root(error.value),
+                    low: root(error.low),
+                    high: root(error.high),
+                },
+            }
+        };
+        self.curves.relmse.points.iter().enumerate().map(point).collect()
+    }
+
+    fn by_error(&self, last: u32) -> Option<ByError> {
+        let law = self.curves.error.law(None)?;
+        let here = self.curves.error.points.last()?.1.variance(None);
+        Some(ByError(Power::through((f64::from(last), here), law.slope)))
+    }
+}
+
+fn exactly(value: f64) -> Estimate {
+    Estimate {
+        value,
+        stderr: 0.0,
+        dof: f64::INFINITY,
+    }
+}

@@ -1,0 +1,139 @@
+//! How a budget is spent: an eighth on finding out what things cost, a quarter on the reference, half on the rounds, the rest
+//! on pictures and the page.
+
+use std::time::Instant;
+
+use super::knobs::Variant;
+use super::measure::{self, Effort};
+use crate::pipeline::SetupError;
+use crate::scene::{FilmSize, Scene};
+use crate::study::verify::Watch;
+use crate::study::verify::blocks::shrink;
+
+/// Rounds at least: fewer seeds say too little of their own spread.
+pub const LEAST_ROUNDS: usize = 8;
+
+/// More than this teaches little more.
+pub const MOST_ROUNDS: usize = 24;
+
+/// The share of the budget for the reference.
+pub const FOR_REFERENCE: f64 = 0.25;
+
+/// The share for rounds.
+pub const FOR_ROUNDS: f64 = 0.55;
+
+/// The film is this large at most: 192 x 128, where many pictures are compared in no time.
+const MOST_PIXELS: f64 = 24_576.0;
+
+/// And no smaller, or a picture is none: 48 x 32.
+const LEAST_PIXELS: f64 = 1_536.0;
+
+/// Samples a pixel at the last look.
+const LEAST_SPP: u32 = 16;
+const MOST_SPP: u32 = 4096;
+
+/// Samples a pixel that are worth a larger film.
+const GOOD_SPP: f64 = 256.0;
+
+/// What a render of a variant takes.
+#[derive(Clone, Copy, Debug)]
+pub struct Cost {
+    /// Seconds before the first pass.
+    pub setup_s: f64,
+    /// Seconds of a sample of one pixel.
+    pub sample_s: f64,
+}
+
+/// Measures what each variant takes, on a small film.
+///
+/// # Errors
+/// Where a render cannot start.
+pub fn costs(
+    scene: &Scene,
+    variants: &[Variant],
+    film: FilmSize,
+    seconds: f64,
+    watch: &dyn Watch,
+) -> Result<Vec<Cost>, SetupError> {
+    let film = shrink(film, 4096.0);
+    let pixels = f64::from(film.width) * f64::from(film.height);
+    let each = seconds / variants.len() as f64;
+    let one = |variant: &Variant| {
+        let mut spp = 4;
+        loop {
+            let effort = Effort {
+                film,
+                looks: vec![spp / 4, spp],
+                rounds: 1,
+                seed: 0,
+            };
+            let started = Instant::now();
+            let run = measure::run(scene, variant, &effort, 0, watch)?;
+            let all = started.elapsed().as_secs_f64();
+            if all * 4.0 > each || spp >= 1024 || watch.stopped() {
+                let rendering = run.looks[1].seconds;
+                return Ok(Cost {
+                    setup_s: (all - rendering).max(0.0),
+                    sample_s: run.pass_seconds() / pixels,
+                });
+            }
+            spp *= 4;
+        }
+    };
+    variants.iter().map(one).collect()
+}
+
+/// What fits into so many seconds of rounds: a film that leaves each pixel a good number of samples, then as many samples as
+/// there is time for.
+pub fn effort(costs: &[Cost], film: FilmSize, seconds: f64, seed: u32) -> Effort {
+    let setup: f64 = costs.iter().map(|cost| cost.setup_s).sum();
+    let sample: f64 = costs.iter().map(|cost| cost.sample_s).sum();
+    // What a round may take so that the least number of them fits.
+    let round = (0.9 * seconds / LEAST_ROUNDS as f64 - setup).max(0.01 * seconds);
+    let film = shrink(film, (round / sample / GOOD_SPP).clamp(LEAST_PIXELS, MOST_PIXELS));
+    let pixels = f64::from(film.width) * f64::from(film.height);
+    let most = (round / sample / pixels).clamp(f64::from(LEAST_SPP), f64::from(MOST_SPP)) as u32;
+    let last = 1 << most.ilog2();
+    let looks = [64, 16, 4, 1].into_iter().filter(|part| last / part >= 4);
+    Effort {
+        film,
+        looks: looks.map(|part| last / part).collect(),
+        rounds: LEAST_ROUNDS,
+        seed,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FILM: FilmSize = FilmSize {
+        width: 768,
+        height: 512,
+    };
+
+    #[test]
+    fn what_is_planned_fits_and_looks_ascend() {
+        let fast = Cost {
+            setup_s: 0.002,
+            sample_s: 3e-8,
+        };
+        for (cost, seconds) in [(fast, 30.0), (fast, 2.0), (Cost { sample_s: 3e-6, ..fast }, 30.0)] {
+            let costs = [cost; 12];
+            let effort = effort(&costs, FILM, seconds, 5);
+            let pixels = f64::from(effort.film.width * effort.film.height);
+            assert!((1_000.0..=24_576.0).contains(&pixels), "{effort:?}");
+            assert!(effort.looks.is_sorted() && effort.looks.iter().all(|n| n.is_power_of_two()));
+            let last = *effort.looks.last().unwrap();
+            let takes = 8.0 * 12.0 * (cost.setup_s + f64::from(last) * pixels * cost.sample_s);
+            assert!(
+                takes < seconds || last == LEAST_SPP,
+                "{takes} s of {seconds}: {effort:?}"
+            );
+            assert!(
+                takes > 0.3 * seconds || last == MOST_SPP,
+                "{takes} s of {seconds}: {effort:?}"
+            );
+        }
+    }
+}

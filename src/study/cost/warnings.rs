@@ -1,0 +1,62 @@
+//! What makes a study less certain, in sentences.
+
+use super::Study;
+use super::price::Verdict;
+
+/// A render shorter than this says little: timers, threads and caches take part.
+const SHORT: f64 = 0.005;
+
+/// Times of the same work that differ by more than this are not those of a quiet machine.
+const SPREAD: f64 = 0.05;
+
+/// All that applies. `load` is the load average before the study.
+pub fn of(study: &Study, load: Option<f64>) -> Vec<String> {
+    let mut found = Vec::new();
+    if let Some(load) = load.filter(|&load| load > 1.0) {
+        found.push(format!(
+            "The machine was busy before the study began: load {load:.1}. Close other programs and run it again."
+        ));
+    }
+    if let Some(price) = study.prices.first()
+        && let Some(last) = price.points.last()
+    {
+        if last.seconds.value < SHORT {
+            found.push(format!(
+                "Renders are short: the defaults took {:.1} ms at {} samples a pixel. A larger --budget makes them longer.",
+                last.seconds.value * 1e3,
+                last.spp
+            ));
+        }
+        let own = study.reference.relmse;
+        if own > 0.1 * last.relmse.value {
+            found.push(format!(
+                "The reference's own relMSE of {own:.1e} is more than a tenth of the smallest error of the defaults. Errors here \
+                 come from the spread over seeds and do not depend on it; the bias of the defaults does, and its interval says so."
+            ));
+        }
+    }
+    let wide: Vec<String> = study
+        .prices
+        .iter()
+        .filter_map(|price| {
+            let spread = price.pass_seconds.reach() / price.pass_seconds.value;
+            (spread > SPREAD).then(|| format!("{} ±{:.0} %", price.label, spread * 100.0))
+        })
+        .collect();
+    if !wide.is_empty() {
+        found.push(format!(
+            "Times of a pass are known to no better than: {}. Something else was using the processor.",
+            wide.join(", ")
+        ));
+    }
+    if study
+        .prices
+        .first()
+        .is_some_and(|price| price.verdict == Verdict::Harmful)
+    {
+        found.push(
+            "The defaults and the oracle disagree: run `octolux verify` on this scene, and report it.".to_owned(),
+        );
+    }
+    found
+}

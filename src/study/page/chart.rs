@@ -1,0 +1,336 @@
+//! Error against time, log-log, as SVG by plotters.
+//!
+//! Drawn at [`FINE`] times its size, as plotters places everything on whole pixels.
+
+use plotters::coord::types::RangedCoordf64;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+use super::theme::{self, Role};
+use super::words;
+use crate::study::cost::price::Price;
+
+/// Steps a pixel.
+const FINE: i32 = 8;
+
+/// How a chart is laid out, in pixels.
+#[derive(Clone, Copy, Debug)]
+pub struct Layout {
+    /// Of the whole drawing.
+    pub width: i32,
+    /// Of the whole drawing.
+    pub height: i32,
+    /// For the names at the ends of the lines.
+    pub right: i32,
+    /// Of all words.
+    pub font: i32,
+    /// There is room for figures behind the names.
+    pub figures: bool,
+}
+
+/// What a chart is about, and so what stands behind the names of its lines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum About {
+    /// Different noise: the slope of each curve, and its band.
+    Noise,
+    /// The same noise in other times: the time of a pass over that of the defaults. One band is that of all.
+    Time,
+}
+
+/// For a screen on a desk, and for a README.
+pub const DESK: Layout = Layout {
+    width: 960,
+    height: 520,
+    right: 232,
+    font: 15,
+    figures: true,
+};
+
+/// For a phone.
+pub const PHONE: Layout = Layout {
+    width: 360,
+    height: 400,
+    right: 100,
+    font: 13,
+    figures: false,
+};
+
+type Failure = Box<dyn std::error::Error>;
+type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
+/// Logarithms of seconds and of relMSE.
+type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+
+/// Draws the curves of some settings, the defaults first.
+///
+/// # Errors
+/// None that is known: it draws into memory.
+pub fn draw(prices: &[&Price], layout: Layout, about: About) -> Result<String, Failure> {
+    let mut svg = String::new();
+    let size = ((layout.width * FINE) as u32, (layout.height * FINE) as u32);
+    {
+        let root = SVGBackend::with_string(&mut svg, size).into_drawing_area();
+        let (x, y) = ranges(prices);
+        let left = 4 * layout.font;
+        let mut chart = ChartBuilder::on(&root)
+            .margin_top(layout.font * FINE)
+            .margin_right(layout.right * FINE)
+            .margin_left(left * FINE)
+            .margin_bottom(4 * layout.font * FINE)
+            .build_cartesian_2d(x.0..x.1, y.0..y.1)?;
+        grid(&root, &mut chart, layout, x, y)?;
+        let plain = monte_carlo(prices, x, y);
+        if let Some(ends) = plain {
+            let style = Role::Soft.color().stroke_width((3 * FINE / 2) as u32);
+            chart.draw_series(DashedLineSeries::new(ends, 7 * FINE, 5 * FINE, style))?;
+        }
+        for (i, price) in prices.iter().enumerate() {
+            curve(&mut chart, price, i, i == 0 || about == About::Noise)?;
+        }
+        names(&root, &chart, prices, plain.map(|ends| ends[1]), layout, about)?;
+        root.present()?;
+    }
+    let opened = svg.find('>').map_or(0, |end| end + 1);
+    let head = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">",
+        size.0,
+        size.1,
+        about.aloud()
+    );
+    Ok(format!("{head}{}", theme::paint(&svg[opened..])))
+}
+
+impl About {
+    /// What is read out where nobody sees.
+    fn aloud(self) -> &'static str {
+        match self {
+            Self::Noise => "relMSE against time, a line for each way of sampling",
+            Self::Time => "relMSE against time, a line for each way of computing the same picture",
+        }
+    }
+}
+
+/// The same as a file of its own, on its own ground.
+pub fn alone(svg: &str) -> String {
+    let opened = svg.find('>').map_or(0, |end| end + 1);
+    format!(
+        "{}<style>{}</style><rect width=\"100%\" height=\"100%\" fill=\"var(--paper)\"/>{}",
+        &svg[..opened],
+        theme::CSS,
+        &svg[opened..]
+    )
+}
+
+/// The logarithm to base 10 of what can be drawn.
+fn log(value: f64) -> f64 {
+    value.max(1e-300).log10()
+}
+
+/// Logarithms of both axes, with a little room around all points.
+fn ranges(prices: &[&Price]) -> ((f64, f64), (f64, f64)) {
+    let points = || {
+        prices
+            .iter()
+            .flat_map(|price| &price.points)
+            .filter(|point| point.relmse.value > 0.0)
+    };
+    let around = |values: &mut dyn Iterator<Item = f64>| {
+        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+            (low.min(v), high.max(v))
+        });
+        if low > high {
+            (-1.0, 1.0)
+        } else {
+            (low - 0.15, high + 0.15)
+        }
+    };
+    let x = around(&mut points().map(|point| log(point.seconds.value)));
+    let y = around(&mut points().map(|point| log(point.relmse.value)));
+    (x, y)
+}
+
+fn text_style(layout: Layout, role: Role, pos: Pos) -> TextStyle<'static> {
+    // plotters divides by 1.24.
+    let size = f64::from(layout.font * FINE) * 1.24;
+    let plain = TextStyle::from(("system-ui, sans-serif", size).into_font()).pos(pos);
+    TextStyle {
+        color: role.color().to_backend_color(),
+        ..plain
+    }
+}
+
+/// Lines and words at every power of ten, and at 2 and 5 times it where there are few.
+fn ticks((low, high): (f64, f64)) -> Vec<f64> {
+    let mut all: Vec<f64> = (low.ceil() as i32..=high.floor() as i32).map(f64::from).collect();
+    if all.len() < 3 {
+        for decade in low.floor() as i32..=high.floor() as i32 {
+            for part in [2.0_f64, 5.0] {
+                let at = f64::from(decade) + part.log10();
+                if (low..=high).contains(&at) {
+                    all.push(at);
+                }
+            }
+        }
+    }
+    all
+}
+
+fn grid(
+    root: &Area<'_>,
+    chart: &mut Chart<'_, '_>,
+    layout: Layout,
+    x: (f64, f64),
+    y: (f64, f64),
+) -> Result<(), Failure> {
+    let line = Role::Grid.color().stroke_width(FINE as u32);
+    let under = text_style(layout, Role::Soft, Pos::new(HPos::Center, VPos::Top));
+    let beside = text_style(layout, Role::Soft, Pos::new(HPos::Right, VPos::Center));
+    for at in ticks(x) {
+        chart.draw_series([PathElement::new(vec![(at, y.0), (at, y.1)], line)])?;
+        let (px, py) = chart.backend_coord(&(at, y.0));
+        let label = words::seconds(10.0_f64.powf(at)).replace(".0 ", " ");
+        root.draw(&Text::new(label, (px, py + layout.font * FINE / 2), under.clone()))?;
+    }
+    for at in ticks(y) {
+        chart.draw_series([PathElement::new(vec![(x.0, at), (x.1, at)], line)])?;
+        let (px, py) = chart.backend_coord(&(x.0, at));
+        let label = if at.fract() == 0.0 && at < -1.5 {
+            format!("10{}", words::superscript(&format!("{at:.0}")))
+        } else {
+            // Shortest form of a number with one digit that counts.
+            let digit = format!("{:.0e}", 10.0_f64.powf(at));
+            digit.parse::<f64>().unwrap_or_default().to_string()
+        };
+        root.draw(&Text::new(label, (px - layout.font * FINE / 2, py), beside.clone()))?;
+    }
+    let title = text_style(layout, Role::Soft, Pos::new(HPos::Center, VPos::Bottom));
+    let (left, bottom) = chart.backend_coord(&(x.0, y.0));
+    let (right, top) = chart.backend_coord(&(x.1, y.1));
+    let below = (layout.height - layout.font / 2) * FINE;
+    let words = if layout.figures {
+        "time of rendering (wall clock)"
+    } else {
+        "time of rendering"
+    };
+    root.draw(&Text::new(words, ((left + right) / 2, below), title.clone()))?;
+    let turned = title
+        .pos(Pos::new(HPos::Center, VPos::Top))
+        .transform(FontTransform::Rotate270);
+    root.draw(&Text::new("relMSE", (0, (bottom + top) / 2), turned))?;
+    Ok(())
+}
+
+/// Where plain Monte Carlo would go from the first point of the defaults, error in inverse proportion to time: both ends of the
+/// line, in logarithms.
+fn monte_carlo(prices: &[&Price], x: (f64, f64), y: (f64, f64)) -> Option<[(f64, f64); 2]> {
+    let first = prices.first()?.points.iter().find(|point| point.relmse.value > 0.0)?;
+    let sum = log(first.seconds.value) + log(first.relmse.value);
+    Some([x.0.max(sum - y.1), x.1.min(sum - y.0)].map(|x| (x, sum - x)))
+}
+
+/// The band of 95 %, the line, and a marker at each point.
+fn curve(chart: &mut Chart<'_, '_>, price: &Price, i: usize, with_band: bool) -> Result<(), Failure> {
+    let color = Role::Series(i).color();
+    let points: Vec<_> = price.points.iter().filter(|point| point.relmse.value > 0.0).collect();
+    let at = |error: f64, time: f64| (log(time), log(error));
+    let upper = points.iter().map(|p| at(p.relmse.high, p.seconds.value));
+    let lower = points.iter().rev().map(|p| at(p.relmse.low, p.seconds.value));
+    let band: Vec<_> = upper.chain(lower).collect();
+    if with_band {
+        chart.draw_series([Polygon::new(band, color.mix(0.15))])?;
+    }
+    let line: Vec<_> = points.iter().map(|p| at(p.relmse.value, p.seconds.value)).collect();
+    let width = if i == 0 { 3 * FINE } else { 2 * FINE };
+    chart.draw_series([PathElement::new(line.clone(), color.stroke_width(width as u32))])?;
+    marker(chart, &line, i)
+}
+
+/// A shape for each line, so that colour is not all that tells them apart.
+fn marker(chart: &mut Chart<'_, '_>, points: &[(f64, f64)], i: usize) -> Result<(), Failure> {
+    let color = Role::Series(i).color();
+    let (filled, line) = (color.filled(), color.stroke_width((2 * FINE) as u32));
+    let points = points.iter().copied();
+    match i % 4 {
+        0 => chart
+            .draw_series(points.map(|at| Circle::new(at, 4 * FINE, filled)))
+            .map(drop)?,
+        1 => chart
+            .draw_series(points.map(|at| {
+                let side = 4 * FINE;
+                EmptyElement::at(at) + Rectangle::new([(-side, -side), (side, side)], filled)
+            }))
+            .map(drop)?,
+        2 => chart
+            .draw_series(points.map(|at| TriangleMarker::new(at, 6 * FINE, filled)))
+            .map(drop)?,
+        _ => chart
+            .draw_series(points.map(|at| Cross::new(at, 4 * FINE, line)))
+            .map(drop)?,
+    }
+    Ok(())
+}
+
+/// Every line's name at its right end, moved apart where they would touch; also that of plain Monte Carlo, which ends at `plain`.
+fn names(
+    root: &Area<'_>,
+    chart: &Chart<'_, '_>,
+    prices: &[&Price],
+    plain: Option<(f64, f64)>,
+    layout: Layout,
+    about: About,
+) -> Result<(), Failure> {
+    let mut ends: Vec<(Role, String, (i32, i32))> = Vec::new();
+    for (i, price) in prices.iter().enumerate() {
+        if let Some(point) = price.points.iter().rev().find(|point| point.relmse.value > 0.0) {
+            let at = chart.backend_coord(&(log(point.seconds.value), log(point.relmse.value)));
+            ends.push((Role::Series(i), name(price, layout, about), at));
+        }
+    }
+    if let Some(end) = plain {
+        let words = if layout.figures {
+            "plain Monte Carlo  −1"
+        } else {
+            "Monte Carlo"
+        };
+        ends.push((Role::Soft, words.to_owned(), chart.backend_coord(&end)));
+    }
+    ends.sort_by_key(|(_, _, (_, y))| *y);
+    let apart = layout.font * FINE * 13 / 10;
+    let bottom = (layout.height - 4 * layout.font) * FINE;
+    let mut rows: Vec<i32> = ends.iter().map(|(_, _, (_, y))| *y).collect();
+    for k in 1..rows.len() {
+        rows[k] = rows[k].max(rows[k - 1] + apart);
+    }
+    // What went over the bottom pushes the others up again.
+    for k in (0..rows.len()).rev() {
+        let most = rows.get(k + 1).map_or(bottom, |next| next - apart);
+        rows[k] = rows[k].min(most);
+    }
+    let left = (layout.width - layout.right + layout.font) * FINE;
+    for ((role, words, (x, y)), row) in ends.into_iter().zip(rows) {
+        let leader = vec![(x + 7 * FINE, y), (left - 9 * FINE, row), (left - 3 * FINE, row)];
+        root.draw(&PathElement::new(leader, role.color().stroke_width(FINE as u32)))?;
+        let ink = if role == Role::Soft { Role::Soft } else { Role::Ink };
+        let style = text_style(layout, ink, Pos::new(HPos::Left, VPos::Center));
+        root.draw(&Text::new(words, (left, row), style))?;
+    }
+    Ok(())
+}
+
+/// A setting with its figure, where there is room for it.
+fn name(price: &Price, layout: Layout, about: About) -> String {
+    let figure = match (about, price.slope) {
+        _ if !layout.figures => None,
+        (About::Noise, Some(slope)) => {
+            let value = format!("{:.2}", slope.value).replace('-', "−");
+            Some(format!("{value} ± {:.2}", slope.reach()))
+        }
+        (About::Time, _) if !price.variant.knob.is_empty() => {
+            Some(format!("time × {}", words::number(price.time_ratio.value)))
+        }
+        _ => None,
+    };
+    match figure {
+        Some(figure) => format!("{}  {figure}", price.label),
+        None => price.label.clone(),
+    }
+}

@@ -9,7 +9,7 @@ use super::options::{self, Options};
 use super::{CliError, Exit, report};
 use crate::pipeline::{Renderer, Settings};
 use crate::scene::{Bsdf, Effect, EstimatorKind, SamplerKind, Scene, Surface};
-use crate::study::cost::{self, Costs};
+use crate::study::effect_costs::{self, Costs};
 
 /// Say what a scene holds and calls for, and how it would be rendered
 #[derive(clap::Args)]
@@ -38,7 +38,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     let renderer = Renderer::new(&scene, settings).map_err(|error| CliError::setup(&args.scene, &error))?;
     let mut explanation = Explanation::new(&scene, settings, &renderer);
     if args.measure {
-        let costs = cost::measure(&scene, settings).map_err(|error| CliError::setup(&args.scene, &error))?;
+        let costs = effect_costs::measure(&scene, settings).map_err(|error| CliError::setup(&args.scene, &error))?;
         explanation.costs = Some(costs);
     }
     if args.json {

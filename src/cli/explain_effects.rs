@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::pipeline::Renderer;
 use crate::scene::{Effect, Features, Scene, Surface};
-use crate::study::cost::Costs;
+use crate::study::effect_costs::Costs;
 
 /// An effect with its evidence.
 #[derive(Serialize)]

@@ -40,7 +40,7 @@ def parse():
     parser.add_argument("--reference", help=".npy to compare with [default: one by `octolux render --spp 4096`]")
     parser.add_argument("--octolux", help="the program [default: target/release/octolux]")
     parser.add_argument("--python", help="the Python that has mitsuba and numpy [default: this one]")
-    parser.add_argument("--ceiling", help="the C++ yardstick's program: run it too and show its bare calls")
+    parser.add_argument("--ceiling", action="store_true", help="also hold ours against bare calls of Embree: ceiling.py")
     parser.add_argument("--json", metavar="FILE", help="write every figure")
     return parser.parse_args()
 
@@ -162,14 +162,11 @@ def report(title, unit, scale, ours, theirs, better):
     return {"octolux": rows[0], "mitsuba": rows[1], "ratio": ratios}
 
 
-def bare_calls():
-    """The yardstick's own figures for Veach's scene with spheres as user geometry, eight rays a call, one thread."""
-    ended = subprocess.run([ARGS.ceiling, "quick"], capture_output=True, text=True)
-    lines = [line.split(",") for line in ended.stdout.splitlines()]
-    wanted = [f for f in lines if len(f) > 9 and f[0] == "S1" and f[3].startswith("user_geom") and f[5] == "8"]
-    print("\nBare calls by the yardstick (1 thread, 8 wide, spheres as user geometry), million rays a second:")
-    for f in wanted:
-        print(f"  {f[1]:24} {f[4]:10} {f[6]:4} robust={f[7]} {f[9]}")
+def bare_calls(octolux):
+    """What Octolux keeps of Embree's speed on this scene, on one thread."""
+    print("\nAgainst bare calls of Embree for the same rays, packed alike (benches/ceiling.py; 1 thread):\n", flush=True)
+    command = [sys.executable, str(HERE / "ceiling.py"), ARGS.scene, "--octolux", octolux.program]
+    subprocess.run([*command, f"--octolux-option=--lanes={ARGS.lanes}"], check=True)
 
 
 def main():
@@ -212,7 +209,7 @@ def main():
     off = {r.name: statistics.mean(column(side, "mean_off")) for r, side in ((Octolux, ours), (Mitsuba, theirs))}
     print("\nMean against the reference's: " + ", ".join(f"{name} {100 * x:+.3f} %" for name, x in off.items()))
     if ARGS.ceiling:
-        bare_calls()
+        bare_calls(octolux)
     if ARGS.json:
         everything = {"arguments": vars(ARGS), "reference": origin, "mitsuba": mitsuba.about, "load": load,
                       "rounds": rounds, "first_picture_s": first, "mean_off": off, "summary": summary}

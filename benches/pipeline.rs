@@ -12,7 +12,7 @@ mod common;
 use std::collections::BTreeMap;
 
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput};
-use octolux::pipeline::{Renderer, Settings};
+use octolux::pipeline::{Renderer, Settings, widest_lanes};
 use octolux::scene::{EstimatorKind, FilmSize, SamplerKind, Scene};
 use serde_json::{Value, json};
 
@@ -44,7 +44,8 @@ fn renders(c: &mut Criterion, name: &str, numbers: &mut BTreeMap<String, Value>)
     let scene = common::scene(name);
     let mut group = c.benchmark_group(format!("pipeline: {}", scene.name));
     for estimator in EstimatorKind::ALL {
-        for lanes in [8, 1] {
+        // Sixteen only where the processor has them.
+        for lanes in [16, 8, 1].into_iter().filter(|&lanes| lanes <= widest_lanes()) {
             for threads in [1, 2] {
                 let id = BenchmarkId::new(estimator.name(), format!("{lanes} lanes, {threads} threads"));
                 let key = format!(

@@ -5,9 +5,7 @@
 //! time holds loading a packet from columns, the call, and using its answer. One ray a call is not auto-vectorised:
 //! every step calls Embree.
 //!
-//! Our layer against the bare call: the bindings are private, so there is no bare call to measure here. The C++ program
-//! `ceiling` of the design notes makes it on the same camera and a mesh of the same kind; `compare_peers.py --ceiling
-//! PROGRAM` runs it beside a render and shows its figures for eight rays a call.
+//! `benches/ceiling.py` holds whole renders against bare calls for the same rays.
 
 mod common;
 

@@ -59,6 +59,11 @@ impl Tile {
         self.offsets.iter().map(move |[x, y]| [left + x, top + y])
     }
 
+    /// Column and row of each pixel, counted from the first one.
+    pub fn offsets(&self) -> &[[u32; 2]] {
+        &self.offsets
+    }
+
     /// Column and row of its first pixel and of its last.
     pub fn corners(&self) -> [[u32; 2]; 2] {
         let [left, top] = self.corner;

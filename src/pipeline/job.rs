@@ -106,6 +106,7 @@ impl Job<'_> {
             film_width: self.film.width,
             first: range.start,
             passes,
+            order: self.plan.order,
             sum: &mut sum,
             counters: &mut counters,
         };

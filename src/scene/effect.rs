@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 /// One effect. Its place in this list is its bit in [`Effects`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 #[repr(u8)]
 pub enum Effect {

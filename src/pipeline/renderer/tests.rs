@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::*;
+use crate::pipeline::stage::grid::Order;
 
 /// A grey ball as large as the ground below a small lamp: of 70 directions one meets it, so samples of the estimator
 /// `uniform` are rare and large.
@@ -91,5 +92,46 @@ fn allocated_samples_have_the_mean_of_uniform_ones() {
         let biased = z(&means(sampler, 0, Some(own_noise)), &uniform);
         assert!(biased < -10.0, "{sampler:?}: not found out, z = {biased}");
         println!("{sampler:?}: z = {adaptive:.2} adaptive, {biased:.2} biased");
+    }
+}
+
+#[test]
+fn the_order_in_which_samples_make_packets_changes_no_bit() {
+    // A film of whole and cut tiles, several chunks, an odd number of passes.
+    let scene = Scene::parse(SCENE, Path::new("lamp.toml")).unwrap();
+    let render = |order: Order, lanes: usize, adaptive: bool| {
+        let settings = Settings {
+            film: FilmSize { width: 37, height: 19 },
+            estimator: EstimatorKind::Mis,
+            sampler: SamplerKind::Sobol,
+            seed: 3,
+            lanes,
+            accel: Some(AccelKind::Embree),
+            threads: 1,
+        };
+        let mut renderer = Renderer::new(&scene, settings).unwrap();
+        renderer.plan.order = order;
+        if adaptive {
+            while renderer.next_adaptive_block(16) {}
+        } else {
+            while renderer.next_block(27) < 27 {}
+        }
+        let bits = renderer
+            .picture()
+            .pixels
+            .into_iter()
+            .map(|p| p.map(f32::to_bits))
+            .collect::<Vec<_>>();
+        (bits, renderer.counters())
+    };
+    for adaptive in [false, true] {
+        let expected = render(Order::Passes, 1, adaptive);
+        assert!(expected.0.iter().flatten().any(|&bits| bits != 0));
+        for lanes in [1, 8] {
+            assert!(
+                render(Order::Neighbours, lanes, adaptive) == expected,
+                "{lanes} lanes, adaptive: {adaptive}"
+            );
+        }
     }
 }

@@ -1,6 +1,5 @@
 //! Eye rays: through the film, to the first hit, into the hit streams.
 
-use super::grid::lists_samples;
 use super::surface::{Surfaces, has, shading_point, texels};
 use super::{Chunk, Scratch, Stage, pairs};
 use crate::embree::{Coherence, Hit, NO_SPHERE, Ray, TraceLane};
@@ -29,7 +28,7 @@ impl Stage for Blank {
     fn run<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
         let Scratch { grid, hits, .. } = scratch;
         hits.iter_mut().for_each(HitStream::clear);
-        chunk.counters.samples += grid.load(chunk, L::N).1 as u64;
+        chunk.counters.samples += grid.fill(chunk) as u64;
     }
 }
 
@@ -43,23 +42,26 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
         T::face_tile(chunk.world, chunk.tile, set);
     }
     hits.iter_mut().for_each(HitStream::clear);
-    let (length, samples) = grid.load(chunk, L::N);
-    let listed = lists_samples(chunk.tile);
-    // Pass by pass, pixels in tile order. A tile whose size is no multiple of the packet's lets packets straddle passes, so
-    // that only the last packet of a chunk has idle lanes.
+    let samples = grid.fill(chunk);
+    // Where only pixels are listed, a tile whose size is no multiple of the packet's lets packets straddle passes, so that
+    // only the last packet of a chunk has idle lanes. Behind the last sample these stay on its pass: their addresses must
+    // exist too.
+    let (length, listed) = (grid.len(), grid.lists_passes());
+    let [[left, top], _] = chunk.tile.corners();
+    let first_pixel = L::Bits::splat(top.wrapping_mul(chunk.film_width).wrapping_add(left));
+    let (left, top) = (L::splat(left as f32), L::splat(top as f32));
     let (mut at, mut pass) = (0, chunk.first);
     for done in (0..samples).step_by(L::N) {
         let active = L::Mask::first(samples - done);
         let index = L::Bits::load(&grid.index[at..]);
-        let pixel = L::Bits::load(&grid.pixel[at..]);
-        let x = L::load(&grid.x[at..]);
-        let y = L::load(&grid.y[at..]);
+        let pixel = first_pixel + L::Bits::load(&grid.pixel[at..]);
+        let x = left + L::load(&grid.x[at..]);
+        let y = top + L::load(&grid.y[at..]);
         let passes = if listed {
-            L::Bits::load(&grid.pass[at..])
+            L::Bits::splat(chunk.first) + L::Bits::load(&grid.pass[at..])
         } else if at + L::N <= length {
             L::Bits::splat(pass)
         } else {
-            // Idle lanes behind the last sample stay on its pass: their addresses must exist too.
             let last = chunk.first + chunk.passes - 1;
             L::Bits::from_fn(|lane| (pass + ((at + lane) / length) as u32).min(last))
         };

@@ -1,92 +1,144 @@
-//! What eye rays start from: the pixels of a tile, or the samples of a chunk.
+//! In which order the samples of a chunk make packets.
 
 use super::Chunk;
-use crate::film::Tile;
 
-/// What eye packets are loaded from, in columns, repeated behind the end so that any packet is one load: the pixels of a
-/// tile, which serve pass after pass; or where pixels differ in their passes, every sample of a chunk.
+/// The order of a chunk's samples. A pixel's own samples come in the order of their passes in each, so a picture does not
+/// depend on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// Pass by pass, in each the pixels of the tile: packets hold one pass, so mostly one technique.
+    Passes,
+    /// Four neighbouring pixels after the other, each with all its passes: packets are as narrow as they can be. On a mesh
+    /// whose triangles are smaller than pixels the rays of a packet then share most of their way.
+    Neighbours,
+}
+
+/// The most lanes that a packet has: what is listed is repeated so far behind its end, that any packet is one load.
+const LANES: usize = 16;
+
+/// What eye packets are loaded from, in columns, relative to the first pixel of the tile and the first pass of the chunk:
+/// tiles of one shape share it. The pixels of a tile, which serve pass after pass; or where packets mix passes, every
+/// sample of a chunk.
 #[derive(Debug, Default)]
 pub struct Grid {
-    /// Column of the pixel.
     pub x: Vec<f32>,
-    /// Row of the pixel.
     pub y: Vec<f32>,
     /// Where the pixel sums up in its chunk.
     pub index: Vec<u32>,
-    /// Number of the pixel on the film.
+    /// What is to be added to the number of the tile's first pixel on the film.
     pub pixel: Vec<u32>,
-    /// Pass, counted from the block's first; of samples only.
+    /// Of samples only.
     pub pass: Vec<u32>,
+    length: usize,
+    shape: Option<Shape>,
+}
+
+/// What decides the columns where all pixels take part in all passes: columns and rows of the tile, pixels in a row of the
+/// film, and passes if samples are listed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Shape {
+    size: [u32; 2],
+    film_width: u32,
+    passes: Option<u32>,
 }
 
 impl Grid {
-    /// Loads what a chunk needs; returns how many numbers a column holds, and how many samples the chunk has.
-    pub fn load(&mut self, chunk: &Chunk, lanes: usize) -> (usize, usize) {
-        if lists_samples(chunk.tile) {
-            let samples = self.samples(chunk, lanes);
-            (samples, samples)
-        } else {
-            let pixels = self.pixels(chunk.tile, chunk.film_width, lanes);
-            (pixels, pixels * chunk.passes as usize)
-        }
-    }
-
-    /// The pixels of a tile; returns how many.
-    fn pixels(&mut self, tile: &Tile, film_width: u32, lanes: usize) -> usize {
-        self.clear();
-        let indexed = tile.pixels().enumerate();
-        for (index, pixel) in indexed.cycle().take(tile.area() + lanes) {
-            self.push(index, pixel, film_width);
-        }
-        tile.area()
-    }
-
-    /// The samples of a chunk, pass by pass and in each the pixels that take part, in tile order; returns how many.
-    fn samples(&mut self, chunk: &Chunk, lanes: usize) -> usize {
-        self.clear();
-        let (tile, first) = (chunk.tile, chunk.numbers.first());
-        let goals = tile.goals();
-        let takes_part = |index: usize, pass: u32| goals.get(index).is_none_or(|&goal| goal > first + pass);
-        for (index, pixel) in tile.pixels().enumerate() {
-            if takes_part(index, chunk.first) {
-                self.push(index, pixel, chunk.film_width);
+    /// Lists what the packets of a chunk are loaded from; returns the number of its samples.
+    pub fn fill(&mut self, chunk: &Chunk) -> usize {
+        let tile = chunk.tile;
+        let even = tile.goals().is_empty() && !tile.measures_noise();
+        let listed = !even || chunk.order == Order::Neighbours;
+        let [[left, top], [right, bottom]] = tile.corners();
+        let shape = even.then_some(Shape {
+            size: [right - left, bottom - top],
+            film_width: chunk.film_width,
+            passes: listed.then_some(chunk.passes),
+        });
+        if shape.is_none() || self.shape != shape {
+            self.clear();
+            match (chunk.order, listed) {
+                (Order::Neighbours, _) => self.neighbours(chunk),
+                (Order::Passes, true) => self.pass_by_pass(chunk),
+                (Order::Passes, false) => (0..tile.area()).for_each(|at| self.push(chunk, at)),
+            }
+            self.length = self.x.len();
+            self.shape = shape;
+            for at in 0..LANES {
+                let last = self.length - 1;
+                self.repeat(if listed { last } else { at % self.length });
+                if listed {
+                    self.pass.push(self.pass[last]);
+                }
             }
         }
+        if listed {
+            self.length
+        } else {
+            self.length * chunk.passes as usize
+        }
+    }
+
+    /// The number of rows.
+    pub fn len(&self) -> usize {
+        self.length
+    }
+
+    /// Whether samples are listed, each with its pass, and not only pixels.
+    pub fn lists_passes(&self) -> bool {
+        !self.pass.is_empty()
+    }
+
+    /// Pass by pass and in each the pixels that take part, in tile order.
+    fn pass_by_pass(&mut self, chunk: &Chunk) {
+        let pixels = chunk.tile.area();
+        for at in (0..pixels).filter(|&at| takes_part(chunk, at, 0)) {
+            self.push(chunk, at);
+        }
         let mut before = 0..self.x.len();
-        self.pass.resize(before.end, chunk.first);
-        for pass in chunk.first + 1..chunk.first + chunk.passes {
+        self.pass.resize(before.end, 0);
+        for pass in 1..chunk.passes {
             let next = self.x.len();
-            // While noise is measured every pair of passes has a slot of its own.
-            let slot = if tile.measures_noise() && pass % 2 == 0 {
-                tile.area() as u32
-            } else {
-                0
-            };
             if before
                 .clone()
-                .all(|at| goals.is_empty() || takes_part(self.index[at] as usize, pass))
+                .all(|row| takes_part(chunk, self.index[row] as usize % pixels, pass))
             {
                 self.x.extend_from_within(before.clone());
                 self.y.extend_from_within(before.clone());
                 self.pixel.extend_from_within(before.clone());
                 self.index.extend_from_within(before);
-                self.index[next..].iter_mut().for_each(|index| *index += slot);
+                let step = slot(chunk, pass) - slot(chunk, pass - 1);
+                self.index[next..].iter_mut().for_each(|index| *index += step);
             } else {
-                for at in before {
-                    if takes_part(self.index[at] as usize, pass) {
-                        self.repeat(at);
+                for row in before {
+                    if takes_part(chunk, self.index[row] as usize, pass) {
+                        self.repeat(row);
                     }
                 }
             }
             before = next..self.x.len();
             self.pass.resize(before.end, pass);
         }
-        let samples = self.x.len();
-        for _ in 0..lanes {
-            self.repeat(samples - 1);
-            self.pass.push(self.pass[samples - 1]);
+    }
+
+    /// By squares of 2 x 2 pixels along Morton's curve, in each pass by pass.
+    fn neighbours(&mut self, chunk: &Chunk) {
+        let pixels = chunk.tile.offsets();
+        let spread = |x: u32| (x & 1) | (x & 2) << 1 | (x & 4) << 2;
+        let square = |at: &usize| {
+            let [x, y] = pixels[*at];
+            spread(x / 2) | spread(y / 2) << 1
+        };
+        let mut order: Vec<usize> = (0..pixels.len()).collect();
+        order.sort_by_key(square);
+        for four in order.chunk_by(|a, b| square(a) == square(b)) {
+            for pass in 0..chunk.passes {
+                for &at in four.iter().filter(|&&at| takes_part(chunk, at, pass)) {
+                    self.push(chunk, at);
+                    *self.index.last_mut().expect("just pushed") += slot(chunk, pass);
+                    self.pass.push(pass);
+                }
+            }
         }
-        samples
     }
 
     fn clear(&mut self) {
@@ -97,22 +149,33 @@ impl Grid {
         self.pass.clear();
     }
 
-    fn push(&mut self, index: usize, [x, y]: [u32; 2], film_width: u32) {
+    fn push(&mut self, chunk: &Chunk, at: usize) {
+        let [x, y] = chunk.tile.offsets()[at];
         self.x.push(x as f32);
         self.y.push(y as f32);
-        self.index.push(index as u32);
-        self.pixel.push(y.wrapping_mul(film_width).wrapping_add(x));
+        self.index.push(at as u32);
+        self.pixel.push(y.wrapping_mul(chunk.film_width).wrapping_add(x));
     }
 
-    fn repeat(&mut self, at: usize) {
-        self.x.push(self.x[at]);
-        self.y.push(self.y[at]);
-        self.index.push(self.index[at]);
-        self.pixel.push(self.pixel[at]);
+    fn repeat(&mut self, row: usize) {
+        self.x.push(self.x[row]);
+        self.y.push(self.y[row]);
+        self.index.push(self.index[row]);
+        self.pixel.push(self.pixel[row]);
     }
 }
 
-/// Whether pixels of the tile differ in their passes, so that every sample has to be listed.
-pub fn lists_samples(tile: &Tile) -> bool {
-    tile.measures_noise() || !tile.goals().is_empty()
+/// Whether a pixel takes part in a pass of the chunk.
+fn takes_part(chunk: &Chunk, at: usize, pass: u32) -> bool {
+    let pass = chunk.numbers.first() + chunk.first + pass;
+    chunk.tile.goals().get(at).is_none_or(|&goal| goal > pass)
+}
+
+/// What a pass adds to the places of pixels: while noise is measured every pair of passes has sums of its own.
+fn slot(chunk: &Chunk, pass: u32) -> u32 {
+    if chunk.tile.measures_noise() {
+        pass / 2 * chunk.tile.area() as u32
+    } else {
+        0
+    }
 }

@@ -72,6 +72,8 @@ pub struct Chunk<'a> {
     pub first: u32,
     /// Passes.
     pub passes: u32,
+    /// How they make packets.
+    pub order: grid::Order,
     /// Sums of the chunk, slot by slot and in each pixel by pixel of its tile.
     pub sum: &'a mut TileSum,
     /// What was traced.

@@ -171,27 +171,25 @@ fn face<L: Lane>(v: Vec3<L>, towards: Vec3<L>) -> Vec3<L> {
 /// The interpolated normal where the mesh has one, on the side of `ng`; else `ng`.
 #[inline(always)]
 fn smooth_normal<L: Lane>(world: &World, hit: &Hit<L>, surfaces: &Surfaces<L>, ng: Vec3<L>) -> Vec3<L> {
-    let mut normals = [[0.0_f32; 3]; 16];
+    // Loaded first, weighed after: the loads of all lanes wait for memory together.
+    let mut corners = [[0.0_f32; 16]; 9];
     let mut smooth = 0_u32;
     for lane in (hit.found & !surfaces.spheres).lanes() {
-        let Some(mesh) = &world.normals[surfaces.index.lane(lane) as usize] else {
-            continue;
-        };
-        let barycentric = (hit.u.lane(lane), hit.v.lane(lane));
-        let (u, v) = mutate!(barycentric, CornersSwapped => (barycentric.1, barycentric.0));
-        let [a, b, c] = mesh.triangles[hit.primitive.lane(lane) as usize].map(|i| mesh.normals[i as usize]);
-        let w = 1.0 - u - v;
-        normals[lane] = std::array::from_fn(|k| w * a[k] + u * b[k] + v * c[k]);
-        smooth |= 1 << lane;
+        if let Some(normals) = &world.normals[surfaces.index.lane(lane) as usize] {
+            let triangle = normals[hit.primitive.lane(lane) as usize].as_flattened();
+            for k in 0..9 {
+                corners[k][lane] = triangle[k];
+            }
+            smooth |= 1 << lane;
+        }
     }
     if smooth == 0 {
         return ng;
     }
-    let sum = Vec3::new(
-        L::from_fn(|i| normals[i][0]),
-        L::from_fn(|i| normals[i][1]),
-        L::from_fn(|i| normals[i][2]),
-    );
+    let (u, v) = mutate!((hit.u, hit.v), CornersSwapped => (hit.v, hit.u));
+    let w = L::one() - u - v;
+    let mean = |k: usize| w * L::load(&corners[k]) + u * L::load(&corners[3 + k]) + v * L::load(&corners[6 + k]);
+    let sum = Vec3::new(mean(0), mean(1), mean(2));
     // Opposite normals can cancel; then the triangle's own has to do.
     let usable = L::Mask::from_bitmask(smooth) & sum.length_squared().gt(L::splat(1e-12));
     let normal = sum.normalize();

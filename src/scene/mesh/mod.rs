@@ -59,7 +59,7 @@ pub(super) fn read(files: &Files, name: &str, textured: bool) -> Result<RawMesh,
     let bytes = files.bytes("mesh file", name)?;
     let raw = match ending.as_str() {
         "obj" => obj::read(&bytes, textured),
-        "ply" => ply::read(&bytes),
+        "ply" => ply::read(&bytes, textured),
         _ => gltf::read(&bytes, &|buffer| files.bytes("buffer", &beside(name, buffer))),
     };
     let raw = raw.and_then(|raw| clean::check(&raw).map(|()| raw));

@@ -14,8 +14,11 @@ const UVS: [[&str; 2]; 3] = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]]
 
 const DAMAGED: &str = "the file is damaged or cut short: save or fetch it again";
 
-/// Reads the `vertex` and `face` elements of a PLY file; other elements and properties are skipped.
-pub fn read(bytes: &[u8]) -> Result<RawMesh, Problem> {
+/// Elements that are read at a time: the parser's own take six times the memory of what is kept of them.
+const PORTION: usize = 1 << 14;
+
+/// Reads the `vertex` and `face` elements of a PLY file, with texture coordinates only where it is `textured`; other elements and properties are skipped.
+pub fn read(bytes: &[u8], textured: bool) -> Result<RawMesh, Problem> {
     let mut reader = Reader::new(bytes);
     let parser = Parser::<Element>::new();
     let header = parser
@@ -25,38 +28,56 @@ pub fn read(bytes: &[u8]) -> Result<RawMesh, Problem> {
 
     let mut raw = RawMesh::default();
     for element in header.elements.values() {
-        let items = parser.read_payload_for_element(&mut reader, element, &header);
-        let items = items.map_err(|error| payload_problem(&error, element, &header))?;
-        match element.name.as_str() {
-            "vertex" => {
-                raw.vertices = items.iter().map(|item| item.position).collect();
-                let has_normals = ["nx", "ny", "nz"]
-                    .iter()
-                    .all(|key| element.properties.contains_key(*key));
-                let has_uvs = UVS
-                    .iter()
-                    .any(|pair| pair.iter().all(|key| element.properties.contains_key(*key)));
-                raw.uvs = has_uvs.then(|| items.iter().map(|item| item.uv).collect());
-                raw.normals = has_normals.then(|| items.iter().map(|item| item.normal).collect());
-            }
-            "face" => {
-                for (index, item) in items.iter().enumerate() {
-                    if item.corners.len() < 3 {
-                        let what = format!("has a face with {} corners: face {index}", item.corners.len());
-                        return Err(Problem::new(what, "a face needs at least 3 corners"));
-                    }
-                    // A negative index becomes one that no file can hold; the check of all indices reports it.
-                    let corners = item
-                        .corners
-                        .iter()
-                        .map(|&corner| u32::try_from(corner).unwrap_or(u32::MAX));
-                    raw.triangles.extend(fan(&corners.collect::<Vec<_>>()));
-                }
-            }
-            _ => {}
+        let has = |keys: &[&str]| keys.iter().all(|key| element.properties.contains_key(*key));
+        raw.normals = match element.name.as_str() {
+            "vertex" => has(&["nx", "ny", "nz"]).then(Vec::new),
+            _ => raw.normals,
+        };
+        raw.uvs = match element.name.as_str() {
+            "vertex" if textured => UVS.iter().any(|pair| has(pair)).then(Vec::new),
+            _ => raw.uvs,
+        };
+        let mut portion = element.clone();
+        for first in (0..element.count).step_by(PORTION) {
+            portion.count = PORTION.min(element.count - first);
+            let items = parser.read_payload_for_element(&mut reader, &portion, &header);
+            let items = items.map_err(|error| payload_problem(&error, element, &header))?;
+            keep(&mut raw, &items, &element.name, first)?;
         }
     }
     Ok(raw)
+}
+
+/// Adds the elements `first..` of a file.
+fn keep(raw: &mut RawMesh, items: &[Element], name: &str, first: usize) -> Result<(), Problem> {
+    match name {
+        "vertex" => {
+            raw.vertices.extend(items.iter().map(|item| item.position));
+            if let Some(normals) = &mut raw.normals {
+                normals.extend(items.iter().map(|item| item.normal));
+            }
+            if let Some(uvs) = &mut raw.uvs {
+                uvs.extend(items.iter().map(|item| item.uv));
+            }
+        }
+        "face" => {
+            for (index, item) in items.iter().enumerate() {
+                if item.corners.len() < 3 {
+                    let face = first + index;
+                    let what = format!("has a face with {} corners: face {face}", item.corners.len());
+                    return Err(Problem::new(what, "a face needs at least 3 corners"));
+                }
+                // A negative index becomes one that no file can hold; the check of all indices reports it.
+                let corners = item
+                    .corners
+                    .iter()
+                    .map(|&corner| u32::try_from(corner).unwrap_or(u32::MAX));
+                raw.triangles.extend(fan(&corners.collect::<Vec<_>>()));
+            }
+        }
+        _ => {}
+    }
+    Ok(())
 }
 
 /// Whether the header describes a mesh, and one that `length` bytes can hold: nothing is allocated on its word alone.
@@ -238,7 +259,7 @@ mod tests {
             "ply\nformat ascii 1.0\ncomment by hand\n{HEADER}0 0 0 1\n1.5 0 0 1\n1.5 2.25 -3 1\n0 2.25 -3 1\n\
              4 0 1 2 3 0.5\n3 2 1 0 0.5"
         );
-        expected(&read(text.as_bytes()).unwrap());
+        expected(&read(text.as_bytes(), false).unwrap());
     }
 
     #[test]
@@ -267,12 +288,41 @@ mod tests {
                 corners.iter().for_each(|corner| put(&corner.to_be_bytes()));
                 put(&0.5_f32.to_be_bytes());
             }
-            expected(&read(&bytes).unwrap());
+            expected(&read(&bytes, false).unwrap());
             // Any cut is an error, never a smaller mesh.
             for end in 0..bytes.len() {
-                assert!(read(&bytes[..end]).is_err(), "cut at {end}");
+                assert!(read(&bytes[..end], false).is_err(), "cut at {end}");
             }
         }
+    }
+
+    #[test]
+    fn portions_of_a_long_file_follow_each_other() {
+        let count = PORTION + 3;
+        let mut text = format!(
+            "ply\nformat ascii 1.0\nelement vertex {count}\nproperty float x\nproperty float y\nproperty float z\n\
+             element face {count}\nproperty list uchar uint vertex_index\nend_header\n"
+        );
+        (0..count).for_each(|i| text += &format!("{i} 0 1\n"));
+        (0..count).for_each(|i| text += &format!("3 0 1 {i}\n"));
+        let raw = read(text.as_bytes(), false).unwrap();
+        let numbers = 0..count as u32;
+        assert!(raw.vertices.iter().map(|v| v.x as u32).eq(numbers.clone()));
+        assert!(raw.triangles.iter().map(|t| t[2]).eq(numbers));
+
+        // Faces and lines are counted through.
+        let last = text.trim_end().rfind('\n').unwrap() + 1;
+        let error = |end: &str| {
+            read(format!("{}{end}\n", &text[..last]).as_bytes(), false)
+                .unwrap_err()
+                .what
+        };
+        assert_eq!(error("2 0 1"), format!("has a face with 2 corners: face {}", count - 1));
+        let line = 9 + 2 * count;
+        assert_eq!(
+            error("3 0 1 x"),
+            format!("has a `face` element that cannot be read in line {line}")
+        );
     }
 
     #[test]
@@ -281,7 +331,7 @@ mod tests {
             property float nx\nproperty float ny\nproperty float nz\nelement face 1\n\
             property list uchar uint vertex_index\nend_header\n0 0 0 0 0 1\n1 0 0 0 1 0\n0 1 0 1 0 0\n3 0 1 2\n";
         assert_eq!(
-            read(text.as_bytes()).unwrap().normals.unwrap(),
+            read(text.as_bytes(), false).unwrap().normals.unwrap(),
             [DVec3::Z, DVec3::Y, DVec3::X]
         );
     }
@@ -294,14 +344,19 @@ mod tests {
                     "ply\nformat {encoding} 1.0\nelement vertex {vertices}\nproperty float x\nproperty float y\n\
                      property float z\nelement face 1\nproperty list uint uint vertex_indices\nend_header\n"
                 );
-                assert!(read(text.as_bytes()).unwrap_err().what.starts_with("is cut short"));
+                assert!(
+                    read(text.as_bytes(), false)
+                        .unwrap_err()
+                        .what
+                        .starts_with("is cut short")
+                );
             }
             // An element without properties takes no bytes: its count is not believed either.
             let text = format!(
                 "ply\nformat {encoding} 1.0\nelement thing 4000000000\nelement vertex 0\nproperty float x\n\
                  property float y\nproperty float z\nelement face 0\nend_header\n"
             );
-            assert!(read(text.as_bytes()).is_err());
+            assert!(read(text.as_bytes(), false).is_err());
         }
     }
 }

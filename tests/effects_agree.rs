@@ -50,3 +50,8 @@ fn backs_of_one_sided_surfaces_are_black_and_still_in_the_way() {
 fn textures_show_what_the_oracle_sees_in_them() {
     agrees("textures.toml", "agree-textures");
 }
+
+#[test]
+fn all_effects_at_once_are_what_the_oracle_sees() {
+    agrees("still-life.toml", "agree-still-life");
+}

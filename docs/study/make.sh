@@ -4,6 +4,7 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 cargo build --release
 octolux=${CARGO_TARGET_DIR:-target}/release/octolux
+mkdir -p target/study
 for scene in veach-mis knot many-spheres; do
   "$octolux" study "scenes/$scene.toml" -o "target/study/$scene" --budget 60s
   mkdir -p "docs/study/$scene"

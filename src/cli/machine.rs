@@ -17,11 +17,6 @@ pub fn peak_rss_bytes() -> Option<u64> {
     kib("/proc/self/status", "VmHWM:")
 }
 
-/// Memory that can be taken without swapping, in bytes; `None` where the system does not say.
-pub fn available_bytes() -> Option<u64> {
-    kib("/proc/meminfo", "MemAvailable:")
-}
-
 /// Processes that ran or waited to run, on average over the last minute; `None` where the system does not say.
 pub fn load() -> Option<f64> {
     fs::read_to_string("/proc/loadavg")

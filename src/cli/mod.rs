@@ -3,14 +3,17 @@
 //! Standard output carries data, standard error the rest. Exit codes: 0 well, 2 bad usage or a bad scene, 1 anything
 //! else, 130 interrupted.
 
+mod batch;
 mod build;
 mod compare;
+mod done;
 mod error;
 mod explain;
 mod explain_effects;
 mod interrupt;
 mod looker;
 mod machine;
+mod manifest;
 mod merge;
 mod options;
 mod outputs;
@@ -63,6 +66,8 @@ struct Cli {
 enum Command {
     /// Render scenes to pictures
     Render(render::Args),
+    /// Render the pictures that a manifest names and that are not there yet
+    Batch(batch::Args),
     /// Add up the parts that shards of one render have written
     Merge(merge::Args),
     /// Say which shards of a render are there, and which are missing
@@ -84,6 +89,7 @@ pub fn main() -> ExitCode {
     // clap prints its own errors, to standard error with exit code 2 (help and version: standard output, 0).
     let outcome = match Cli::parse().command {
         Command::Render(args) => render::run(&args),
+        Command::Batch(args) => batch::run(&args),
         Command::Merge(args) => merge::run(&args),
         Command::Shards(args) => shards::run(&args),
         Command::Explain(args) => explain::run(&args),

@@ -2,10 +2,10 @@
 
 use clap::builder::RangedU64ValueParser;
 
+use super::CliError;
 use super::reading::Reading;
-use super::{CliError, machine};
 use crate::pipeline::{Settings, widest_lanes};
-use crate::scene::{Effect, EstimatorKind, FilmSize, SamplerKind, Scene};
+use crate::scene::{Effect, EstimatorKind, FilmSize, SamplerKind, Scene, available_memory};
 use crate::settings::AccelKind;
 
 /// Passes where neither the command line nor the scene says.
@@ -21,8 +21,8 @@ const MOST_ERROR: f64 = 100.0;
 /// The longest side of a picture in pixels, as in scene files.
 const LONGEST_SIDE: u32 = 65_536;
 
-/// What a pixel takes while it is rendered, as scene files are judged: sums in `f64` and the picture itself.
-const BYTES_PER_PIXEL: u64 = 64;
+/// The least that a pixel takes while it is rendered, as scene files are judged.
+const BYTES_PER_PIXEL: u64 = 40;
 
 /// Each overrides the scene's own `[render]` and `[film]`.
 #[derive(clap::Args, Clone, Debug)]
@@ -64,7 +64,7 @@ impl Options {
     pub fn settings(&self, scene: &Scene) -> Result<Settings, CliError> {
         if let Some(FilmSize { width, height }) = self.size {
             let bytes = u64::from(width) * u64::from(height) * BYTES_PER_PIXEL;
-            if machine::available_bytes().is_some_and(|free| bytes > free) {
+            if available_memory().is_some_and(|free| bytes > free) {
                 let gib = bytes as f64 / f64::from(1 << 30);
                 let what = format!("--size {width}x{height} needs {gib:.1} GiB of memory, more than is free");
                 return Err(CliError::usage(what).with_help("make the picture smaller, or close other programs"));

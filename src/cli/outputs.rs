@@ -50,7 +50,7 @@ pub fn plan(
     }
     let of_scene = |scene: &PathBuf| of_scene(scene, outputs, stats, checkpoint);
     let targets: Vec<Targets> = scenes.iter().map(of_scene).collect();
-    look(&targets)?;
+    look(targets.iter())?;
     Ok(targets)
 }
 
@@ -58,10 +58,10 @@ pub fn plan(
 ///
 /// # Errors
 /// The first that cannot, or would be written twice.
-pub fn look(targets: &[Targets]) -> Result<(), CliError> {
+pub fn look<'a>(targets: impl Iterator<Item = &'a Targets> + Clone) -> Result<(), CliError> {
     let mut seen = HashSet::new();
     for path in targets
-        .iter()
+        .clone()
         .flat_map(|target| target.pictures.iter().chain(&target.stats).chain(&target.checkpoint))
     {
         if !seen.insert(path) {
@@ -89,7 +89,8 @@ pub fn snapshot(path: &Path, passes: u32) -> PathBuf {
     path.with_file_name(name)
 }
 
-fn of_scene(scene: &Path, outputs: &[PathBuf], stats: Option<&Path>, checkpoint: Option<&Path>) -> Targets {
+/// The files of one scene, names filled in.
+pub fn of_scene(scene: &Path, outputs: &[PathBuf], stats: Option<&Path>, checkpoint: Option<&Path>) -> Targets {
     // A path without a name (`..`) is no scene, which the scene's own error will say.
     let name = scene.file_stem().map_or("scene".into(), |name| name.to_string_lossy());
     let pictures = if outputs.is_empty() {

@@ -1,9 +1,12 @@
 //! One scene to its pictures: set up or taken up again, rendered block by block, written.
 
+mod state;
+
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
+use super::batch::Overall;
 use super::interrupt::Interrupt;
 use super::merge::is_sums;
 use super::outputs::{self, Targets};
@@ -13,10 +16,10 @@ use super::render::Args;
 use super::schedule::Goal;
 use super::stats::{Stats, Times};
 use super::target::{self, Reached};
-use super::{CliError, machine, options, report};
+use super::{CliError, done, options, report};
 use crate::film::{Film, leaf_passes, sums_file, write_picture};
 use crate::pipeline::{Renderer, Settings};
-use crate::scene::Effects;
+use crate::scene::{Effects, available_memory};
 
 /// One scene of a command.
 #[derive(Clone, Copy)]
@@ -25,13 +28,16 @@ pub struct Job<'a> {
     pub targets: &'a Targets,
     pub args: &'a Args,
     pub interrupt: &'a Interrupt,
+    /// What it shares with the other pictures of a batch.
+    pub overall: Option<&'a Overall>,
 }
 
 impl<'a> Job<'a> {
     /// Renders and writes; returns everything that went wrong.
     pub fn run(self) -> Vec<CliError> {
         let mut render = match self.set_up() {
-            Ok(render) => render,
+            Ok(Some(render)) => render,
+            Ok(None) => return Vec::new(),
             Err(error) => return vec![error],
         };
         if let Some(asked) = self.args.target_error {
@@ -47,8 +53,8 @@ impl<'a> Job<'a> {
         render.errors
     }
 
-    /// Loads the scene and builds what its render needs, or takes it up again.
-    fn set_up(self) -> Result<Render<'a>, CliError> {
+    /// Loads the scene and builds what its render needs, or takes it up again; nothing where a batch has it already.
+    fn set_up(self) -> Result<Option<Render<'a>>, CliError> {
         let (args, started) = (self.args, Instant::now());
         let scene = args.options.reading.load(self.path)?;
         let times = Times {
@@ -66,7 +72,11 @@ impl<'a> Job<'a> {
         renderer.begin_at(passes.start);
         self.interrupt.watch(renderer.progress());
         if !args.quiet {
-            scene.notes.iter().for_each(|note| report::note(note));
+            let of = self
+                .overall
+                .map(|_| format!("{}: ", self.path.display()))
+                .unwrap_or_default();
+            scene.notes.iter().for_each(|note| report::note(&format!("{of}{note}")));
         }
         let mut render = Render {
             job: self,
@@ -88,17 +98,23 @@ impl<'a> Job<'a> {
             complete: false,
             errors: Vec::new(),
         };
+        if let Some(overall) = self.overall {
+            if overall.is_done(&render.key(), &self.targets.pictures) {
+                return Ok(None);
+            }
+            overall.watch(render.renderer.progress());
+        }
         if let Some(path) = &self.targets.checkpoint {
             render.resume(path)?;
         }
-        Ok(render)
+        Ok(Some(render))
     }
 
     /// Says before it is tried what would not fit.
     fn announce_memory(self, settings: Settings, passes: u32) -> Result<(), CliError> {
         let passes = if self.args.time.is_some() { 1 } else { passes };
         let needed = Film::bytes(settings.film, passes, self.args.adaptive);
-        let free = machine::available_bytes().unwrap_or(u64::MAX);
+        let free = available_memory().unwrap_or(u64::MAX);
         if needed <= free {
             return Ok(());
         }
@@ -140,8 +156,23 @@ struct Render<'a> {
 }
 
 impl Render<'_> {
+    /// A hash of everything that decides the pictures.
+    fn key(&self) -> String {
+        let args = self.job.args;
+        let more = (
+            &self.record.identity,
+            self.record.shard,
+            [args.time, args.target_error].map(|goal| goal.map(f64::to_bits)),
+            args.exposure.to_bits(),
+        );
+        done::key(&format!("{more:?} {}", args.snapshots))
+    }
+
     /// Shows the way to the goal until it is dropped.
     fn bar(&self) -> Bar {
+        if self.job.overall.is_some() {
+            return Bar::none();
+        }
         let pixels = u64::from(self.settings.film.width) * u64::from(self.settings.film.height);
         let goal = match self.goal {
             Goal::Passes(_) => Goal::Passes(self.passes.end - self.passes.start),
@@ -150,37 +181,10 @@ impl Render<'_> {
         Bar::start(&self.name, goal, pixels, self.renderer.progress(), self.job.args.quiet)
     }
 
-    /// Takes up what the checkpoint holds, if it may and there is one.
-    fn resume(&mut self, path: &Path) -> Result<(), CliError> {
-        if !path.exists() {
-            return Ok(());
-        }
-        if !self.job.args.resume {
-            let what = format!("{}: a checkpoint is there already", path.display());
-            return Err(CliError::usage(what).with_help("--resume goes on from it; or delete it"));
-        }
-        let read = sums_file::read(path).map_err(|error| CliError::bad_path(&error));
-        let (record, film): (Record, Film) = read?;
-        let help = "render with the settings of the checkpoint, or delete it";
-        self.record
-            .expect(&record, path, false)
-            .map_err(|error| error.with_help(help))?;
-        if (&record.passes, record.shard) != (&self.passes, self.record.shard) {
-            let what = format!("{}: belongs to another shard of this render", path.display());
-            return Err(CliError::usage(what).with_help(help));
-        }
-        self.renderer.restore(film, record.counters);
-        self.times.render_s = record.render_s;
-        if !self.job.args.quiet {
-            let share = self.renderer.passes() - self.passes.start;
-            report::note(&format!("{}: going on after {share} passes", path.display()));
-        }
-        Ok(())
-    }
-
     /// Renders replicates until their spread is small enough or a stop.
     fn toward(&mut self, asked: f64) {
-        let (name, quiet, progress) = (self.name.clone(), self.job.args.quiet, self.renderer.progress());
+        let (name, progress) = (self.name.clone(), self.renderer.progress());
+        let quiet = self.job.args.quiet || self.job.overall.is_some();
         let pixels = u64::from(self.settings.film.width) * u64::from(self.settings.film.height);
         let bar = |spp: u32| Bar::start(&name, Goal::Passes(spp), pixels, progress.clone(), quiet);
         self.siblings = target::siblings(&self.renderer, self.settings.seed);
@@ -241,42 +245,6 @@ impl Render<'_> {
         }
     }
 
-    /// When the state is to be kept next; tiles pause then.
-    fn next_checkpoint(&mut self) -> Option<Instant> {
-        let every = Duration::from_secs_f64(self.job.args.every);
-        let due = self.job.targets.checkpoint.as_ref().map(|_| self.saved + every);
-        self.renderer.pause_at(due);
-        due
-    }
-
-    fn save_if_due(&mut self, due: Option<Instant>) {
-        if due.is_some_and(|due| Instant::now() >= due) {
-            self.save();
-        }
-    }
-
-    /// Keeps the state. A disk that is full is no reason to stop: the state before this one still stands.
-    fn save(&mut self) {
-        let Some(path) = &self.job.targets.checkpoint else {
-            return;
-        };
-        if let Err(error) = sums_file::write(path, &self.state(), self.renderer.film()) {
-            report::warning(&error.to_string());
-        }
-        self.saved = Instant::now();
-    }
-
-    /// What a file of the sums says as they stand.
-    fn state(&self) -> Record {
-        let attributes = self.stats().attributes(0.0).settings.into_iter();
-        Record {
-            counters: self.renderer.counters(),
-            render_s: self.times.render_s,
-            attributes: attributes.map(|(name, value)| (name.to_owned(), value)).collect(),
-            ..self.record.clone()
-        }
-    }
-
     /// Writes what `--snapshots` asks for after so many passes.
     fn snapshot(&mut self, passes: u32) {
         if self.job.args.snapshots && passes.is_power_of_two() {
@@ -304,6 +272,9 @@ impl Render<'_> {
         if self.complete {
             self.leave_checkpoint();
         }
+        if let Some(overall) = self.job.overall.filter(|_| self.complete && self.errors.is_empty()) {
+            overall.note(self.key(), &self.job.targets.pictures)?;
+        }
         let stats = self.stats();
         if let Some(path) = &self.job.targets.stats {
             stats.write(path)?;
@@ -327,16 +298,6 @@ impl Render<'_> {
             report::print(&format!("{}\nwrote {files}\n", stats.summary()));
         }
         Ok(())
-    }
-
-    /// Removes the checkpoint of a render that is done, or keeps all of it where its pictures could not be written.
-    fn leave_checkpoint(&mut self) {
-        if !self.errors.is_empty() {
-            self.save();
-        } else if let Some(path) = &self.job.targets.checkpoint {
-            // Where there never was one, there is nothing to remove.
-            let _ = std::fs::remove_file(path);
-        }
     }
 
     /// Writes the picture, or its sums if they are complete, to each path; returns the names of those that stand.

@@ -23,6 +23,27 @@ pub struct Bar(Option<(Sender<()>, JoinHandle<()>)>);
 impl Bar {
     /// Starts to watch a render of `pixels` pixels.
     pub fn start(name: &str, goal: Goal, pixels: u64, progress: Arc<Progress>, quiet: bool) -> Self {
+        let started = Instant::now();
+        let before = [progress.samples(), progress.rays()];
+        Self::watch(name, quiet, move || {
+            let now = Reading {
+                samples: progress.samples(),
+                resumed: before[0],
+                rays: progress.rays() - before[1],
+                seconds: started.elapsed().as_secs_f64(),
+            };
+            let share = now.share(goal, pixels);
+            (share, now.message(goal, pixels, share))
+        })
+    }
+
+    /// No bar.
+    pub fn none() -> Self {
+        Self(None)
+    }
+
+    /// Shows again and again what `look` returns: the share that is done, and words.
+    pub fn watch(name: &str, quiet: bool, look: impl Fn() -> (f64, String) + Send + 'static) -> Self {
         if quiet || !io::stderr().is_terminal() {
             return Self(None);
         }
@@ -38,19 +59,11 @@ impl Bar {
         bar.set_prefix(name.to_owned());
         // A thread of its own, as a block of passes can take minutes.
         let (stop, stopped) = mpsc::channel();
-        let started = Instant::now();
-        let before = [progress.samples(), progress.rays()];
         let ticker = thread::spawn(move || {
             while stopped.recv_timeout(TICK) == Err(RecvTimeoutError::Timeout) {
-                let now = Reading {
-                    samples: progress.samples(),
-                    resumed: before[0],
-                    rays: progress.rays() - before[1],
-                    seconds: started.elapsed().as_secs_f64(),
-                };
-                let share = now.share(goal, pixels);
+                let (share, message) = look();
                 bar.set_position((share * STEPS) as u64);
-                bar.set_message(now.message(goal, pixels, share));
+                bar.set_message(message);
             }
             bar.finish_and_clear();
         });
@@ -108,7 +121,7 @@ impl Reading {
 }
 
 /// `7 s`, `3:05` or `2:03:05`.
-fn clock(seconds: f64) -> String {
+pub fn clock(seconds: f64) -> String {
     let whole = seconds.ceil() as u64;
     let (hours, minutes, rest) = (whole / 3600, whole / 60 % 60, whole % 60);
     match (hours, minutes) {

@@ -121,6 +121,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
             targets,
             args,
             interrupt: &interrupt,
+            overall: None,
         };
         for error in job.run() {
             report::error(&error);

@@ -11,7 +11,7 @@ use super::error::Fault;
 use super::files::{Files, Outside};
 use super::materials::Materials;
 use super::table::Table;
-use super::{Mesh, Scene, SceneError, Sphere, Surface, materials, shapes, view};
+use super::{FilmSize, Mesh, RenderTable, Scene, SceneError, Sphere, Surface, materials, shapes, view};
 
 /// The longest scene file, in bytes. What needs more belongs into a mesh file, which takes a tenth of the room.
 const LONGEST_FILE: u64 = 64 << 20;
@@ -44,6 +44,20 @@ impl Scene {
             SceneError::of_text(path, &text, fault.at(good..good, "the last place that can be read"))
         })?;
         parse(&text, path, outside)
+    }
+
+    /// Reads only `[film]` and `[render]` of a scene file: how much work it will be.
+    ///
+    /// # Errors
+    /// As for [`Scene::load`], as far as it looks.
+    pub fn outline(path: &Path) -> Result<(FilmSize, RenderTable), SceneError> {
+        let text = read(path).map_err(|fault| SceneError::of_file(path, fault))?;
+        let text = String::from_utf8_lossy(&text);
+        let look = || {
+            let tree = DeTable::parse(&text).map_err(|error| syntax(&text, &error))?;
+            view::film_and_render(&Table::root(&text, tree.get_ref(), KEYS)?)
+        };
+        look().map_err(|fault| SceneError::of_text(path, &text, fault))
     }
 
     /// Makes a scene of `text`. Mesh files are looked for beside `path`, which also gives the scene its name.
@@ -96,13 +110,7 @@ fn scene(text: &str, path: &Path, outside: Outside) -> Result<Scene, Fault> {
     };
     let camera = root.get("camera").ok_or_else(no_camera)?;
     let camera = view::camera(&camera.table("[camera]".to_owned(), "camera", view::CAMERA_KEYS)?)?;
-    let no_film = || missing("the scene has no [film]", "add [film] with width and height in pixels");
-    let film = root.get("film").ok_or_else(no_film)?;
-    let film = view::film(&film.table("[film]".to_owned(), "film", view::FILM_KEYS)?)?;
-    let render = match root.get("render") {
-        Some(value) => view::render(&value.table("[render]".to_owned(), "render", view::RENDER_KEYS)?)?,
-        None => Default::default(),
-    };
+    let (film, render) = view::film_and_render(&root)?;
 
     let mut materials = Vec::new();
     if let Some(value) = root.get("materials") {

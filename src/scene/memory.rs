@@ -1,12 +1,37 @@
 //! How much memory may be asked for.
 
-/// Bytes that a program can still take without swapping; `None` where the system does not say.
-pub(super) fn available() -> Option<u64> {
+use std::fs;
+use std::path::Path;
+
+/// Bytes that a program can still take without swapping, in the machine and in the control groups that it is in; `None`
+/// where the system does not say.
+pub fn available() -> Option<u64> {
     // Linux: see proc_meminfo(5). Elsewhere there is no such file, and nothing is checked.
-    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let text = fs::read_to_string("/proc/meminfo").ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
     let kib: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    kib.checked_mul(1024)
+    let groups = fs::read_to_string("/proc/self/cgroup").unwrap_or_default();
+    let group = groups
+        .lines()
+        .find_map(|line| line.strip_prefix("0::/"))
+        .unwrap_or_default();
+    let limits = Path::new("/sys/fs/cgroup").join(group);
+    let limits = limits
+        .ancestors()
+        .take_while(|folder| folder.starts_with("/sys/fs/cgroup"));
+    limits.filter_map(left_in).chain(kib.checked_mul(1024)).min()
+}
+
+/// What the limit of a control group leaves (version 2; cgroups(7)). Cached files give way, so they do not count.
+fn left_in(group: &Path) -> Option<u64> {
+    let number = |name: &str| fs::read_to_string(group.join(name)).ok()?.trim().parse::<u64>().ok();
+    let (limit, used) = (number("memory.max")?, number("memory.current")?);
+    let stat = fs::read_to_string(group.join("memory.stat")).unwrap_or_default();
+    let cached = stat
+        .lines()
+        .find_map(|line| line.strip_prefix("inactive_file ")?.parse().ok())
+        .unwrap_or(0);
+    Some(limit.saturating_sub(used.saturating_sub(cached)))
 }
 
 /// `true` if `bytes` fit into the memory that is free.

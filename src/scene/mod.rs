@@ -35,6 +35,7 @@ pub use effect::{Effect, Effects};
 pub use error::SceneError;
 pub use features::Features;
 pub use files::Outside;
+pub use memory::available as available_memory;
 pub use texture::{Texture, Wrap};
 
 /// A scene whose every value has been checked. Lengths are in the units of the file, in `f64`, not yet made relative

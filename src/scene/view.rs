@@ -18,14 +18,14 @@ pub(super) const CAMERA_KEYS: &[&str] = &[
     "lens_radius",
     "focus_distance",
 ];
-pub(super) const FILM_KEYS: &[&str] = &["width", "height"];
-pub(super) const RENDER_KEYS: &[&str] = &["spp", "estimator", "sampler", "seed"];
+const FILM_KEYS: &[&str] = &["width", "height"];
+const RENDER_KEYS: &[&str] = &["spp", "estimator", "sampler", "seed"];
 
 /// The longest side of a picture, in pixels.
 const LONGEST_SIDE: u32 = 65536;
 
-/// What a pixel takes while it is rendered: sums and squares of three colours in `f64`, and the picture itself.
-const BYTES_PER_PIXEL: u64 = 64;
+/// The least that a pixel takes while it is rendered: sums of three colours in `f64`, and the picture while it is written.
+const BYTES_PER_PIXEL: u64 = 40;
 
 /// Below this sine `up` and the view are parallel: no side of the picture could be told from them.
 const LEAST_SINE: f64 = 1e-9;
@@ -98,7 +98,20 @@ fn lens(table: &Table<'_>, to_target: f64) -> Result<Option<Lens>, Fault> {
     }))
 }
 
-pub(super) fn film(table: &Table<'_>) -> Result<FilmSize, Fault> {
+/// `[film]`, which a scene must have, and `[render]`.
+pub(super) fn film_and_render(root: &Table<'_>) -> Result<(FilmSize, RenderTable), Fault> {
+    let help = "add [film] with width and height in pixels";
+    let no_film = || Fault::new("the scene has no [film]", help).at(0..0, "in this file");
+    let value = root.get("film").ok_or_else(no_film)?;
+    let film = film(&value.table("[film]".to_owned(), "film", FILM_KEYS)?)?;
+    let render = match root.get("render") {
+        Some(value) => render(&value.table("[render]".to_owned(), "render", RENDER_KEYS)?)?,
+        None => RenderTable::default(),
+    };
+    Ok((film, render))
+}
+
+fn film(table: &Table<'_>) -> Result<FilmSize, Fault> {
     let width = table.need("width", "width = 768")?.whole(1, LONGEST_SIDE)?;
     let height = table.need("height", "height = 512")?.whole(1, LONGEST_SIDE)?;
     let bytes = u64::from(width) * u64::from(height) * BYTES_PER_PIXEL;
@@ -110,7 +123,7 @@ pub(super) fn film(table: &Table<'_>) -> Result<FilmSize, Fault> {
     Ok(FilmSize { width, height })
 }
 
-pub(super) fn render(table: &Table<'_>) -> Result<RenderTable, Fault> {
+fn render(table: &Table<'_>) -> Result<RenderTable, Fault> {
     Ok(RenderTable {
         spp: table.get("spp").map(|value| value.whole(1, u32::MAX)).transpose()?,
         estimator: table

@@ -19,9 +19,10 @@ impl octolux::study::verify::Watch for Nobody {
     fn doing(&self, _: f64, _: &str) {}
 }
 
-/// Prices of the default settings, of `independent`, of one lane and of `brdf`, from 12 seeds of up to 64 samples.
+/// Prices of the default settings, of `independent` and of one lane, from 12 seeds of up to 64 samples. The mean of such a picture
+/// is known to 0.03 % with `independent`: a bias of 1 % is far beyond that.
 pub fn prices() -> Vec<Price> {
-    let scene = runs::load("large-lights.toml");
+    let scene = runs::load("tests/two-lights.toml");
     let film = FilmSize { width: 24, height: 16 };
     let settings = runs::settings(film.width, film.height, EstimatorKind::Light);
     let turned = |knob: &'static str, value: &str, choice: Choice| Variant {
@@ -44,11 +45,6 @@ pub fn prices() -> Vec<Price> {
             with(&|c| c.settings.sampler = SamplerKind::Independent),
         ),
         turned("lanes", "1", with(&|c| c.settings.lanes = 1)),
-        turned(
-            "estimator",
-            "brdf",
-            with(&|c| c.settings.estimator = EstimatorKind::Brdf),
-        ),
     ];
     let effort = Effort {
         film,
@@ -74,7 +70,7 @@ pub fn nothing_is_harmful() {
 /// pixels: a ratio of 1.5 is out of reach of chance, the factor of 2 of a forgotten division is not.
 pub fn target_errors_are_those_of_the_mean() {
     use octolux::study::target;
-    let scene = runs::load("large-lights.toml");
+    let scene = runs::load("tests/two-lights.toml");
     let picture = |seed: u32, replicate: usize| {
         let mut settings = runs::settings(24, 16, EstimatorKind::Light);
         settings.seed = target::seed(seed, replicate);

@@ -44,7 +44,7 @@ impl Weights {
 
 /// The spread of a setting by several weights.
 pub struct Curves {
-    /// As relMSE weighs.
+    /// As relMSE weighs, of a typical pair of seeds.
     pub relmse: Curve,
     /// For slopes.
     pub calm: Curve,
@@ -56,7 +56,7 @@ impl Curves {
     /// From the looks of all runs of a setting.
     pub fn new(runs: &Runs, weights: &Weights) -> Self {
         Self {
-            relmse: curve(runs, &weights.relmse),
+            relmse: typical(curve(runs, &weights.relmse)),
             calm: curve(runs, &weights.calm),
             error: curve(runs, &weights.error),
         }
@@ -65,6 +65,14 @@ impl Curves {
     /// How relMSE falls with samples.
     pub fn slope(&self, without: Option<usize>) -> f64 {
         self.calm.law(without).map_or(-1.0, |law| law.slope)
+    }
+}
+
+/// The curve of a typical pair of seeds.
+fn typical(curve: Curve) -> Curve {
+    let points = curve.points.into_iter().map(|(n, spread)| (n, spread.typical()));
+    Curve {
+        points: points.collect(),
     }
 }
 

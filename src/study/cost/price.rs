@@ -58,7 +58,7 @@ pub struct Point {
     pub spp: u32,
     /// Seconds of rendering: median and interval.
     pub seconds: Figure,
-    /// relMSE: spread over seeds, and squared bias where there is one.
+    /// relMSE of a typical render: half the median distance of two seeds, and squared bias where there is one.
     pub relmse: Figure,
     /// The error that `--target-error` means: root of the mean variance of pixels over the mean of the picture.
     pub error: Figure,
@@ -219,7 +219,11 @@ impl Judged<'_> {
             high: -log_cost.low,
         }
         .exp();
-        let harmful = self.bias.is_real(self.alpha, HARMLESS);
+        let same_noise = default || same_bits || self.same_noise();
+        // The same random numbers miss the same light, so that nothing of it is in the difference.
+        let hidden = if same_noise && !default { 0.0 } else { self.bias.hidden };
+        let bias = Bias { hidden, ..self.bias };
+        let harmful = bias.is_real(self.alpha, HARMLESS);
         let verdict = match (default, harmful) {
             (_, true) => Verdict::Harmful,
             (true, _) => Verdict::Default,
@@ -228,7 +232,7 @@ impl Judged<'_> {
             _ => Verdict::Open,
         };
         let squared_bias = if harmful {
-            self.bias.squared.value.max(self.bias.brightness.value.powi(2))
+            bias.squared.value.max(bias.brightness.value.powi(2))
         } else {
             0.0
         };
@@ -239,7 +243,7 @@ impl Judged<'_> {
             label: self.variant.label(),
             arguments: self.variant.arguments(),
             same_bits,
-            same_noise: default || same_bits || self.same_noise(),
+            same_noise,
             points: self.points(squared_bias),
             slope: self.curves.calm.slope().map(Estimate::figure),
             pass_seconds: figure(&Run::pass_seconds),
@@ -255,8 +259,8 @@ impl Judged<'_> {
             },
             speed_up,
             extrapolated: log_samples.value > 0.0 && !same_bits,
-            bias: self.bias.figure(),
-            hidden_bias_below: self.bias.squared.figure().high.max(0.0).sqrt() + self.bias.hidden,
+            bias: bias.figure(),
+            hidden_bias_below: bias.squared.figure().high.max(0.0).sqrt() + bias.hidden,
             bias_equals_noise_at: harmful
                 .then(|| {
                     self.curves

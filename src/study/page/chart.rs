@@ -215,7 +215,11 @@ fn grid(
     let turned = title
         .pos(Pos::new(HPos::Center, VPos::Top))
         .transform(FontTransform::Rotate270);
-    root.draw(&Text::new("relMSE", (0, (bottom + top) / 2), turned))?;
+    root.draw(&Text::new(
+        "relMSE",
+        (layout.font * FINE / 4, (bottom + top) / 2),
+        turned,
+    ))?;
     Ok(())
 }
 

@@ -1,0 +1,153 @@
+//! The manifest of a batch: a TOML file that says which scenes are rendered, how, and where to.
+//!
+//! Its keys are the long options of `octolux render`, and are read by the same parser: what a picture may say is what a
+//! command line may say.
+
+use std::path::{Path, PathBuf};
+
+use clap::Parser;
+use toml::{Table, Value};
+
+use super::outputs::{self, Targets};
+use super::{CliError, render};
+
+/// The longest manifest, in bytes.
+const LONGEST: u64 = 16 << 20;
+
+/// Keys that are not options of `render`.
+const SCENES: [&str; 2] = ["scene", "scenes"];
+
+/// Keys whose values are files, beside the manifest.
+const FILES: [&str; 3] = ["outputs", "stats", "checkpoint"];
+
+/// What the batch decides for all.
+const NOT_HERE: [&str; 4] = ["json", "quiet", "threads", "output"];
+
+/// One picture to render.
+#[derive(Debug)]
+pub struct Wanted {
+    /// As the command line of `render` would say it.
+    pub args: render::Args,
+    /// Its files.
+    pub targets: Targets,
+}
+
+#[derive(Parser)]
+#[command(no_binary_name = true)]
+struct Line {
+    #[command(flatten)]
+    args: render::Args,
+}
+
+/// The pictures of the manifest at `path`, in its order.
+///
+/// # Errors
+/// What is wrong with it; files that could not be written, or would be twice.
+pub fn read(path: &Path) -> Result<Vec<Wanted>, CliError> {
+    let bad = |what: String| CliError::usage(format!("{}: {what}", path.display()));
+    let unreadable = |error: std::io::Error| bad(format!("cannot be read: {error}"));
+    let length = std::fs::metadata(path).map_err(unreadable)?.len();
+    if length > LONGEST {
+        return Err(bad(format!("is larger than {} MiB", LONGEST >> 20)));
+    }
+    let text = std::fs::read_to_string(path).map_err(unreadable)?;
+    let table: Table = text.parse().map_err(|error: toml::de::Error| {
+        let at = error.span().map_or(0, |span| span.start);
+        let line = 1 + text.bytes().take(at).filter(|&byte| byte == b'\n').count();
+        CliError::usage(format!(
+            "{}:{line}: not valid TOML: {}",
+            path.display(),
+            error.message()
+        ))
+    })?;
+    if let Some(key) = table.keys().find(|key| *key != "defaults" && *key != "pictures") {
+        let help = "a manifest has [defaults] and [[pictures]]";
+        return Err(bad(format!("has no key \"{key}\"")).with_help(help));
+    }
+    let none = Table::new();
+    let defaults = table.get("defaults").and_then(Value::as_table).unwrap_or(&none);
+    let pictures = table
+        .get("pictures")
+        .and_then(Value::as_array)
+        .filter(|list| !list.is_empty());
+    let pictures = pictures
+        .ok_or_else(|| bad("has no [[pictures]]".to_owned()).with_help("add [[pictures]] with scene = \"a.toml\""))?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut wanted = Vec::new();
+    for (number, picture) in (1..).zip(pictures) {
+        let entry = picture.as_table().unwrap_or(&none);
+        let of_entry = entry_of(entry, defaults, folder);
+        wanted.extend(of_entry.map_err(|what| bad(format!("[[pictures]] {number}: {what}")))?);
+    }
+    outputs::look(wanted.iter().map(|one| &one.targets))?;
+    Ok(wanted)
+}
+
+fn entry_of(entry: &Table, defaults: &Table, folder: &Path) -> Result<Vec<Wanted>, String> {
+    let mut options = defaults.clone();
+    options.extend(entry.clone());
+    let mut scenes = Vec::new();
+    for key in SCENES {
+        if let Some(value) = options.remove(key) {
+            scenes.extend(texts(key, &value)?);
+        }
+    }
+    if scenes.is_empty() {
+        return Err("names no scene: write scene = \"a.toml\", or scenes = [\"a.toml\", \"b.toml\"]".to_owned());
+    }
+    let mut line = Vec::new();
+    if !options.contains_key("outputs") {
+        line.push(format!("--output={}", folder.join("{name}.exr").display()));
+    }
+    for (key, value) in &options {
+        if NOT_HERE.contains(&key.as_str()) {
+            return Err(format!(
+                "has the key \"{key}\", which is for a command line alone (pictures go to outputs = [...])"
+            ));
+        }
+        let option = if key == "outputs" { "output" } else { key };
+        for text in texts(key, value)? {
+            line.push(match (value, text) {
+                (Value::Boolean(false), _) => continue,
+                (Value::Boolean(true), _) => format!("--{option}"),
+                (_, text) if FILES.contains(&key.as_str()) => format!("--{option}={}", folder.join(text).display()),
+                (_, text) => format!("--{option}={text}"),
+            });
+        }
+    }
+    let one = |scene: String| {
+        let scene = folder.join(scene).display().to_string();
+        let line = line.iter().cloned().chain(["--".to_owned(), scene]);
+        let args = Line::try_parse_from(line)
+            .map_err(|error| first_line(&error.to_string()))?
+            .args;
+        let (stats, checkpoint) = (args.stats.as_deref(), args.checkpoint.as_deref());
+        let targets = outputs::of_scene(&args.scenes[0], &args.outputs, stats, checkpoint);
+        Ok(Wanted { args, targets })
+    };
+    scenes.into_iter().map(one).collect()
+}
+
+/// A value, or each of a list of them, as it would stand on a command line.
+fn texts(key: &str, value: &Value) -> Result<Vec<String>, String> {
+    match value {
+        Value::Array(list) => Ok(list
+            .iter()
+            .map(|value| texts(key, value))
+            .collect::<Result<Vec<_>, _>>()?
+            .concat()),
+        Value::String(text) => Ok(vec![text.clone()]),
+        Value::Integer(_) | Value::Float(_) | Value::Boolean(_) => Ok(vec![value.to_string()]),
+        Value::Datetime(_) | Value::Table(_) => Err(format!("has a value for \"{key}\" that no option takes")),
+    }
+}
+
+fn first_line(text: &str) -> String {
+    let line = text.lines().next().unwrap_or_default();
+    line.strip_prefix("error: ").unwrap_or(line).to_owned()
+}
+
+/// Where a batch notes what is done: `jobs.toml` has `jobs.done.jsonl` beside it.
+pub fn notes_beside(path: &Path) -> PathBuf {
+    path.with_extension("done.jsonl")
+}

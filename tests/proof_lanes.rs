@@ -176,7 +176,6 @@ fn cones_of_lights_give_the_bits_of_one_lane() {
             let mut results = flat(&[cone.axis]);
             results.extend([
                 cone.omc,
-                cone.sine,
                 indicator(cone.inside),
                 t,
                 indicator(cone.contains(t)),

@@ -17,8 +17,8 @@ fn numbers_of_a_sample_are_uniform_and_independent() {
     proof::samplers::numbers_of_a_sample(1 << 16);
 }
 
-/// The coins of two lights, and a coin against the top bits of the numbers that come with it: over groups, over passes
-/// of one group, over the pixels of the first two passes.
+/// A coin against the top bits of the numbers that come with it, and against the coin of another light or, where lights
+/// share it, against a number of that light: over groups, over passes of one group, over the pixels of the first two passes.
 #[test]
 fn coins_are_fair_and_independent_of_each_other_and_of_their_numbers() {
     let mut family = Family::new("coins");
@@ -38,12 +38,18 @@ fn coins_are_fair_and_independent_of_each_other_and_of_their_numbers() {
                     let [pixel, pass, group] = address(i);
                     let toss = |light| block.toss(block.key(Word(pixel)), Word(pass), light, group);
                     let (a, b) = (toss(lights[0]), toss(lights[1]));
-                    let Pair(u, v) = a.pair;
-                    for (count, other) in counts.iter_mut().zip([b.heads, u.0 >> 31 == 1, v.0 >> 31 == 1]) {
+                    let (Pair(u, v), Pair(w, _)) = (a.pair, b.pair);
+                    let other = if block.one_coin() {
+                        assert_eq!(a.heads, b.heads);
+                        w.0 >> 31 == 1
+                    } else {
+                        b.heads
+                    };
+                    for (count, other) in counts.iter_mut().zip([other, u.0 >> 31 == 1, v.0 >> 31 == 1]) {
                         count[2 * usize::from(a.heads) + usize::from(other)] += 1.0;
                     }
                 }
-                for (count, other) in counts.iter().zip(["other coin", "first number", "second number"]) {
+                for (count, other) in counts.iter().zip(["other light", "first number", "second number"]) {
                     let test = chi_square(count, &[f64::from(draws) / 4.0; 4]);
                     let name = kind.name();
                     family.add(

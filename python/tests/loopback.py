@@ -12,7 +12,7 @@ import uuid
 from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import BinaryIO, Self
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 OCTOLUX = os.environ.get("OCTOLUX", str(REPOSITORY / "target/release/octolux"))
@@ -30,8 +30,11 @@ class Place:
         self.folder = Path(tempfile.mkdtemp(prefix="octolux-test-"))
         self.mark = uuid.uuid4().hex
         self.cluster: list[subprocess.Popen[bytes]] = []
+        self._held: BinaryIO | None = None
         self.environment = {**os.environ, MARK: self.mark}
-        self.octolux = self.program("bin", "")
+        os.mkfifo(self.folder / "held")
+        # The shell itself waits: it has no child that could be left over.
+        self.octolux = self.program("bin", 'if [ -e $here/hold ] && [ "$1" = render ]; then read line < $here/held; fi')
 
     def __enter__(self) -> Self:
         """Use it."""
@@ -46,6 +49,8 @@ class Place:
             process.wait()
         for process_id in self.alive():
             os.kill(process_id, signal.SIGKILL)
+        if self._held:
+            self._held.close()
         shutil.rmtree(self.folder)
 
     def program(self, folder: str, before: str) -> Path:
@@ -55,6 +60,17 @@ class Place:
         path.write_text(f'#!/bin/sh\nhere={self.folder}\n{before}\nexec {OCTOLUX} "$@"\n')
         path.chmod(0o755)
         return path
+
+    def hold(self) -> None:
+        """Let renders that start from now on wait for ever: who sees one end knows that it was killed."""
+        (self.folder / "hold").touch()
+
+    def release(self) -> None:
+        """Let them go on."""
+        (self.folder / "hold").unlink()
+        # Open for reading too: it must not wait for readers, nor they for more.
+        self._held = (self.folder / "held").open("r+b", buffering=0)
+        self._held.write(b"\n" * 100)
 
     def start(self, *words: str | Path, program: str | Path | None = None) -> subprocess.Popen[str]:
         """Start `octolux-dask`."""
@@ -105,8 +121,8 @@ class Place:
         self.cluster.append(process)
         return process
 
-    def alive(self, *, command: str = "", parent: int | None = None) -> list[int]:
-        """List the processes that descend from here, by a word of their command or by their parent."""
+    def alive(self, *command: str, parent: int | None = None) -> list[int]:
+        """List the processes that descend from here, by words of their command or by their parent."""
         found = []
         for entry in Path("/proc").iterdir():
             try:
@@ -116,7 +132,7 @@ class Place:
                 state, parent_id = (entry / "stat").read_text().rpartition(")")[2].split()[:2]
             except OSError:  # it has ended meanwhile
                 continue
-            if state != "Z" and (not command or command.encode() in words) and parent in (None, int(parent_id)):
+            if state != "Z" and set(map(str.encode, command)) <= set(words) and parent in (None, int(parent_id)):
                 found.append(int(entry.name))
         return found
 

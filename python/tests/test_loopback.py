@@ -38,10 +38,14 @@ class Loopback(unittest.TestCase):
         started = time.monotonic()
         command = place.start(*COMMAND, "--scheduler", self.scheduler)
         victim = workers[0].pid
-        place.wait_for(lambda: len(place.parts()) >= SHARDS // 4 and place.alive(command="render", parent=victim))
-        renders = place.alive(command="render", parent=victim)
+        place.wait_for(lambda: len(place.parts()) >= SHARDS // 4)
+        place.hold()
+        # The shell is the program that is held.
+        place.wait_for(lambda: all(place.alive("/bin/sh", "render", parent=worker.pid) for worker in workers))
+        renders = place.alive("render", parent=victim)
         os.kill(victim, signal.SIGKILL)
-        place.wait_for(lambda: not set(renders) & set(place.alive()), seconds=2)
+        place.wait_for(lambda: not set(renders) & set(place.alive()), seconds=10)
+        place.release()
         _, said = command.communicate(timeout=120)
         disturbed = time.monotonic() - started
         self.assertEqual(command.returncode, 0, said)
@@ -60,13 +64,16 @@ class Loopback(unittest.TestCase):
         # With a nanny, which is how Dask starts workers by default.
         place.worker(self.scheduler)
         command = place.start(*COMMAND, "--scheduler", self.scheduler)
-        place.wait_for(lambda: len(place.parts()) >= 2 and place.alive(command="render"))
+        place.wait_for(lambda: len(place.parts()) >= 2)
+        place.hold()
+        place.wait_for(lambda: place.alive("/bin/sh", "render"))
         kept = len(place.parts())
         command.kill()
         command.communicate()
-        place.wait_for(lambda: not place.alive(command="render"), seconds=10)
+        place.wait_for(lambda: not place.alive("render"), seconds=10)
         self.assertFalse((place.folder / "many.npy").exists())
 
+        place.release()
         code, said = place.run(*COMMAND, "--scheduler", self.scheduler)
         self.assertEqual(code, 0, said)
         self.assertRegex(said, rf"note: ({kept}|{kept + 1}) of {SHARDS} parts are there already")
@@ -99,7 +106,7 @@ class Loopback(unittest.TestCase):
         self.assertEqual(command.returncode, 1)
         self.assertIn("error: the connection to the scheduler was lost", said)
         self.assertIn("parts are kept in", said)
-        place.wait_for(lambda: not place.alive(command="render"), seconds=30)
+        place.wait_for(lambda: not place.alive("render"), seconds=30)
 
 
 if __name__ == "__main__":

@@ -202,7 +202,7 @@ class Command(unittest.TestCase):
         """By ctrl-c as by SIGTERM, and by both of them in a hurry."""
         for numbers in ([signal.SIGINT], [signal.SIGTERM], [signal.SIGINT, signal.SIGTERM]):
             command = self.place.start(SCENE, "--shards", "8", "--spp", "200000", "-o", "many.npy")
-            self.place.wait_for(lambda: self.place.alive(command="render"))
+            self.place.wait_for(lambda: self.place.alive("render"))
             for number in numbers:
                 command.send_signal(number)
                 time.sleep(0.05)

@@ -23,8 +23,10 @@ mod reading;
 mod record;
 mod reference;
 mod render;
+mod replay;
 mod report;
 mod schedule;
+mod selftest;
 mod shards;
 mod stats;
 mod study;
@@ -80,6 +82,8 @@ enum Command {
     Compare(compare::Args),
     /// Prove on a scene that lanes, threads, estimators and the oracle agree
     Verify(verify::Args),
+    /// Measure the hard cases of direct illumination against their bounds
+    Selftest(selftest::Args),
     /// Show what accuracy costs in time: a page, every run, and the cheapest command line
     Study(study::Args),
 }
@@ -96,6 +100,7 @@ pub fn main() -> ExitCode {
         Command::Reference(args) => reference::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Verify(args) => verify::run(&args),
+        Command::Selftest(args) => selftest::run(&args),
         Command::Study(args) => study::run(&args),
     };
     match outcome {

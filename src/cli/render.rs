@@ -8,7 +8,7 @@ use super::options::{self, Options};
 use super::outputs;
 use super::picture::Job;
 use super::record::Shard;
-use super::{CliError, Exit, report};
+use super::{CliError, Exit, replay, report};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -84,6 +84,11 @@ pub struct Args {
     /// Render a part of the passes, the I-th of N, and write its sums to the one output, which ends in .acc
     #[arg(long, value_name = "I/N", conflicts_with_all = ["time", "adaptive", "snapshots"])]
     pub shard: Option<Shard>,
+    /// Print one sample step by step instead of rendering: its eye ray and hit, and for each light the cone, the direction, its
+    /// density, what it would bring and what is in the way. With --json as one object. Pixels and passes count from 0
+    #[arg(long, value_name = "X,Y,PASS", value_parser = replay::sample,
+          conflicts_with_all = ["outputs", "spp", "time", "adaptive", "snapshots", "stats", "checkpoint", "shard"])]
+    pub replay: Option<[u32; 3]>,
     /// Say nothing but errors
     #[arg(short, long)]
     pub quiet: bool,
@@ -94,6 +99,12 @@ pub struct Args {
 /// # Errors
 /// Only what stops all of them: files that could not be written later on.
 pub fn run(args: &Args) -> Result<Exit, CliError> {
+    if let Some(sample) = args.replay {
+        return match &args.scenes[..] {
+            [path] => replay::run(path, &args.options, sample, args.json),
+            _ => Err(CliError::usage("--replay takes one scene".to_owned())),
+        };
+    }
     if args.shard.is_some() && (args.outputs.len() != 1 || !is_sums(&args.outputs[0])) {
         let what = "--shard writes sums, and needs one output that ends in .acc";
         return Err(

@@ -1,12 +1,14 @@
-//! `light` and `mis`: a direction for every light.
+//! `light` and `mis`: a direction for every light, of its cone; or for `mis` with half a chance one of the BRDF, which all
+//! lights share. It costs as much as that of a cone and mostly meets no light at all: drawn for each light anew it took a third
+//! of the time of shading, and gained nothing, since a direction seldom meets two lights.
 
 use super::ShadingPoint;
 use crate::bsdf::Lobe;
 use crate::lane::{Lane, Mask};
-use crate::light::{Cone, SphereLight};
+use crate::light::{Cone, SphereLight, View};
 use crate::math::elementary::sin_cos_turn;
 use crate::math::{Frame, Vec3};
-use crate::sampling::{Toss, warp};
+use crate::sampling::{Pair, Toss, warp};
 
 /// Which density directions are drawn from.
 pub trait Density {
@@ -51,10 +53,8 @@ pub struct Contribution<L: Lane> {
     pub ld: Vec3<L>,
 }
 
-/// Draws one direction for `light` at each active point and weighs it; `None` where no lane gets light by it.
-///
-/// `toss` gives the random numbers, once they are needed, and which technique a lane takes where the density is an average:
-/// heads the BRDF, tails the cone.
+/// One sample of the density: a direction of the BRDF where the coin shows heads and `D` is an average, else of the cone. What a
+/// render does in two steps, since its packets mostly follow one technique, and lights share the direction of the BRDF.
 #[inline(always)]
 pub fn sample<L: Lane, D: Density>(
     point: &ShadingPoint<L>,
@@ -62,46 +62,92 @@ pub fn sample<L: Lane, D: Density>(
     toss: impl FnOnce() -> Toss<L::Bits>,
     active: L::Mask,
 ) -> Option<Contribution<L>> {
-    let cone = light.cone(point.p);
-    let bsdf = &point.bsdf;
-    let mut active = active & may_contribute(point, &cone);
-    if active.none() {
-        return None;
+    let Toss { heads, pair } = toss();
+    let heads = if D::MIXED { heads } else { L::Mask::splat(false) };
+    let view = light.seen_from(point.p);
+    let tails = active & !heads & may_contribute(point, &view);
+    let tails = by_cone::<L, D>(point, light, &view, pair, tails);
+    let heads = active & heads & light.may_meet(point.p, along_lobe(point, pair));
+    let heads = by_brdf::<L, D>(point, light, along_lobe(point, pair), heads);
+    match (tails, heads) {
+        (Some(a), Some(b)) => Some(Contribution {
+            active: a.active | b.active,
+            wi: Vec3::select(b.active, b.wi, a.wi),
+            distance: L::select(b.active, b.distance, a.distance),
+            ld: a.ld + b.ld,
+        }),
+        (a, b) => a.or(b),
     }
+}
 
-    // Both techniques are "a direction at 1 - cos = t about an axis". Where a packet mixes them, lanes differ by selections.
-    let toss = toss();
-    let (u, v) = toss.pair.unit::<L>();
-    let by_brdf = if D::MIXED {
-        mutate!(toss.heads, AlwaysHeads => active) & active
-    } else {
-        L::Mask::splat(false)
-    };
-    let (mut t, mut axis) = (warp::cone(u, cone.omc), cone.axis);
-    if by_brdf.any() {
-        t = L::select(by_brdf, bsdf.sample(u), t);
-        axis = Vec3::select(by_brdf, bsdf.axis(), axis);
-    }
+/// Draws one direction in the cone of `light`, as it is viewed from each active point, and weighs it; `None` where no lane gets
+/// light by it. Ask [`may_contribute`] first: it is cheaper.
+#[inline(always)]
+pub fn by_cone<L: Lane, D: Density>(
+    point: &ShadingPoint<L>,
+    light: &SphereLight,
+    view: &View<L>,
+    numbers: Pair<L::Bits>,
+    active: L::Mask,
+) -> Option<Contribution<L>> {
+    let cone = view.cone();
+    let (u, v) = numbers.unit::<L>();
+    let t = warp::cone(u, cone.omc);
     let (sin_phi, cos_phi) = sin_cos_turn(v);
-    let wi = Frame::about(axis).direction(t, sin_phi, cos_phi);
-
+    let wi = Frame::about(cone.axis).direction(t, sin_phi, cos_phi);
     let (cos_theta, above) = point.above(wi);
-    active = active & above;
-    if by_brdf.any() {
-        t = L::select(by_brdf, cone.t(wi), t);
-        active = active & mutate!(!by_brdf | cone.contains(t), FlippedMask => by_brdf | cone.contains(t));
-    }
+    weigh::<L, D>(point, light, &cone, t, wi, cos_theta, active & above)
+}
+
+/// Draws the direction of the BRDF that all lights of a point share; 0 where it does not leave the surface.
+#[inline(always)]
+pub fn along_lobe<L: Lane>(point: &ShadingPoint<L>, numbers: Pair<L::Bits>) -> Vec3<L> {
+    let bsdf = &point.bsdf;
+    let (u, v) = numbers.unit::<L>();
+    let (sin_phi, cos_phi) = sin_cos_turn(v);
+    let wi = Frame::about(bsdf.axis()).direction(bsdf.sample(u), sin_phi, cos_phi);
+    let (_, above) = point.above(wi);
+    Vec3::select(above, wi, Vec3::zero())
+}
+
+/// Weighs a direction that [`along_lobe`] has drawn, for `light`; `None` where no lane gets light by it.
+#[inline(always)]
+pub fn by_brdf<L: Lane, D: Density>(
+    point: &ShadingPoint<L>,
+    light: &SphereLight,
+    wi: Vec3<L>,
+    active: L::Mask,
+) -> Option<Contribution<L>> {
+    let cone = light.seen_from(point.p).cone();
+    let t = cone.t(wi);
+    let (cos_theta, above) = point.above(wi);
+    let met = above & mutate!(cone.contains(t), FlippedMask => !cone.contains(t));
+    weigh::<L, D>(point, light, &cone, t, wi, cos_theta, active & met)
+}
+
+/// `le f_cos / pdf` of directions at `t` from the axis of a cone that they are in.
+#[inline(always)]
+fn weigh<L: Lane, D: Density>(
+    point: &ShadingPoint<L>,
+    light: &SphereLight,
+    cone: &Cone<L>,
+    t: L,
+    wi: Vec3<L>,
+    cos_theta: L,
+    active: L::Mask,
+) -> Option<Contribution<L>> {
     if active.none() {
         return None;
     }
-
-    let lobe = bsdf.eval(wi, cos_theta);
-    active = active & lobe.shape.gt(L::zero());
+    let lobe = point.bsdf.eval(wi, cos_theta);
+    let active = active & lobe.shape.gt(L::zero());
     if active.none() {
         return None;
     }
     let omega = warp::cone_solid_angle(mutate!(cone.omc, DoubledDensity => cone.omc * L::splat(0.5)));
-    let ld = Vec3::splat(light.le).times(bsdf.rho) * D::weight(omega, lobe).or_zero(active);
+    // Selected at the end: what overflows in an idle lane must not reach the sum of its point as infinity times 0.
+    let ld = Vec3::splat(light.le).times(point.bsdf.rho) * D::weight(omega, lobe);
+    let ld = Vec3::select(active, ld, Vec3::zero());
     Some(Contribution {
         active,
         wi,
@@ -110,21 +156,22 @@ pub fn sample<L: Lane, D: Density>(
     })
 }
 
-/// Lanes where a direction of the cone can have a value that is not exactly 0: the cone rises above the horizon and
-/// comes close enough to a Phong lobe for `f32` to hold it. Neither test takes a root or a division.
+/// Lanes where a direction of the cone can have a value that is not exactly 0: the light rises above the horizon and
+/// comes close enough to a Phong lobe for `f32` to hold it. All is multiplied by the distance: no division is needed.
 ///
-/// With `n·axis < 0`, `n·wi` is largest at the rim, where it is at most `n·axis cos + sin`. The chord from the axis to a
-/// direction of the cone is `2 sin(theta / 2) <= sqrt(2) sin(theta)` for a cone of up to a right angle.
+/// The chord from the axis to a direction of the cone is `2 sin(theta / 2) <= sqrt(2) sin(theta)` for a cone of up to a
+/// right angle.
 #[inline(always)]
-fn may_contribute<L: Lane>(point: &ShadingPoint<L>, cone: &Cone<L>) -> L::Mask {
+pub fn may_contribute<L: Lane>(point: &ShadingPoint<L>, view: &View<L>) -> L::Mask {
     let bsdf = &point.bsdf;
-    let rim = mutate!(cone.sine, RimForgotten => L::zero());
-    let highest = bsdf.n.dot(cone.axis).mul_add(L::one() - cone.omc, rim);
-    let rises = highest.gt(L::splat(-1e-6)) | cone.inside;
+    let radius = mutate!(view.radius, RimForgotten => L::zero());
+    let highest = bsdf.n.dot(view.to_center) + radius;
+    let rises = highest.gt(view.distance * L::splat(-1e-6));
     if bsdf.phong.none() {
         return rises;
     }
-    let reach = cone.sine.mul_add(L::splat(1.415), bsdf.reach);
-    let near = (bsdf.wr - cone.axis).length_squared().le(reach * reach) | cone.inside;
+    let reach = bsdf.reach.mul_add(view.distance, view.radius * L::splat(1.415));
+    let apart = bsdf.wr.mul_add(view.distance, -view.to_center);
+    let near = apart.length_squared().le(reach * reach) | view.inside();
     rises & (!bsdf.phong | near)
 }

@@ -81,8 +81,7 @@ impl Tile {
         self.number
     }
 
-    /// Empty sums for a chunk of `passes` passes: one slot for all of them, or while noise is measured one for each pair of
-    /// passes; slot after slot, all pixels in each.
+    /// Empty sums for a chunk, all pixels in each slot: one for all passes, or while noise is measured one for each pair.
     pub fn empty_sum(&self, passes: u32) -> TileSum {
         TileSum::new(self.area() * self.slots(passes))
     }
@@ -147,7 +146,7 @@ impl Tile {
     }
 
     /// The tree with its sums.
-    pub(super) fn sums(&self) -> &Tree {
+    pub fn sums(&self) -> &Tree {
         &self.sums
     }
 
@@ -249,6 +248,14 @@ impl Film {
         firsts.min().unwrap_or(0)..ends.min().unwrap_or(0)
     }
 
+    /// The tile of a pixel, cut down to that pixel; `None` beside the film.
+    pub fn pixel(&self, x: u32, y: u32) -> Option<Tile> {
+        let of = |tile: &&Tile| tile.pixels().any(|pixel| pixel == [x, y]);
+        let mut tile = self.tiles.iter().find(of)?.clone();
+        (tile.corner, tile.offsets) = ([x, y], Arc::new([[0, 0]]));
+        Some(tile)
+    }
+
     /// The tiles.
     pub fn tiles(&self) -> &[Tile] {
         &self.tiles
@@ -259,8 +266,7 @@ impl Film {
         &mut self.tiles
     }
 
-    /// Has the noise of each pixel measured from here on, over pairs of passes: blocks and chunks must then be of even
-    /// numbers of passes. To be called before the first.
+    /// Measures noise over pairs of passes: blocks and chunks must then be even. To be called before the first pass.
     pub fn measure_noise(&mut self) {
         for tile in &mut self.tiles {
             tile.squares = TileSum::new(tile.area());

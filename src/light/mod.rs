@@ -5,5 +5,5 @@ pub mod sphere;
 pub mod triangle;
 
 pub use mesh::MeshLight;
-pub use sphere::{Cone, SphereLight};
+pub use sphere::{Cone, SphereLight, View};
 pub use triangle::{Triangle, TriangleLight, Triangles};

@@ -27,8 +27,6 @@ pub struct Cone<L: Lane> {
     pub axis: Vec3<L>,
     /// `1 - cos(theta_max)` in (0, 1], or 2 inside the light, where every direction meets it.
     pub omc: L,
-    /// `sin(theta_max)`; above 1 inside the light.
-    pub sine: L,
     /// Lanes inside the light or on it.
     pub inside: L::Mask,
     /// Distance to the centre.
@@ -36,27 +34,75 @@ pub struct Cone<L: Lane> {
     radius: L,
 }
 
+/// A light as seen from points, before anything is divided.
+#[derive(Clone, Copy, Debug)]
+pub struct View<L: Lane> {
+    /// To the centre.
+    pub to_center: Vec3<L>,
+    /// Squared distance to the centre.
+    squared: L,
+    /// Distance to the centre.
+    pub distance: L,
+    /// Radius.
+    pub radius: L,
+}
+
 impl SphereLight {
+    /// The light as seen from `p`.
+    #[inline(always)]
+    pub fn seen_from<L: Lane>(&self, p: Vec3<L>) -> View<L> {
+        let to_center = Vec3::splat(self.center) - p;
+        let squared = to_center.length_squared();
+        View {
+            to_center,
+            squared,
+            distance: squared.sqrt(),
+            radius: L::splat(self.radius),
+        }
+    }
+
     /// The cone that the light subtends at `p`.
     #[inline(always)]
     pub fn cone<L: Lane>(&self, p: Vec3<L>) -> Cone<L> {
+        self.seen_from(p).cone()
+    }
+
+    /// Lanes where the unit direction `wi` from `p` may meet the light: all that [`Cone::contains`] would name and few others,
+    /// without a root or a division. In the cone, `wi . to_center >= sqrt(D^2 - R^2)`.
+    #[inline(always)]
+    pub fn may_meet<L: Lane>(&self, p: Vec3<L>, wi: Vec3<L>) -> L::Mask {
         let to_center = Vec3::splat(self.center) - p;
-        let radius = L::splat(self.radius);
-        let d2 = to_center.length_squared();
-        let d = d2.sqrt();
-        let inverse = L::one() / d;
-        let sine = radius * inverse;
-        let inside = d.le(radius);
+        let along = wi.dot(to_center);
+        let tangent = to_center.length_squared() - L::splat(self.radius * self.radius);
+        let inside = tangent.le(L::zero());
+        inside | (along.gt(L::zero()) & (along * along).ge(tangent * L::splat(1.0 - 1e-5)))
+    }
+}
+
+impl<L: Lane> View<L> {
+    /// Lanes inside the light or on it.
+    #[inline(always)]
+    pub fn inside(&self) -> L::Mask {
+        self.distance.le(self.radius)
+    }
+
+    /// The cone that the light subtends.
+    #[inline(always)]
+    pub fn cone(&self) -> Cone<L> {
+        let (d, radius, inside) = (self.distance, self.radius, self.inside());
         // cos = sqrt((D - R)(D + R)) / D and 1 - cos = sin^2 / (1 + cos): nothing cancels.
-        let cosine = ((d - radius) * (d + radius)).safe_sqrt() * inverse;
-        let omc = L::select(inside, L::splat(2.0), sine * sine / (L::one() + cosine));
+        let tangent = ((d - radius) * (d + radius)).safe_sqrt();
+        // 1 / D and 1 / (D + tangent) of one division.
+        let sum = d + tangent;
+        let both = L::one() / (d * sum);
+        let inverse = both * sum;
+        let omc = L::select(inside, L::splat(2.0), radius * (radius * both));
         // At the very centre any axis will do.
-        let centered = !d2.gt(L::zero());
-        let axis = Vec3::select(centered, Vec3::splat([0.0, 0.0, 1.0]), to_center * inverse);
+        let centered = !self.squared.gt(L::zero());
+        let axis = Vec3::select(centered, Vec3::splat([0.0, 0.0, 1.0]), self.to_center * inverse);
         Cone {
             axis,
             omc,
-            sine,
             center_distance: d,
             radius,
             inside,

@@ -1,7 +1,7 @@
 //! Which shapes rays from a tile can meet at all, decided once for thousands of rays. Every test here is one-sided: a
 //! shape that could be met is never left out.
 
-use super::{Candidates, Line};
+use super::{Candidates, Line, Member};
 use crate::shape::{Ball, NO_SPHERE, Triangle};
 
 /// A plane's share of rounding: what is nearer to it than this part of the largest number involved counts as both sides.
@@ -28,21 +28,27 @@ fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
 struct Plane {
     normal: [f32; 3],
     offset: f32,
+    /// The length of the normal; more where the normal itself is rounded by more than its [`MARGIN`].
+    size: f32,
 }
+
+/// Half-ulps by which the product of two unit directions is off, over [`MARGIN`]. The directions to the corners of a tile are
+/// rounded by two each, and in a narrow view hardly differ: at 1000 sizes from a body this was 0.3 of its size.
+const ROUNDED: f32 = 8.0 * f32::EPSILON / 2.0 / MARGIN;
 
 impl Plane {
     /// Whether the shape lies wholly on the other side.
     fn excludes(&self, triangle: &Triangle) -> bool {
-        let n = length(self.normal);
-        let behind = |&c: &[f32; 3]| dot(self.normal, c) < self.offset - MARGIN * (n * length(c) + self.offset.abs());
+        let margin = |c| MARGIN * (self.size * length(c) + self.offset.abs());
+        let behind = |&c: &[f32; 3]| dot(self.normal, c) < self.offset - margin(c);
         let mut corners = triangle.corners.iter();
         mutate!(corners.all(behind), OneCornerBehind => corners.any(behind))
     }
 
     fn excludes_ball(&self, ball: &Ball) -> bool {
-        let n = length(self.normal);
-        let reach = n * mutate!(ball.radius, BallsAsPoints => 0.0) * (1.0 + MARGIN);
-        dot(self.normal, ball.center) + reach < self.offset - MARGIN * (n * length(ball.center) + self.offset.abs())
+        let reach = length(self.normal) * mutate!(ball.radius, BallsAsPoints => 0.0) * (1.0 + MARGIN);
+        let margin = MARGIN * (self.size * length(ball.center) + self.offset.abs());
+        dot(self.normal, ball.center) + reach < self.offset - margin
     }
 }
 
@@ -60,6 +66,7 @@ impl Line {
             Plane {
                 normal: inward,
                 offset: 0.0,
+                size: length(inward) + ROUNDED,
             }
         });
         self.select(
@@ -77,21 +84,28 @@ impl Line {
     /// by the box around both. A triangle with points and light strictly on one side of its plane stands between none:
     /// where only its plane could tell and [`Points::sides`] does not know yet, it is kept for [`Self::beside`].
     pub fn in_shaft(&self, points: &mut Points, light: &Ball, aimed_at: u32, set: &mut Candidates) {
-        let shaft = Shaft::between(&points.bounds, &Bounds::of_ball(light));
+        let target = Bounds::of_ball(light);
+        let around = points.bounds.around(&target);
+        // Most shapes are ruled out without the planes.
+        let mut planes = None;
+        let mut planes = || *planes.get_or_insert_with(|| shaft(&points.bounds, &target));
         points.sides.resize(self.triangles.len(), None);
         set.clear();
-        for (i, (triangle, _)) in (0..).zip(&self.triangles) {
-            let (normal, offset) = self.plane(i);
-            let aimed = aimed_at != NO_SPHERE && self.aims[i as usize] == aimed_at;
-            let kept = !aimed
-                && !one_side(triangle, light, points.bounds.sides(normal, offset))
-                && !shaft.excludes(&Bounds::of_triangle(triangle), |p| p.excludes(triangle));
-            if kept {
+        for (i, member) in (0..).zip(&self.triangles) {
+            let aimed = aimed_at != NO_SPHERE && member.aim == aimed_at;
+            let excluded = aimed
+                || around.apart(&member.bounds)
+                || member.beside(light, points.bounds.sides(member))
+                || planes().iter().flatten().any(|plane| plane.excludes(&member.triangle));
+            if !excluded {
                 self.take(i, set);
             }
         }
         for (i, ball) in (0..).zip(&self.balls) {
-            if i != aimed_at && !shaft.excludes(&Bounds::of_ball(ball), |p| p.excludes_ball(ball)) {
+            let excluded = i == aimed_at
+                || around.apart(&Bounds::of_ball(ball))
+                || planes().iter().flatten().any(|plane| plane.excludes_ball(ball));
+            if !excluded {
                 set.balls.push(i);
             }
         }
@@ -101,25 +115,40 @@ impl Line {
     pub fn beside(&self, points: &Points, light: &Ball, set: &mut Candidates) {
         set.triangles.retain(|&i| {
             let known = points.sides[i as usize];
-            !known.is_some_and(|sides| one_side(&self.triangles[i as usize].0, light, sides))
+            !known.is_some_and(|sides| self.triangles[i as usize].beside(light, sides))
         });
     }
 
     /// The plane of a triangle, normal and offset: what [`Points::sides`] is measured against.
     pub fn plane(&self, triangle: u32) -> ([f32; 3], f32) {
-        let triangle = &self.triangles[triangle as usize].0;
-        (triangle.normal, dot(triangle.normal, triangle.corners[0]))
+        let member = &self.triangles[triangle as usize];
+        (member.triangle.normal, member.offset)
     }
 }
 
-/// Whether points between `low` and `high` from the triangle's plane and a light are all strictly on one side of it.
-fn one_side(triangle: &Triangle, light: &Ball, [low, high]: [f32; 2]) -> bool {
-    let normal = triangle.normal;
-    let plane = dot(normal, triangle.corners[0]);
-    let center = dot(normal, light.center) - plane;
-    let reach =
-        length(normal) * light.radius * (1.0 + MARGIN) + MARGIN * (length(normal) * length(light.center) + plane.abs());
-    (low > 0.0 && center > reach) || (high < 0.0 && center < -reach)
+impl Member {
+    pub fn new(corners: [[f32; 3]; 3], name: [u32; 2], aim: u32) -> Self {
+        let triangle = Triangle::new(corners);
+        Self {
+            bounds: Bounds::of_triangle(&triangle),
+            offset: dot(triangle.normal, corners[0]),
+            length: length(triangle.normal),
+            triangle,
+            name,
+            aim,
+        }
+    }
+
+    /// Whether points between `low` and `high` from the plane and a light are all strictly on one side of it.
+    fn beside(&self, light: &Ball, [low, high]: [f32; 2]) -> bool {
+        if low <= 0.0 && high >= 0.0 {
+            return false;
+        }
+        let center = dot(self.triangle.normal, light.center) - self.offset;
+        let reach = self.length * light.radius * (1.0 + MARGIN)
+            + MARGIN * (self.length * length(light.center) + self.offset.abs());
+        (low > 0.0 && center > reach) || (high < 0.0 && center < -reach)
+    }
 }
 
 /// What is known of a set of points.
@@ -158,9 +187,9 @@ impl Bounds {
     }
 
     /// The lowest and highest of `dot(normal, p) - offset` over the box, with room for rounding.
-    fn sides(&self, normal: [f32; 3], offset: f32) -> [f32; 2] {
-        let (mut low, mut high, mut slack) = (-offset, -offset, offset.abs());
-        for (k, n) in normal.into_iter().enumerate() {
+    fn sides(&self, member: &Member) -> [f32; 2] {
+        let (mut low, mut high, mut slack) = (-member.offset, -member.offset, member.offset.abs());
+        for (k, n) in member.triangle.normal.into_iter().enumerate() {
             let (a, b) = (n * self.low[k], n * self.high[k]);
             low += a.min(b);
             high += a.max(b);
@@ -184,36 +213,22 @@ impl Bounds {
     }
 }
 
-/// The hull of two boxes, from outside.
-struct Shaft {
-    bounds: Bounds,
-    planes: [Option<Plane>; 12],
-}
-
-impl Shaft {
-    fn between(a: &Bounds, b: &Bounds) -> Self {
-        let mut planes = [None; 12];
-        for (axis, slots) in planes.chunks_exact_mut(4).enumerate() {
-            let (x, y) = ((axis + 1) % 3, (axis + 2) % 3);
-            for (corner, slot) in slots.iter_mut().enumerate() {
-                let pick = |b: &Bounds| {
-                    [
-                        if corner & 1 == 0 { b.low[x] } else { b.high[x] },
-                        if corner & 2 == 0 { b.low[y] } else { b.high[y] },
-                    ]
-                };
-                *slot = support(pick(a), pick(b), a, b, x, y);
-            }
-        }
-        Self {
-            bounds: a.around(b),
-            planes,
+/// The sides of the hull of two boxes, as far as they are known.
+fn shaft(a: &Bounds, b: &Bounds) -> [Option<Plane>; 12] {
+    let mut planes = [None; 12];
+    for (axis, slots) in planes.chunks_exact_mut(4).enumerate() {
+        let (x, y) = ((axis + 1) % 3, (axis + 2) % 3);
+        for (corner, slot) in slots.iter_mut().enumerate() {
+            let pick = |b: &Bounds| {
+                [
+                    if corner & 1 == 0 { b.low[x] } else { b.high[x] },
+                    if corner & 2 == 0 { b.low[y] } else { b.high[y] },
+                ]
+            };
+            *slot = support(pick(a), pick(b), a, b, x, y);
         }
     }
-
-    fn excludes(&self, bounds: &Bounds, by_plane: impl Fn(&Plane) -> bool) -> bool {
-        self.bounds.apart(bounds) || self.planes.iter().flatten().any(by_plane)
-    }
+    planes
 }
 
 /// The plane along the third axis through `p` and `q` in the plane of the axes `x` and `y`, if both boxes lie on one side.
@@ -235,6 +250,7 @@ fn support(p: [f32; 2], q: [f32; 2], a: &Bounds, b: &Bounds, x: usize, y: usize)
         if low >= sign * offset - slack {
             return Some(Plane {
                 normal: normal.map(|n| sign * n),
+                size: length(normal),
                 offset: low.min(sign * offset),
             });
         }

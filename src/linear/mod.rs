@@ -5,17 +5,34 @@
 
 pub mod cull;
 
+use cull::Bounds;
+
 use crate::lane::{Bits, Lane, Mask};
 use crate::math::Vec3;
 use crate::shape::{Aims, Ball, Hit, NO_SPHERE, Ray, Triangle};
 
+/// So few shapes are worth a look one by one before rays are asked for, whoever answers them.
+pub const FEW: usize = 32;
+
+/// A triangle in a line, and what culling asks of it again and again.
+#[derive(Clone, Debug)]
+struct Member {
+    triangle: Triangle,
+    /// The mesh, and the place in it.
+    name: [u32; 2],
+    /// What rays call it that aim at it; [`NO_SPHERE`] where none does.
+    aim: u32,
+    bounds: Bounds,
+    /// Its plane is where `dot(normal, p)` is this.
+    offset: f32,
+    /// Length of the normal.
+    length: f32,
+}
+
 /// All shapes of a scene.
 #[derive(Clone, Debug, Default)]
 pub struct Line {
-    /// Triangles with the mesh and the place in it.
-    triangles: Vec<(Triangle, [u32; 2])>,
-    /// What rays call each triangle that aim at it; [`NO_SPHERE`] where none does.
-    aims: Vec<u32>,
+    triangles: Vec<Member>,
     balls: Vec<Ball>,
     /// The geometry that hits name for spheres.
     sphere_geometry: u32,
@@ -62,14 +79,11 @@ impl Line {
 
     /// Adds the triangles of a mesh; `aims` are their names for rays that aim at them, if any do.
     pub fn add_mesh(&mut self, geometry: u32, vertices: &[[f32; 3]], triangles: &[[u32; 3]], aims: Option<Aims>) {
-        let names = (0..triangles.len() as u32).map(|i| aims.map_or(NO_SPHERE, |aims| aims.of(i)));
-        self.aims.extend(names);
         let corners = triangles.iter().map(|t| t.map(|i| vertices[i as usize]));
-        self.triangles.extend(
-            corners
-                .zip(0..)
-                .map(|(c, primitive)| (Triangle::new(c), [geometry, primitive])),
-        );
+        self.triangles.extend(corners.zip(0..).map(|(corners, primitive)| {
+            let aim = aims.map_or(NO_SPHERE, |aims| aims.of(primitive));
+            Member::new(corners, [geometry, primitive], aim)
+        }));
     }
 
     /// How many shapes there are.
@@ -85,7 +99,7 @@ impl Line {
     /// Keeps the shapes that `keep` says may be met.
     fn select(&self, set: &mut Candidates, triangle: impl Fn(&Triangle) -> bool, ball: impl Fn(&Ball) -> bool) {
         set.clear();
-        for (i, _) in (0..).zip(&self.triangles).filter(|(_, t)| triangle(&t.0)) {
+        for (i, _) in (0..).zip(&self.triangles).filter(|(_, t)| triangle(&t.triangle)) {
             self.take(i, set);
         }
         set.balls
@@ -94,7 +108,7 @@ impl Line {
 
     /// Takes a triangle among the candidates.
     fn take(&self, i: u32, set: &mut Candidates) {
-        let list = if self.aims[i as usize] == NO_SPHERE {
+        let list = if self.triangles[i as usize].aim == NO_SPHERE {
             &mut set.triangles
         } else {
             &mut set.lights
@@ -121,7 +135,11 @@ impl Line {
             primitive: L::Bits::splat(u32::MAX),
         };
         for &i in set.triangles.iter().chain(&set.lights) {
-            let (triangle, [geometry, primitive]) = &self.triangles[i as usize];
+            let Member {
+                triangle,
+                name: [geometry, primitive],
+                ..
+            } = &self.triangles[i as usize];
             let met = triangle.intersect(&ray);
             let nearer = met.found & active & met.t.lt(hit.t);
             if nearer.none() {
@@ -159,14 +177,15 @@ impl Line {
     pub fn occluded<L: Lane>(&self, set: &Candidates, active: L::Mask, ray: &Ray<L>) -> L::Mask {
         let mut open = active;
         for &i in &set.triangles {
-            open = open & !self.triangles[i as usize].0.intersect(ray).found;
+            open = open & !self.triangles[i as usize].triangle.intersect(ray).found;
             if open.none() {
                 return active;
             }
         }
         for &i in &set.lights {
-            let aimed = ray.aims_at.eq(L::Bits::splat(self.aims[i as usize]));
-            open = open & (!self.triangles[i as usize].0.intersect(ray).found | aimed);
+            let Member { triangle, aim, .. } = &self.triangles[i as usize];
+            let aimed = ray.aims_at.eq(L::Bits::splat(*aim));
+            open = open & (!triangle.intersect(ray).found | aimed);
             if open.none() {
                 return active;
             }

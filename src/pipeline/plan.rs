@@ -6,10 +6,11 @@ use crate::lane::has_avx512;
 use crate::scene::{Effect, Effects, EstimatorKind, Features};
 use crate::settings::AccelKind;
 
-/// The most shapes that are tested in a line where the choice is free: a careful bound. With the 17 of Veach's scene the line
-/// is 1.34 times as fast as Embree, with the 48 of `large-lights` still 1.24 times (16 lanes, one thread, commit 89698de); where
-/// it stops to pay was not looked for yet.
-const IN_LINE: usize = 32;
+/// The most shapes that are tested in a line where the choice is free. With 32, 64, 128 and 256 spheres strewn over a floor under
+/// two lights the line took 0.55, 0.58, 0.59 and 0.66 of Embree's time in sixteen lanes, 0.58, 0.53, 0.53 and 0.64 in eight; with
+/// triangles 0.48 to 0.55 and 0.38 to 0.52. Somewhere above 256 it stops to pay; half of that leaves room for scenes that crowd
+/// into one tile.
+const IN_LINE: usize = 128;
 
 /// From so many shapes on packets hold all passes of a few pixels, where Embree answers them. Whole renders of a mesh of a
 /// million triangles take 0.88 of the time then (`brdf`: 0.77), of `knot` with 11 207 shapes 0.93, of 100 000 spheres 0.92;
@@ -76,8 +77,7 @@ impl Plan {
         };
         let accel = accel.unwrap_or(free_choice);
         let needs = features.effects().and(forced);
-        let pairs = 1 + if per_light { features.lights() as u32 } else { 1 };
-        let pairs = pairs + u32::from(needs.has(Effect::Lens));
+        let pairs = 2 + if per_light { features.lights() as u32 } else { 0 } + u32::from(needs.has(Effect::Lens));
         let order = if accel == AccelKind::Embree && features.shapes >= NEIGHBOURS {
             Order::Neighbours
         } else {

@@ -46,7 +46,7 @@ pub struct Counters {
     pub samples: u64,
     /// Eye rays that went through the accelerator.
     pub eye_rays: u64,
-    /// Shadow rays that went through the accelerator.
+    /// Shadow rays that were answered: by the accelerator, or by a shaft with nothing in it.
     pub shadow_rays: u64,
     /// Contributions that were not a number; never written into a picture.
     pub invalid_nan: u64,

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::job::Job;
 use super::plan::Plan;
+use super::replay::{Replay, replay};
 use super::stage::Scratch;
 use super::world::World;
 use super::{Counters, Progress};
@@ -289,6 +290,13 @@ impl Renderer {
             .install(|| tiles.par_iter_mut().map(|tile| job.render(tile)).collect::<Vec<_>>());
         counters.into_iter().for_each(|c| self.counters += c);
         self.passes = self.film.passes().end;
+    }
+
+    /// The sample of pixel `x, y` in a pass, step by step; `None` beside the film. For a renderer of one lane, before its first
+    /// pass; it is not changed.
+    pub fn replay(&self, [x, y, pass]: [u32; 3]) -> Option<Replay> {
+        let tile = self.film.pixel(x, y)?;
+        Some(replay(&self.plan, &self.world, &self.settings, &tile, [x, y, pass]))
     }
 
     /// The picture so far.

@@ -5,7 +5,7 @@
 
 use crate::bsdf::Bsdf;
 use crate::estimator::ShadingPoint;
-use crate::lane::{Lane, Mask};
+use crate::lane::{Bits, Lane, Mask};
 use crate::math::Vec3;
 
 /// The most numbers in a column: the samples of a chunk.
@@ -65,6 +65,18 @@ impl<const K: usize> Columns<K> {
     #[inline(always)]
     fn get3<L: Lane>(&self, column: usize, at: usize) -> Vec3<L> {
         Vec3::new(self.get(column, at), self.get(column + 1, at), self.get(column + 2, at))
+    }
+
+    #[inline(always)]
+    fn set<L: Lane>(&mut self, column: usize, at: usize, value: L) {
+        value.store(&mut self.columns[column][at..at + L::N]);
+    }
+
+    #[inline(always)]
+    fn set3<L: Lane>(&mut self, column: usize, at: usize, value: Vec3<L>) {
+        self.set(column, at, value.x);
+        self.set(column + 1, at, value.y);
+        self.set(column + 2, at, value.z);
     }
 
     #[inline(always)]
@@ -139,7 +151,7 @@ impl Model for Phong {
 
 /// Shading points of one model that wait for light.
 #[derive(Debug)]
-pub struct HitStream(Columns<20>);
+pub struct HitStream(Columns<27>);
 
 impl HitStream {
     /// Room for the points of a chunk.
@@ -184,11 +196,60 @@ impl HitStream {
         Vec3::select(self.0.lanes::<L>(at), p, Vec3::splat(first))
     }
 
+    /// Where the points of the packet at `at` are; idle lanes hold nothing of use.
+    #[inline(always)]
+    pub fn position<L: Lane>(&self, at: usize) -> Vec3<L> {
+        self.0.get3(0, at)
+    }
+
+    /// The lanes of the packet at `at`.
+    #[inline(always)]
+    pub fn lanes<L: Lane>(&self, at: usize) -> L::Mask {
+        mutate!(self.0.lanes::<L>(at), StaleTail => L::Mask::splat(true))
+    }
+
+    /// Notes which points of the packet at `at` follow their BRDF, and the direction that it gave them.
+    #[inline(always)]
+    pub fn set_drawn<L: Lane>(&mut self, at: usize, heads: L::Mask, wi: Vec3<L>) {
+        self.0.set(20, at, L::select(heads, -L::zero(), L::zero()));
+        self.0.set3(21, at, wi);
+    }
+
+    /// The points of the packet at `at` that follow their BRDF.
+    #[inline(always)]
+    pub fn heads<L: Lane>(&self, at: usize) -> L::Mask {
+        self.0.get::<L>(20, at).to_bits().top_bit()
+    }
+
+    /// The directions of the BRDF for the packet at `at`.
+    #[inline(always)]
+    pub fn drawn<L: Lane>(&self, at: usize) -> Vec3<L> {
+        self.0.get3(21, at)
+    }
+
+    /// Sets the light that reaches the points of the packet at `at`.
+    #[inline(always)]
+    pub fn set_light<L: Lane>(&mut self, at: usize, light: Vec3<L>) {
+        self.0.set3(24, at, light);
+    }
+
+    /// The light that reaches the points of the packet at `at`.
+    #[inline(always)]
+    pub fn light<L: Lane>(&self, at: usize) -> Vec3<L> {
+        self.0.get3(24, at)
+    }
+
+    /// Where the pixels of the packet at `at` sum up.
+    #[inline(always)]
+    pub fn index<L: Lane>(&self, at: usize) -> L::Bits {
+        self.0.get::<L>(17, at).or_zero(self.0.lanes::<L>(at)).to_bits()
+    }
+
     /// The packet that starts at point `at`.
     #[inline(always)]
     pub fn packet<L: Lane, M: Model>(&self, at: usize) -> (L::Mask, ShadingPoint<L>, Address<L>) {
         let columns = &self.0;
-        let mask = mutate!(columns.lanes::<L>(at), StaleTail => L::Mask::splat(true));
+        let mask = self.lanes::<L>(at);
         let (n, rho) = (columns.get3(6, at), columns.get3(12, at));
         let bsdf = if M::PHONG {
             Bsdf {

@@ -16,8 +16,14 @@ pub trait Tracer {
     /// Prepares for the eye rays of a tile.
     fn face_tile(world: &World, tile: &Tile, set: &mut Candidates);
     /// Looks at the points of a stream.
-    fn survey<L: Lane>(world: &World, stream: &HitStream, points: &mut Points);
-    /// Prepares for rays from the points of a surveyed stream to a light.
+    #[inline(always)]
+    fn survey<L: Lane>(world: &World, stream: &HitStream, points: &mut Points) {
+        if !world.line.is_empty() {
+            survey::<L>(stream, points);
+        }
+    }
+    /// Prepares for rays from the points of a surveyed stream to a light. Whether nothing at all can be in their way: then they
+    /// need not be asked for.
     #[inline(always)]
     fn face_light<L: Lane>(
         world: &World,
@@ -25,14 +31,15 @@ pub trait Tracer {
         points: &mut Points,
         light: &SphereLight,
         set: &mut Candidates,
-    ) {
+    ) -> bool {
         let ball = Ball {
             center: light.center,
             radius: light.radius,
         };
-        Self::face_ball::<L>(world, stream, points, &ball, light.sphere, set);
+        Self::face_ball::<L>(world, stream, points, &ball, light.sphere, set)
     }
-    /// Prepares for rays from the points of a surveyed stream into a ball; what `aimed_at` names blocks none of them.
+    /// As [`Self::face_light`] for rays into a ball; what `aimed_at` names blocks none of them.
+    #[inline(always)]
     fn face_ball<L: Lane>(
         world: &World,
         stream: &HitStream,
@@ -40,7 +47,10 @@ pub trait Tracer {
         ball: &Ball,
         aimed_at: u32,
         set: &mut Candidates,
-    );
+    ) -> bool {
+        // Where there are few shapes the line knows them, whoever answers rays.
+        !world.line.is_empty() && cull::<L>(world, stream, points, ball, aimed_at, set)
+    }
     /// Prepares for any rays.
     fn face_all(world: &World, set: &mut Candidates);
     /// What active rays meet first.
@@ -64,10 +74,6 @@ pub struct InLine;
 impl Tracer for ByEmbree {
     #[inline(always)]
     fn face_tile(_: &World, _: &Tile, _: &mut Candidates) {}
-    #[inline(always)]
-    fn survey<L: Lane>(_: &World, _: &HitStream, _: &mut Points) {}
-    #[inline(always)]
-    fn face_ball<L: Lane>(_: &World, _: &HitStream, _: &mut Points, _: &Ball, _: u32, _: &mut Candidates) {}
     #[inline(always)]
     fn face_all(_: &World, _: &mut Candidates) {}
 
@@ -100,41 +106,6 @@ impl Tracer for InLine {
             .in_frustum(corners.map(|(x, y)| world.camera.direction::<f32>(x, y).lane(0)), set);
     }
 
-    #[inline(always)]
-    fn survey<L: Lane>(_: &World, stream: &HitStream, points: &mut Points) {
-        let far: Vec3<L> = Vec3::splat([f32::INFINITY; 3]);
-        let (mut low, mut high) = (far, -far);
-        for at in (0..stream.len()).step_by(L::N) {
-            let p = stream.points::<L>(at);
-            low = Vec3::new(low.x.min(p.x), low.y.min(p.y), low.z.min(p.z));
-            high = Vec3::new(high.x.max(p.x), high.y.max(p.y), high.z.max(p.z));
-        }
-        points.bounds = Bounds {
-            low: least(low),
-            high: least(-high).map(|x| -x),
-        };
-        points.sides.clear();
-    }
-
-    #[inline(always)]
-    fn face_ball<L: Lane>(
-        world: &World,
-        stream: &HitStream,
-        points: &mut Points,
-        ball: &Ball,
-        aimed_at: u32,
-        set: &mut Candidates,
-    ) {
-        world.line.in_shaft(points, ball, aimed_at, set);
-        for &triangle in set.triangles() {
-            if points.sides[triangle as usize].is_none() {
-                let (normal, offset) = world.line.plane(triangle);
-                points.sides[triangle as usize] = Some(sides::<L>(stream, normal, offset));
-            }
-        }
-        world.line.beside(points, ball, set);
-    }
-
     fn face_all(world: &World, set: &mut Candidates) {
         world.line.all(set);
     }
@@ -159,6 +130,44 @@ fn least<L: Lane>(v: Vec3<L>) -> [f32; 3] {
         least = [least[0].min(v[0]), least[1].min(v[1]), least[2].min(v[2])];
     }
     least
+}
+
+/// The box around the points of a stream.
+#[inline(always)]
+fn survey<L: Lane>(stream: &HitStream, points: &mut Points) {
+    let far: Vec3<L> = Vec3::splat([f32::INFINITY; 3]);
+    let (mut low, mut high) = (far, -far);
+    for at in (0..stream.len()).step_by(L::N) {
+        let p = stream.points::<L>(at);
+        low = Vec3::new(low.x.min(p.x), low.y.min(p.y), low.z.min(p.z));
+        high = Vec3::new(high.x.max(p.x), high.y.max(p.y), high.z.max(p.z));
+    }
+    points.bounds = Bounds {
+        low: least(low),
+        high: least(-high).map(|x| -x),
+    };
+    points.sides.clear();
+}
+
+/// Finds the shapes that may stand between the points of a stream and a ball; whether there are none.
+#[inline(always)]
+fn cull<L: Lane>(
+    world: &World,
+    stream: &HitStream,
+    points: &mut Points,
+    ball: &Ball,
+    aimed_at: u32,
+    set: &mut Candidates,
+) -> bool {
+    world.line.in_shaft(points, ball, aimed_at, set);
+    for &triangle in set.triangles() {
+        if points.sides[triangle as usize].is_none() {
+            let (normal, offset) = world.line.plane(triangle);
+            points.sides[triangle as usize] = Some(sides::<L>(stream, normal, offset));
+        }
+    }
+    world.line.beside(points, ball, set);
+    set.is_empty()
 }
 
 /// The lowest and highest of `dot(normal, p) - offset` over the points of a stream.

@@ -12,7 +12,7 @@ use super::texture::Textured;
 use crate::embree::{Accel, Device, EmbreeError, SceneBuilder};
 use crate::lane::Lane;
 use crate::light::{MeshLight, SphereLight, TriangleLight};
-use crate::linear::Line;
+use crate::linear::{FEW, Line};
 use crate::math::Vec3;
 use crate::scene::{Bsdf, Camera, FilmSize, Fov, Mesh, Scene, Sphere, Surface};
 use crate::settings::AccelKind;
@@ -23,7 +23,7 @@ use crate::shape::Ball;
 pub struct World {
     /// Answers rays, unless the line does.
     pub accel: Accel,
-    /// The shapes in a line; empty unless it answers rays.
+    /// The shapes in a line; empty unless it answers rays or there are few.
     pub line: Line,
     /// What surfaces do, meshes first, then spheres.
     pub surfaces: Vec<SurfaceRecord>,
@@ -146,15 +146,20 @@ impl World {
         let origin = scene.camera.origin;
         let mut builder = SceneBuilder::new(device, true)?;
         let mut line = Line::default();
+        let shapes = scene.spheres.len() + scene.meshes.iter().map(|m| m.triangles.len()).sum::<usize>();
+        let in_line = accel == AccelKind::Linear || shapes <= FEW;
         let emitters = Emitters::of(scene);
         let mut surfaces = Vec::with_capacity(scene.meshes.len() + scene.spheres.len());
         let mut normals = Vec::with_capacity(scene.meshes.len());
         for (mesh, &aims) in scene.meshes.iter().zip(&emitters.aims) {
             let vertices: Vec<[f32; 3]> = mesh.vertices.iter().map(|&v| narrow(v - origin)).collect();
+            if in_line {
+                line.add_mesh(normals.len() as u32, &vertices, &mesh.triangles, aims);
+            }
             match (accel, aims) {
                 (AccelKind::Embree, Some(aims)) => _ = builder.add_light(&vertices, &mesh.triangles, aims)?,
                 (AccelKind::Embree, None) => _ = builder.add_mesh(&vertices, &mesh.triangles)?,
-                (AccelKind::Linear, _) => line.add_mesh(normals.len() as u32, &vertices, &mesh.triangles, aims),
+                (AccelKind::Linear, _) => {}
             }
             let extent = largest_box(&vertices, &mesh.triangles);
             let none = Ball {
@@ -192,10 +197,12 @@ impl World {
                 .cmp(by_content(b).into_iter().map(f32::to_bits))
         });
         let sphere_geometry = scene.meshes.len() as u32;
-        let balls = spheres.into_iter().map(|(_, ball)| ball).collect();
-        match accel {
-            AccelKind::Embree => _ = builder.set_spheres(balls)?,
-            AccelKind::Linear => line.set_spheres(balls, sphere_geometry),
+        let balls: Vec<Ball> = spheres.into_iter().map(|(_, ball)| ball).collect();
+        if in_line {
+            line.set_spheres(balls.clone(), sphere_geometry);
+        }
+        if accel == AccelKind::Embree {
+            builder.set_spheres(balls)?;
         }
         Ok(Self {
             accel: builder.commit()?,

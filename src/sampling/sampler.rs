@@ -42,25 +42,27 @@ pub fn unit<L: Lane>(bits: L::Bits) -> L {
 pub struct PassBlock {
     seed: u32,
     first: u32,
-    passes: usize,
+    rows: usize,
     pairs: u32,
-    /// `pairs x passes` points, empty for independent numbers.
+    /// `pairs x rows` points, empty for independent numbers.
     table: Vec<[u32; 2]>,
 }
 
 impl PassBlock {
-    /// Prepares a block for addresses with `pair < pairs`.
+    /// Prepares a block for addresses with `pair < pairs`; tosses need pair 1.
     pub fn new(kind: SamplerKind, seed: u32, first: u32, passes: u32, pairs: u32) -> Self {
+        // Whole couples of passes 2k and 2k + 1, for `row`.
+        let couples = first & !1..(first + passes).next_multiple_of(2);
         let table = match kind {
             SamplerKind::Independent => Vec::new(),
             SamplerKind::Sobol => (0..pairs)
-                .flat_map(|pair| (first..first + passes).map(move |pass| scrambled_point(pass, pair, seed)))
+                .flat_map(|pair| couples.clone().map(move |pass| scrambled_point(pass, pair, seed)))
                 .collect(),
         };
         Self {
             seed,
             first,
-            passes: passes as usize,
+            rows: couples.len(),
             pairs,
             table,
         }
@@ -93,35 +95,56 @@ impl PassBlock {
         if self.table.is_empty() {
             return self.independent(key, pass, pair);
         }
-        let Pair(a, b) = self.points(pass, pair);
-        let [sa, sb] = shift(key, pair);
-        Pair(a ^ sa, b ^ sb)
+        shifted(self.points(pass, pair, false), key, pair)
     }
 
-    /// As [`Self::pair`], with a coin for the choice between two techniques: the top bit of the first number.
+    /// A coin for the choice between two techniques, and the numbers of pair `pair` without it: it is the top bit of the
+    /// first.
     ///
-    /// With Sobol points the coin is stratified, of passes 2k and 2k + 1 of a pixel one has heads, and from pass 2 on
-    /// the pixels of a `group` share it, so that packets seldom mix techniques. (The first two passes do without: a picture
-    /// of one pass would show the groups.) Each coin is fair and independent of the numbers that come with it.
+    /// With Sobol points the coin is stratified, of passes 2k and 2k + 1 of a pixel one has heads, and it is that of pair 1 for
+    /// all pairs: where the top bit of a pair says otherwise, the two passes change their points. From pass 2 on the pixels of
+    /// a `group` share the coin, so that packets seldom mix techniques. (The first two passes do without: a picture of one
+    /// pass would show the groups.) A coin is fair and independent of the numbers.
     #[inline(always)]
     pub fn toss<B: Bits>(&self, key: B, pass: B, pair: u32, group: u32) -> Toss<B> {
-        let (heads, Pair(a, b)) = if self.table.is_empty() {
-            let numbers = self.independent(key, pass, pair);
-            (numbers.0.top_bit(), numbers)
-        } else {
-            let Pair(a, b) = self.points(pass, pair);
-            let [sa, sb] = shift(key, pair);
-            let coin = if self.first < 2 {
-                sa
-            } else {
-                B::splat(mix(mix(group ^ self.seed).wrapping_add(pair)))
-            };
-            ((a ^ coin).top_bit(), Pair(a ^ sa, b ^ sb))
-        };
         Toss {
-            heads,
-            pair: Pair(a.shl(1), b),
+            heads: self.heads(key, pass, pair, group),
+            pair: self.after_toss(key, pass, pair),
         }
+    }
+
+    /// The coin of [`Self::toss`].
+    #[inline(always)]
+    pub fn heads<B: Bits>(&self, key: B, pass: B, pair: u32, group: u32) -> B::Mask {
+        let heads = if self.table.is_empty() {
+            self.independent(key, pass, pair).0.top_bit()
+        } else {
+            let flip = if self.first < 2 {
+                let [flip, _] = shift(key, 1);
+                flip
+            } else {
+                B::splat(mix(group ^ self.seed))
+            };
+            (self.points(pass, 1, false).0 ^ flip).top_bit()
+        };
+        mutate!(heads, AlwaysHeads => B::Mask::splat(true))
+    }
+
+    /// The numbers of [`Self::toss`].
+    #[inline(always)]
+    pub fn after_toss<B: Bits>(&self, key: B, pass: B, pair: u32) -> Pair<B> {
+        let Pair(a, b) = if self.table.is_empty() {
+            self.independent(key, pass, pair)
+        } else {
+            shifted(self.points(pass, pair, true), key, pair)
+        };
+        Pair(a.shl(1), b)
+    }
+
+    /// Whether all pairs have one coin.
+    #[inline(always)]
+    pub fn one_coin(&self) -> bool {
+        !self.table.is_empty()
     }
 
     #[inline(always)]
@@ -131,24 +154,40 @@ impl PassBlock {
         Pair(a, b)
     }
 
-    /// The points of the table for each lane's pass.
+    /// The points of the table for each lane's pass; with their top bits as those of pair 1 where they are for a `toss`.
     #[inline(always)]
-    fn points<B: Bits>(&self, pass: B, pair: u32) -> Pair<B> {
-        let row = &self.table[pair as usize * self.passes..][..self.passes];
+    fn points<B: Bits>(&self, pass: B, pair: u32, toss: bool) -> Pair<B> {
+        let rows = |pair: u32| &self.table[pair as usize * self.rows..][..self.rows];
+        let (points, coins) = (rows(pair), rows(if toss { 1 } else { pair }));
+        let odd = self.first & 1;
         // Most packets hold one pass only.
         let one = pass.lane(0);
         if pass.eq(B::splat(one)).all() {
-            let [a, b] = row[one as usize];
+            let [a, b] = points[row(points, coins, one + odd)];
             return Pair(B::splat(a), B::splat(b));
         }
         // Through memory and without closures: adaptive renders mix passes often. Lanes that there are not read row 0.
         let (mut passes, mut first, mut second) = ([0; 16], [0; 16], [0; 16]);
         pass.store(&mut passes);
         for lane in 0..16 {
-            [first[lane], second[lane]] = row[passes[lane] as usize];
+            [first[lane], second[lane]] = points[row(points, coins, passes[lane] + odd)];
         }
         Pair(B::load(&first), B::load(&second))
     }
+}
+
+/// The row of `pass` or of the other pass of its couple, whichever has the top bit that `coins` has for `pass`. Of a couple one
+/// has it set: the first digit of a Sobol point is the last of its index, and scrambles keep a couple together.
+#[inline(always)]
+fn row(points: &[[u32; 2]], coins: &[[u32; 2]], pass: u32) -> usize {
+    let pass = pass as usize;
+    pass ^ ((points[pass][0] ^ coins[pass][0]) >> 31) as usize
+}
+
+#[inline(always)]
+fn shifted<B: Bits>(Pair(a, b): Pair<B>, key: B, pair: u32) -> Pair<B> {
+    let [sa, sb] = shift(key, pair);
+    Pair(a ^ sa, b ^ sb)
 }
 
 /// The digital shift of a pixel for a pair: two words mixed from the pixel's key.
@@ -222,6 +261,32 @@ mod tests {
                             .to_bitmask()
                     };
                     assert_eq!(toss(pass) ^ toss(pass + 1), 0xff);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_passes_of_either_side_are_a_net_in_every_pair() {
+        // 64 passes, 32 of a side: one number in each elementary interval of area 1/32. All pairs toss alike.
+        for (first, pixel) in [(0, 3), (64, 9), (192, 10)] {
+            let block = PassBlock::new(SamplerKind::Sobol, 6, first, 64, 5);
+            let key = block.key(Word(pixel));
+            for pair in 1..5 {
+                for side in [false, true] {
+                    let of_side = |pass: &u32| block.heads(key, Word(*pass), 1, 8) == side;
+                    let passes: Vec<u32> = (0..64).filter(of_side).collect();
+                    for cut in 0..=5 {
+                        let mut cells = [0; 32];
+                        for &pass in &passes {
+                            let toss = block.toss(key, Word(pass), pair, 8);
+                            assert_eq!(toss.heads, side);
+                            let Pair(a, b) = toss.pair;
+                            let (x, y) = (u64::from(a.0) << cut >> 32, u64::from(b.0) << (5 - cut) >> 32);
+                            cells[(x << (5 - cut) | y) as usize] += 1;
+                        }
+                        assert_eq!(cells, [1; 32], "pair {pair}, first pass {first}, cut {cut}");
+                    }
                 }
             }
         }

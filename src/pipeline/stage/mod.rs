@@ -84,10 +84,10 @@ pub struct Chunk<'a> {
 pub mod pairs {
     /// Point in the pixel.
     pub const PIXEL: u32 = 0;
-    /// The one direction of `uniform` and `brdf`.
+    /// The one direction of `uniform` and `brdf`, and that of the BRDF which all lights share in `mis`.
     pub const DIRECTION: u32 = 1;
-    /// Direction for light `i`.
+    /// Direction in the cone of light `i`.
     pub const fn light(i: usize) -> u32 {
-        1 + i as u32
+        2 + i as u32
     }
 }

@@ -4,11 +4,11 @@ use std::marker::PhantomData;
 
 use super::{Chunk, Scratch, Stage, pairs, shadow};
 use crate::embree::TraceLane;
-use crate::estimator::{per_light, per_point};
+use crate::estimator::{ShadingPoint, per_light, per_point};
 use crate::lane::{Lane, Mask};
 use crate::light::SphereLight;
 use crate::math::Vec3;
-use crate::pipeline::stream::{Model, QueuedRays};
+use crate::pipeline::stream::{Address, HitStream, Model, QueuedRays, RayQueue};
 use crate::pipeline::tracer::Tracer;
 
 /// `light` and `mis`: a direction for every light.
@@ -18,7 +18,8 @@ pub struct PerLight<D, M>(PhantomData<(D, M)>);
 pub struct PerPoint<D, M>(PhantomData<(D, M)>);
 
 impl<D: per_light::Density, M: Model> Stage for PerLight<D, M> {
-    /// The light is the outer loop: it is the same for a whole stream, and its shadow rays are as alike as they can be.
+    /// The light is the outer loop: it is the same for a whole stream, and its shadow rays are as alike as they can be. Each
+    /// technique has a loop of its own, for whole packets mostly follow one.
     #[inline(always)]
     fn run<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
         let Scratch {
@@ -28,35 +29,159 @@ impl<D: per_light::Density, M: Model> Stage for PerLight<D, M> {
             set,
             ..
         } = scratch;
-        let group = chunk.tile.number();
-        let stream = &hits[M::STREAM];
+        let stream = &mut hits[M::STREAM];
         if stream.len() == 0 {
             return;
         }
         T::survey::<L>(chunk.world, stream, points);
+        prepare::<L, D, M>(chunk, stream);
         for (i, light) in chunk.world.lights.iter().enumerate() {
-            let light =
-                &mutate!(*light, LightBlocksItself => SphereLight { sphere: crate::shape::NO_SPHERE, ..*light });
+            let light = &Lamp::new(i, light);
+            let mut sink = Sink {
+                open: T::face_light::<L>(chunk.world, stream, points, &light.sphere, set),
+                queue: &mut *queue,
+                answered: 0,
+            };
+            toward::<L, D, M>(chunk, stream, light, &mut sink);
+            if D::MIXED {
+                along::<L, D, M>(chunk, stream, light, &mut sink);
+            }
+            chunk.counters.shadow_rays += sink.answered;
+            shadow::visible::<L, T>(chunk, queue, set, light.sphere.sphere);
             queue.clear();
-            for at in (0..stream.len()).step_by(L::N) {
-                let (active, point, address) = stream.packet::<L, M>(at);
-                let toss = || chunk.numbers.toss(address.key, address.pass, pairs::light(i), group);
-                let Some(found) = per_light::sample::<L, D>(&point, light, toss, active) else {
-                    continue;
-                };
-                let rays = QueuedRays {
-                    origin: point.p,
-                    direction: found.wi,
-                    tfar: found.distance,
-                    value: mutate!(found.ld, LightTwice => if i == 0 { found.ld + found.ld } else { found.ld }),
-                    index: address.index,
-                };
-                queue.push(found.active, &rays);
+        }
+        shadow::arrived::<L>(chunk, stream);
+    }
+}
+
+/// A light and the pair of random numbers for its cone.
+struct Lamp {
+    sphere: SphereLight,
+    pair: u32,
+}
+
+impl Lamp {
+    fn new(i: usize, light: &SphereLight) -> Self {
+        let once = mutate!(*light, LightTwice => SphereLight { le: light.le.map(|x| if i == 0 { x + x } else { x }), ..*light });
+        Self {
+            sphere: mutate!(once, LightBlocksItself => SphereLight { sphere: crate::shape::NO_SPHERE, ..once }),
+            pair: pairs::light(i),
+        }
+    }
+}
+
+/// Where contributions of a light go: where nothing can be in their way, to their points at once; else to the rays that wait.
+struct Sink<'a> {
+    open: bool,
+    queue: &'a mut RayQueue,
+    /// Rays that need not be asked for.
+    answered: u64,
+}
+
+impl Sink<'_> {
+    #[inline(always)]
+    fn take<L: Lane>(
+        &mut self,
+        stream: &mut HitStream,
+        at: usize,
+        point: &ShadingPoint<L>,
+        address: &Address<L>,
+        found: &per_light::Contribution<L>,
+    ) {
+        if self.open {
+            let light = stream.light(at) + found.ld;
+            stream.set_light(at, light);
+            self.answered += found.active.count() as u64;
+            return;
+        }
+        let rays = QueuedRays {
+            origin: point.p,
+            direction: found.wi,
+            tfar: found.distance,
+            value: found.ld,
+            index: address.index,
+        };
+        self.queue.push(found.active, &rays);
+    }
+}
+
+/// Tosses for each point of a stream and draws the direction of its BRDF, where it may be asked for.
+#[inline(always)]
+fn prepare<L: TraceLane, D: per_light::Density, M: Model>(chunk: &Chunk, stream: &mut HitStream) {
+    for at in (0..stream.len()).step_by(L::N) {
+        stream.set_light::<L>(at, Vec3::zero());
+        if D::MIXED {
+            let (mask, point, Address { key, pass, .. }) = stream.packet::<L, M>(at);
+            let heads = chunk.numbers.heads(key, pass, pairs::DIRECTION, chunk.tile.number());
+            let mut wi = Vec3::zero();
+            if !chunk.numbers.one_coin() || (heads & mask).any() {
+                wi = per_light::along_lobe(&point, chunk.numbers.after_toss(key, pass, pairs::DIRECTION));
             }
-            if queue.len() > 0 {
-                T::face_light::<L>(chunk.world, stream, points, light, set);
-                shadow::visible::<L, T>(chunk, queue, set, light.sphere);
+            stream.set_drawn(at, heads, wi);
+        }
+    }
+}
+
+/// The points of the packet at `at` that follow their BRDF when they look for a light.
+#[inline(always)]
+fn heads<L: Lane, M: Model>(chunk: &Chunk, stream: &HitStream, at: usize, light: &Lamp) -> L::Mask {
+    if chunk.numbers.one_coin() {
+        return stream.heads::<L>(at);
+    }
+    let (_, _, Address { key, pass, .. }) = stream.packet::<L, M>(at);
+    chunk.numbers.heads(key, pass, light.pair, chunk.tile.number())
+}
+
+/// Directions in the cone of a light, for the points that follow it.
+#[inline(always)]
+fn toward<L: TraceLane, D: per_light::Density, M: Model>(
+    chunk: &Chunk,
+    stream: &mut HitStream,
+    light: &Lamp,
+    sink: &mut Sink,
+) {
+    for at in (0..stream.len()).step_by(L::N) {
+        let mut active = stream.lanes::<L>(at);
+        if D::MIXED {
+            active = active & !heads::<L, M>(chunk, stream, at, light);
+            if active.none() {
+                continue;
             }
+        }
+        let (_, point, address) = stream.packet::<L, M>(at);
+        let view = light.sphere.seen_from(point.p);
+        active = active & per_light::may_contribute(&point, &view);
+        if active.none() {
+            continue;
+        }
+        let numbers = chunk.numbers.after_toss(address.key, address.pass, light.pair);
+        if let Some(found) = per_light::by_cone::<L, D>(&point, &light.sphere, &view, numbers, active) {
+            sink.take(stream, at, &point, &address, &found);
+        }
+    }
+}
+
+/// Directions of the BRDF, for the points that follow it and as far as they meet a light.
+#[inline(always)]
+fn along<L: TraceLane, D: per_light::Density, M: Model>(
+    chunk: &Chunk,
+    stream: &mut HitStream,
+    light: &Lamp,
+    sink: &mut Sink,
+) {
+    for at in (0..stream.len()).step_by(L::N) {
+        let mut active = stream.lanes::<L>(at) & heads::<L, M>(chunk, stream, at, light);
+        if active.none() {
+            continue;
+        }
+        let wi = stream.drawn(at);
+        active = active & light.sphere.may_meet(stream.position(at), wi);
+        if active.none() {
+            continue;
+        }
+        let (_, point, address) = stream.packet::<L, M>(at);
+        if let Some(found) = per_light::by_brdf::<L, D>(&point, &light.sphere, wi, active) {
+            sink.take(stream, at, &point, &address, &found);
         }
     }
 }
@@ -97,11 +222,7 @@ impl<D: per_point::Density, M: Model> Stage for PerPoint<D, M> {
 fn may_meet<L: Lane>(lights: &[SphereLight], p: Vec3<L>, wi: Vec3<L>) -> L::Mask {
     let mut meets = L::Mask::splat(false);
     for light in lights {
-        let cone = light.cone(p);
-        // The chord to the rim, widened by more than unit vectors can be off: |w - wi| is true to 3e-7.
-        let rim = (cone.omc + cone.omc).sqrt() + L::splat(1e-6);
-        let chord = (cone.axis - wi).length();
-        meets = mutate!(meets, LastLightOnly => L::Mask::splat(false)) | chord.le(rim);
+        meets = mutate!(meets, LastLightOnly => L::Mask::splat(false)) | light.may_meet(p, wi);
     }
     meets
 }

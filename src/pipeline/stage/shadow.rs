@@ -10,7 +10,7 @@ use crate::light::MeshLight;
 use crate::linear::Candidates;
 use crate::math::Vec3;
 use crate::pipeline::Counters;
-use crate::pipeline::stream::{QueuedRays, RayQueue, WideQueue};
+use crate::pipeline::stream::{HitStream, QueuedRays, RayQueue, WideQueue};
 use crate::pipeline::tracer::Tracer;
 
 /// Adds the contribution of every ray with nothing but the sphere `light` before its end.
@@ -24,6 +24,18 @@ pub fn visible<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &RayQueue, set
         deposit(chunk.sum, chunk.counters, visible, rays.value, rays.index);
     }
     chunk.counters.shadow_rays += queue.len() as u64;
+}
+
+/// Adds the light that has reached the points of a stream without a ray.
+#[inline(always)]
+pub fn arrived<L: Lane>(chunk: &mut Chunk, stream: &HitStream) {
+    for at in (0..stream.len()).step_by(L::N) {
+        let light = stream.light::<L>(at);
+        let total = light.x + light.y + light.z;
+        let dark = total.ge(L::zero()) & total.le(L::zero());
+        let index = stream.index::<L>(at);
+        deposit(chunk.sum, chunk.counters, stream.lanes::<L>(at) & !dark, light, index);
+    }
 }
 
 /// Adds the contribution of every ray with nothing before its end but the triangle that its number names.

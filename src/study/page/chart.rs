@@ -184,9 +184,18 @@ fn grid(
     let line = Role::Grid.color().stroke_width(FINE as u32);
     let under = text_style(layout, Role::Soft, Pos::new(HPos::Center, VPos::Top));
     let beside = text_style(layout, Role::Soft, Pos::new(HPos::Right, VPos::Center));
+    // Decades come first; what would touch a label that is there gets none.
+    let mut taken: Vec<i32> = Vec::new();
     for at in ticks(x) {
         chart.draw_series([PathElement::new(vec![(at, y.0), (at, y.1)], line)])?;
         let (px, py) = chart.backend_coord(&(at, y.0));
+        if taken
+            .iter()
+            .any(|other| other.abs_diff(px) < (4 * layout.font * FINE) as u32)
+        {
+            continue;
+        }
+        taken.push(px);
         let label = words::seconds(10.0_f64.powf(at)).replace(".0 ", " ");
         root.draw(&Text::new(label, (px, py + layout.font * FINE / 2), under.clone()))?;
     }

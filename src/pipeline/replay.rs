@@ -1,0 +1,278 @@
+//! One sample again, step by step: what the eye ray met, which direction each light got, and what came of it.
+//!
+//! The sample goes through the very stages of a render, as a chunk of one pixel and one pass by the kernel of one lane, whose bits are
+//! those of all widths; the steps are read from the streams in between.
+
+use serde::Serialize;
+
+use super::plan::Plan;
+use super::stage::{Chunk, Scratch, pairs};
+use super::stream::{Address, Diffuse, Model, Phong};
+use super::tracer::{ByEmbree, InLine, Tracer};
+use super::world::World;
+use super::{Counters, Settings};
+use crate::embree::{Coherence, NO_SPHERE, Ray};
+use crate::estimator::{ShadingPoint, per_light, per_point};
+use crate::film::Tile;
+use crate::lane::Word;
+use crate::light::SphereLight;
+use crate::math::Vec3;
+use crate::sampling::PassBlock;
+use crate::scene::EstimatorKind;
+use crate::settings::AccelKind;
+
+/// What a sample did.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Replay {
+    /// The pixel and the pass.
+    pub sample: [u32; 3],
+    /// Direction of the eye ray, which starts at 0: positions here are relative to the pinhole.
+    pub direction: [f32; 3],
+    /// What it met first.
+    pub hit: Option<Met>,
+    /// Radiance that the eye sees there itself.
+    pub seen: [f64; 3],
+    /// Where light was asked for.
+    pub point: Option<Point>,
+    /// The directions in which it was asked for: one for each sphere that emits by `light` and `mis`, else one.
+    pub asked: Vec<Asked>,
+    /// Whether `light` and `mis` also asked for meshes that emit, which are in the radiance but not told one by one.
+    pub meshes_untold: bool,
+    /// Radiance of the sample: what a render adds to the pixel.
+    pub radiance: [f64; 3],
+    /// Contributions that were thrown away: NaN, infinite, below 0.
+    pub invalid: [u64; 3],
+}
+
+/// A hit of the eye ray.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Met {
+    /// Distance.
+    pub distance: f32,
+    /// Number of the mesh in the scene, or of all meshes for a sphere.
+    pub geometry: u32,
+    /// Number of the triangle or sphere.
+    pub primitive: u32,
+    /// Barycentric coordinates.
+    pub barycentric: [f32; 2],
+}
+
+/// A shading point.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Point {
+    /// The point, moved off its surface.
+    pub p: [f32; 3],
+    /// Geometric normal.
+    pub ng: [f32; 3],
+    /// Shading normal.
+    pub n: [f32; 3],
+    /// Reflectance.
+    pub rho: [f32; 3],
+    /// 1 for diffuse, above 1 for Phong.
+    pub alpha: f32,
+}
+
+/// A direction that was asked for light.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Asked {
+    /// The light that it was drawn for: its place in the order of the render.
+    pub light: Option<usize>,
+    /// The number of this light among the spheres.
+    pub sphere: Option<u32>,
+    /// `1 - cos` of the half-angle that the light subtends.
+    pub omc: Option<f32>,
+    /// The density of the light's cone, per steradian.
+    pub cone_pdf: Option<f32>,
+    /// How the direction was drawn.
+    pub technique: &'static str,
+    /// What came of it; nothing where it has no chance to bring light.
+    pub found: Option<Found>,
+}
+
+/// A direction that can bring light.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Found {
+    /// Unit direction.
+    pub wi: [f32; 3],
+    /// Cosine with the shading normal.
+    pub cos_theta: f32,
+    /// `f cos` over the reflectance.
+    pub shape: f32,
+    /// Density of the BRDF's own sampling there.
+    pub brdf_pdf: f32,
+    /// Distance to the light.
+    pub distance: f32,
+    /// The contribution where nothing is in the way; by `uniform` and `brdf`, what radiance is multiplied by.
+    pub ld: [f32; 3],
+    /// Whether something else is met before the light; by `uniform` and `brdf`, whether no light is met first.
+    pub occluded: bool,
+}
+
+/// Runs the sample of a pixel in a pass through the stages of `plan`, which must be of one lane.
+pub(super) fn replay(plan: &Plan, world: &World, settings: &Settings, tile: &Tile, [x, y, pass]: [u32; 3]) -> Replay {
+    let numbers = PassBlock::new(settings.sampler, settings.seed, pass, 1, plan.pairs);
+    let (mut sum, mut counters, mut scratch) = (tile.empty_sum(1), Counters::default(), Scratch::default());
+    let width = settings.film.width;
+    let mut chunk = Chunk {
+        world,
+        numbers: &numbers,
+        tile,
+        film_width: width,
+        first: 0,
+        passes: 1,
+        order: plan.order,
+        sum: &mut sum,
+        counters: &mut counters,
+    };
+    (plan.eye)(&mut chunk, &mut scratch);
+    let seen = chunk.sum.0[0];
+    let mut asked = Vec::new();
+    let mut point = None;
+    for (model, phong) in [(Diffuse::STREAM, false), (Phong::STREAM, true)] {
+        if scratch.hits[model].len() == 0 {
+            continue;
+        }
+        let (_, at, address) = if phong {
+            scratch.hits[model].packet::<f32, Phong>(0)
+        } else {
+            scratch.hits[model].packet::<f32, Diffuse>(0)
+        };
+        point = Some(Point {
+            p: at.p.lane(0),
+            ng: at.ng.lane(0),
+            n: at.bsdf.n.lane(0),
+            rho: at.bsdf.rho.lane(0),
+            alpha: if phong { at.bsdf.alpha } else { 1.0 },
+        });
+        asked = match plan.accel {
+            AccelKind::Embree => directions::<ByEmbree>(world, settings, &numbers, tile, &at, &address),
+            AccelKind::Linear => directions::<InLine>(world, settings, &numbers, tile, &at, &address),
+        };
+    }
+    for shade in &plan.shade {
+        shade(&mut chunk, &mut scratch);
+    }
+    let key = numbers.key(Word(y * width + x));
+    let (u, v) = numbers.pair(key, Word(0), pairs::PIXEL).unit::<f32>();
+    let direction = world.camera.direction(x as f32 + u, y as f32 + v);
+    Replay {
+        sample: [x, y, pass],
+        direction: direction.lane(0),
+        hit: match plan.accel {
+            AccelKind::Embree => met::<ByEmbree>(world, direction),
+            AccelKind::Linear => met::<InLine>(world, direction),
+        },
+        seen,
+        point,
+        asked,
+        meshes_untold: !world.only_spheres_emit()
+            && matches!(settings.estimator, EstimatorKind::Light | EstimatorKind::Mis),
+        radiance: sum.0[0],
+        invalid: [counters.invalid_nan, counters.invalid_inf, counters.invalid_negative],
+    }
+}
+
+fn ray(origin: Vec3<f32>, direction: Vec3<f32>, tfar: f32, aims_at: u32) -> Ray<f32> {
+    Ray {
+        origin,
+        direction,
+        tfar,
+        aims_at: Word(aims_at),
+    }
+}
+
+fn met<T: Tracer>(world: &World, direction: Vec3<f32>) -> Option<Met> {
+    let mut set = Default::default();
+    T::face_all(world, &mut set);
+    let hit = T::nearest::<f32>(
+        world,
+        &set,
+        true,
+        &ray(Vec3::zero(), direction, f32::INFINITY, NO_SPHERE),
+        Coherence::Coherent,
+    );
+    hit.found.then_some(Met {
+        distance: hit.t,
+        geometry: hit.geometry.0,
+        primitive: hit.primitive.0,
+        barycentric: [hit.u, hit.v],
+    })
+}
+
+/// What the shade stage asks for at a point, by its own functions.
+fn directions<T: Tracer>(
+    world: &World,
+    settings: &Settings,
+    numbers: &PassBlock,
+    tile: &Tile,
+    point: &ShadingPoint<f32>,
+    address: &Address<f32>,
+) -> Vec<Asked> {
+    let mut set = Default::default();
+    T::face_all(world, &mut set);
+    let found = |wi: Vec3<f32>, distance: f32, ld: Vec3<f32>, occluded: bool| {
+        let cos_theta = point.bsdf.n.dot(wi);
+        let lobe = point.bsdf.eval(wi, cos_theta);
+        Found {
+            wi: wi.lane(0),
+            cos_theta,
+            shape: lobe.shape,
+            brdf_pdf: lobe.pdf,
+            distance,
+            ld: ld.lane(0),
+            occluded,
+        }
+    };
+    let for_light = |(i, light): (usize, &SphereLight)| {
+        let toss = numbers.toss(address.key, address.pass, pairs::light(i), tile.number());
+        let mis = settings.estimator == EstimatorKind::Mis;
+        let drawn = if mis {
+            per_light::sample::<f32, per_light::Average>(point, light, || toss, true)
+        } else {
+            per_light::sample::<f32, per_light::ConeOnly>(point, light, || toss, true)
+        };
+        let cone = light.cone(point.p);
+        Asked {
+            light: Some(i),
+            sphere: Some(light.sphere),
+            omc: Some(cone.omc),
+            cone_pdf: Some(cone.pdf()),
+            technique: if mis && toss.heads { "brdf" } else { "cone" },
+            found: drawn.filter(|drawn| drawn.active).map(|drawn| {
+                let shadow = ray(point.p, drawn.wi, drawn.distance, light.sphere);
+                let occluded = T::occluded::<f32>(world, &set, true, &shadow);
+                found(drawn.wi, drawn.distance, drawn.ld, occluded)
+            }),
+        }
+    };
+    let uniform = match settings.estimator {
+        EstimatorKind::Light | EstimatorKind::Mis => return world.lights.iter().enumerate().map(for_light).collect(),
+        EstimatorKind::Uniform => true,
+        EstimatorKind::Brdf => false,
+    };
+    let pair = numbers.pair(address.key, address.pass, pairs::DIRECTION);
+    let drawn = if uniform {
+        per_point::sample::<f32, per_point::Sphere>(point, pair, true)
+    } else {
+        per_point::sample::<f32, per_point::Lobe>(point, pair, true)
+    };
+    let asked = Asked {
+        light: None,
+        sphere: None,
+        omc: None,
+        cone_pdf: None,
+        technique: if uniform { "sphere" } else { "brdf" },
+        found: drawn.filter(|drawn| drawn.active).map(|drawn| {
+            let towards = ray(point.p, drawn.wi, f32::INFINITY, NO_SPHERE);
+            let hit = T::nearest::<f32>(world, &set, true, &towards, Coherence::Incoherent);
+            let surface = |()| world.surfaces[world.surface_index(hit.geometry.0, hit.primitive.0) as usize];
+            let lit = hit
+                .found
+                .then_some(())
+                .map(surface)
+                .is_some_and(|surface| surface.le.is_some());
+            found(drawn.wi, hit.t, drawn.throughput, !lit)
+        }),
+    };
+    vec![asked]
+}

@@ -1,0 +1,146 @@
+//! Rows 31 to 34: bright beside dim, denormal numbers, long sums.
+
+use super::bench::{self, Mean, SIGMAS};
+use super::row::{Check, Checks, Effort};
+use crate::film::{Film, TileSum};
+use crate::pipeline::{Settings, widest_lanes};
+use crate::scene::{EstimatorKind, FilmSize, Scene};
+
+/// Row 31.
+pub fn bright_beside_dim(effort: Effort) -> Checks {
+    let wall = "[[meshes]]\nmaterial = \"plate\"\nvertices = [[5, -9, -9], [5, -9, 9], [5, 9, 9], [5, 9, -9]]\nfaces = [[0, 1, 2, 3]]\n";
+    let dim = bench::light([-1.0, 4.0, 0.0], 1.0, 1e-20);
+    let bright = bench::light([9.0, 4.0, 0.0], 1.0, 1e20);
+    let apart = bench::scene(&(bench::spot() + wall + &dim))?;
+    let both = bench::scene(&(bench::spot() + wall + &dim + &bright))?;
+    let (mut different, mut unsound) = (0, 0);
+    for estimator in EstimatorKind::ALL {
+        let settings = bench::settings(32, 32, estimator);
+        let (a, b) = (
+            bench::render(&apart, settings, effort.of(32))?,
+            bench::render(&both, settings, effort.of(32))?,
+        );
+        different += bench::differences(&a.picture(), &b.picture());
+        unsound += bench::invalid(&b);
+    }
+    // In sight of both: their sum is that of the bright one, and finite.
+    let open = bench::scene(&(bench::spot() + &dim + &bright))?;
+    let renderer = bench::render(&open, bench::settings(32, 32, EstimatorKind::Light), effort.of(32))?;
+    unsound += bench::invalid(&renderer);
+    unsound += renderer
+        .picture()
+        .pixels
+        .iter()
+        .flatten()
+        .filter(|x| !x.is_finite())
+        .count();
+    Ok(vec![
+        Check::none(
+            "pixels lit by 1e-20 whose bits change when a light of 1e20 stands behind a wall",
+            different,
+        ),
+        Check::none("invalid samples and pixels", unsound),
+    ])
+}
+
+/// Every radiance times `factor`.
+fn brighter(scene: &Scene, factor: f64) -> Scene {
+    let mut scene = scene.clone();
+    for sphere in &mut scene.spheres {
+        if let crate::scene::Surface::Emission(le) = &mut sphere.surface {
+            *le *= factor;
+        }
+    }
+    scene
+}
+
+/// Row 32.
+pub fn denormals(effort: Effort) -> Checks {
+    let scene = bench::scene(
+        &(bench::spot() + &bench::light([1.0, 4.0, 0.0], 1.0, 1.0) + &bench::light([-2.0, 2.0, 1.0], 0.3, 7.0)),
+    )?;
+    let (mut different, mut lanes) = (0, 0);
+    for estimator in EstimatorKind::ALL {
+        let settings = bench::settings(16, 16, estimator);
+        let plain = bench::picture(&scene, settings, effort.of(32))?;
+        for power in [-90, -60, -20, 20, 60, 100] {
+            let factor = 2.0_f32.powi(power);
+            let scaled = bench::picture(&brighter(&scene, f64::from(factor)), settings, effort.of(32))?;
+            let mut expected = plain.clone();
+            expected.pixels.iter_mut().flatten().for_each(|x| *x *= factor);
+            different += bench::differences(&scaled, &expected);
+        }
+        // Radiance of 1e-42 is denormal itself: every width must make the same of it, on every thread.
+        let dim = brighter(&scene, 1e-42);
+        let one = bench::picture(&dim, Settings { lanes: 1, ..settings }, 2)?;
+        for (lanes_of, threads) in [(8, 1), (8, 2), (widest_lanes(), 2)] {
+            let settings = Settings {
+                lanes: lanes_of,
+                threads,
+                ..settings
+            };
+            lanes += bench::differences(&one, &bench::picture(&dim, settings, 2)?);
+        }
+    }
+    Ok(vec![
+        Check::none(
+            "pixels that do not follow radiance times 2^-90 .. 2^100 in every bit",
+            different,
+        ),
+        Check::none("pixels of radiance 1e-42 whose bits follow lanes or threads", lanes),
+    ])
+}
+
+/// Row 33.
+pub fn long_sums(effort: Effort) -> Checks {
+    // Chunk by chunk, as renders sum: 2^26 samples of 0.1 in one pixel.
+    let (chunks, chunk) = (effort.of(1 << 15), 1 << 11);
+    let mut film = Film::new(FilmSize { width: 1, height: 1 });
+    let mut naive = 0.0_f32;
+    for _ in 0..chunks {
+        let mut sum = TileSum::new(1);
+        for _ in 0..chunk {
+            sum.add(0, [0.1; 3]);
+            naive += 0.1;
+        }
+        film.tiles_mut()[0].add(&sum, chunk);
+    }
+    let count = f64::from(chunks) * f64::from(chunk);
+    let truth = f64::from(0.1_f32);
+    let found = film.tiles()[0].sums().total(0)[1] / count;
+    let stalled = (f64::from(naive) / count / truth - 1.0).abs();
+
+    let scene = bench::scene(&(bench::spot() + &bench::light([1.0, 3.0, 0.0], 1.0, 1.0)))?;
+    let size = Settings {
+        film: FilmSize { width: 2, height: 2 },
+        ..bench::settings(2, 2, EstimatorKind::Mis)
+    };
+    let long = bench::picture(&scene, Settings { seed: 1000, ..size }, effort.of(131_072))?;
+    let mut short = Vec::new();
+    for seed in 0..128 {
+        short.push(bench::picture(&scene, Settings { seed, ..size }, effort.of(1024))?);
+    }
+    let mut worst = 0.0_f64;
+    for pixel in 0..4 {
+        let mean = Mean::of(short.iter().map(|p| f64::from(p.pixels[pixel][1])));
+        // The long render has as many samples, and so the same error again.
+        let both = Mean {
+            error: mean.error * 2.0_f64.sqrt(),
+            ..mean
+        };
+        worst = worst.max(both.sigmas(f64::from(long.pixels[pixel][1]), 1e-7));
+    }
+    Ok(vec![
+        Check::new(
+            "mean of 2^26 samples of 0.1: relative error",
+            (found / truth - 1.0).abs(),
+            1e-12,
+        ),
+        Check::new("for comparison, the same summed in f32: relative error", stalled, 1.0),
+        Check::new(
+            "131072 spp against 128 renders of 1024 averaged in f64: standard errors",
+            worst,
+            SIGMAS,
+        ),
+    ])
+}

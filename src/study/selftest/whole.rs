@@ -1,0 +1,109 @@
+//! Three checks of whole pictures that go with the rows.
+
+use std::f64::consts::PI;
+
+use super::bench::{self, Mean, SIGMAS};
+use super::row::{Check, Checks, Effort};
+use crate::bsdf::Bsdf;
+use crate::math::Vec3;
+use crate::scene::EstimatorKind;
+use crate::study::student;
+
+/// A white body in a light of radiance 1 gives back what it gets.
+pub fn furnace(effort: Effort) -> Checks {
+    let (mut worst, mut gain) = (0.0_f64, 0.0_f64);
+    for (text, conserves) in [
+        (include_str!("../../../scenes/tests/furnace-diffuse.toml"), true),
+        (include_str!("../../../scenes/tests/furnace-phong.toml"), false),
+    ] {
+        let scene = bench::scene(text)?;
+        for estimator in EstimatorKind::ALL {
+            let picture = bench::picture(&scene, bench::settings(32, 32, estimator), effort.of(64))?;
+            let mean = Mean::of_pixels(&picture);
+            if conserves {
+                worst = worst.max(mean.sigmas(1.0, 1e-6));
+            }
+            gain = gain.max(mean.mean - SIGMAS * mean.error);
+        }
+    }
+    Ok(vec![
+        Check::new("diffuse: mean against 1: standard errors", worst, SIGMAS),
+        Check::new("diffuse and Phong: mean less 5.5 standard errors", gain, 1.0 + 1e-6),
+    ])
+}
+
+/// A BRDF is the same with light and eye exchanged.
+pub fn reciprocity(effort: Effort) -> Checks {
+    let mut worst = 0.0_f64;
+    let n = Vec3::<f32>::splat([0.0, 0.0, 1.0]);
+    for i in 0..effort.of(20_000) {
+        let direction = |k: u32| {
+            let u = (f64::from(i * 2 + k) * 0.754_877_666 + 0.3).fract();
+            let v = (f64::from(i * 2 + k) * 0.569_840_291 + 0.7).fract();
+            let (z, (s, c)) = (0.05 + 0.95 * u, (2.0 * PI * v).sin_cos());
+            let r = (1.0 - z * z).sqrt();
+            Vec3::<f32>::splat([r * c, r * s, z].map(|x| x as f32))
+        };
+        let (a, b) = (direction(0), direction(1));
+        for alpha in [1.0_f32, 2.0, 20.0] {
+            let f = |wo: Vec3<f32>, wi: Vec3<f32>| {
+                let cosine = n.dot(wi);
+                Bsdf::new(n, wo, Vec3::splat([1.0; 3]), alpha).eval(wi, cosine).shape / cosine
+            };
+            let (forth, back) = (f64::from(f(a, b)), f64::from(f(b, a)));
+            // Far from the lobe a relative error means nothing: it is alpha times that of the cosine.
+            let peak = (f64::from(alpha) + 1.0) / (2.0 * PI);
+            worst = worst.max((forth - back).abs() / (forth.abs() + 1e-3 * peak));
+        }
+    }
+    Ok(vec![Check::new(
+        "f(wo, wi) against f(wi, wo), exponents 1, 2, 20: largest relative difference",
+        worst,
+        2e-5,
+    )])
+}
+
+/// All estimators agree, tile by tile.
+pub fn estimators_agree(effort: Effort) -> Checks {
+    let scene = bench::scene(include_str!("../../../scenes/large-lights.toml"))?;
+    let (tiles, side) = (4, 12);
+    let mut means = Vec::new();
+    for estimator in EstimatorKind::ALL {
+        let mut of_seeds = Vec::new();
+        for seed in 0..effort.of(32).max(8) {
+            let settings = crate::pipeline::Settings {
+                seed,
+                ..bench::settings(tiles * side, tiles * side, estimator)
+            };
+            let picture = bench::picture(&scene, settings, 4)?;
+            let tile = |t: u32| {
+                let pixels = (0..side * side)
+                    .map(|k| (t / tiles * side + k / side) * tiles * side + t % tiles * side + k % side);
+                pixels.map(|i| f64::from(picture.pixels[i as usize][1])).sum::<f64>()
+            };
+            of_seeds.push((0..tiles * tiles).map(tile).collect::<Vec<_>>());
+        }
+        means.push(
+            (0..(tiles * tiles) as usize)
+                .map(|t| Mean::of(of_seeds.iter().map(|s| s[t])))
+                .collect::<Vec<_>>(),
+        );
+    }
+    let mut worst = 0.0_f64;
+    for (i, a) in means.iter().enumerate() {
+        for b in &means[i + 1..] {
+            for (x, y) in a.iter().zip(b) {
+                let error = (x.error * x.error + y.error * y.error).sqrt();
+                worst = worst.max(Mean { mean: x.mean, error }.sigmas(y.mean, 1e-5));
+            }
+        }
+    }
+    // Of few seeds, a standard error is uncertain itself: Student's t of as many values.
+    let pairs = 6 * (tiles * tiles) as usize;
+    let dof = 2.0 * f64::from(effort.of(32).max(8)) - 2.0;
+    Ok(vec![Check::new(
+        "16 tiles, 6 pairs of estimators: standard errors",
+        worst,
+        student::quantile(student::sidak(1e-6, pairs), dof),
+    )])
+}

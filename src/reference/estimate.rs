@@ -16,7 +16,7 @@ use super::world::{Sight, World};
 /// One estimate of the radiance that arrives along an eye ray.
 pub fn radiance(world: &World, eye: &Ray, rng: &mut impl Rng) -> DVec3 {
     match world.look(eye) {
-        None => DVec3::ZERO,
+        None | Some(Sight::Back) => DVec3::ZERO,
         Some(Sight::Emitter { emitter, .. }) => emitter.le,
         Some(Sight::Reflector { shading, point }) => {
             let by_lights: DVec3 = (0..world.emitters().len())

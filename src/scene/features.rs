@@ -8,7 +8,7 @@ use super::{Effect, Effects, FilmSize, Mesh, Scene, Surface};
 /// Shapes that no eye ray can meet call for nothing but to be in the way of light; an emission of 0 is no light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Features {
-    /// Shapes that call for each effect, in the order of [`Effect::ALL`]; a mesh is one.
+    /// Shapes or cameras that call for each effect, in the order of [`Effect::ALL`]; a mesh is one.
     counts: [usize; Effect::ALL.len()],
     /// Triangles of small meshes that emit: lights of their own.
     pub triangle_lights: usize,
@@ -39,6 +39,9 @@ impl Features {
                 found.triangle_lights += if each { mesh.triangles.len() } else { 0 };
                 found.picked_lights += usize::from(!each);
             }
+        }
+        for effect in scene.camera.effects().iter() {
+            found.counts[effect as usize] += 1;
         }
         found.bodies = scene.spheres.len() + scene.meshes.len();
         found.shapes = scene.spheres.len() + scene.meshes.iter().map(|m| m.triangles.len()).sum::<usize>();

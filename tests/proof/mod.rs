@@ -27,13 +27,23 @@ pub const ALPHA: f64 = 2e-5;
 /// Tests that are judged together (Šidák), and the table that they leave behind.
 pub struct Family {
     name: &'static str,
+    alpha: f64,
     rows: Vec<(f64, String)>,
 }
 
 impl Family {
     /// A family without tests; its table will be called `name`.
     pub fn new(name: &'static str) -> Self {
-        Self { name, rows: vec![] }
+        Self::rarely(name, ALPHA)
+    }
+
+    /// As [`Self::new`], with a false alarm as rare as this.
+    pub fn rarely(name: &'static str, alpha: f64) -> Self {
+        Self {
+            name,
+            alpha,
+            rows: vec![],
+        }
     }
 
     /// Takes in a test: how likely chance explains it, and what it was.
@@ -48,7 +58,7 @@ impl Family {
             "{}: a family without tests proves nothing",
             self.name
         );
-        let least = stats::sidak(ALPHA, self.rows.len());
+        let least = stats::sidak(self.alpha, self.rows.len());
         self.rows.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut table = format!("# {} tests, rejected below p = {least:.2e}\n", self.rows.len());
         for (p, what) in &self.rows {

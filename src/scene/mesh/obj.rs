@@ -3,13 +3,14 @@
 use std::collections::HashMap;
 use std::io::{BufRead, Read};
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use tobj::{LoadError, LoadOptions};
 
 use super::{Problem, RawMesh};
 
-/// Reads all faces of an OBJ file; objects, groups and materials make no difference.
-pub fn read(bytes: &[u8]) -> Result<RawMesh, Problem> {
+/// Reads all faces of an OBJ file, with texture coordinates only where it is `textured`; objects, groups and materials make no
+/// difference.
+pub fn read(bytes: &[u8], textured: bool) -> Result<RawMesh, Problem> {
     let mut lines = Geometry {
         rest: bytes,
         line: &[],
@@ -39,25 +40,42 @@ pub fn read(bytes: &[u8]) -> Result<RawMesh, Problem> {
 
     let vectors = |numbers: &[f64]| numbers.chunks_exact(3).map(DVec3::from_slice).collect::<Vec<_>>();
     let (positions, normals) = (vectors(&mesh.positions), vectors(&mesh.normals));
-    if mesh.normal_indices.len() != mesh.indices.len() {
-        // Normals are optional for each corner: without all of them they are of no use.
+    let pairs = |numbers: &[f64]| numbers.chunks_exact(2).map(DVec2::from_slice).collect::<Vec<_>>();
+    let uvs = pairs(&mesh.texcoords);
+    // Both are optional for each corner: without all of them they are of no use.
+    let complete = |indices: &Vec<u32>| (indices.len() == mesh.indices.len()).then(|| indices.clone());
+    let (normal_of, uv_of) = (
+        complete(&mesh.normal_indices),
+        complete(&mesh.texcoord_indices).filter(|_| textured),
+    );
+    if normal_of.is_none() && uv_of.is_none() {
         let triangles = mesh.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
         return Ok(RawMesh {
             vertices: positions,
             triangles,
-            normals: None,
+            ..Default::default()
         });
     }
 
-    // A corner has a position and a normal of its own: each pair becomes a vertex.
-    let mut raw = RawMesh::default();
-    let mut pairs = HashMap::new();
+    // A corner has a position, a normal and texture coordinates of its own: each set of them becomes a vertex.
+    let mut raw = RawMesh {
+        normals: normal_of.as_ref().map(|_| Vec::new()),
+        uvs: uv_of.as_ref().map(|_| Vec::new()),
+        ..Default::default()
+    };
+    let mut sets = HashMap::new();
     let mut corners = Vec::with_capacity(mesh.indices.len());
-    let raw_normals = raw.normals.insert(Vec::new());
-    for (&position, &normal) in mesh.indices.iter().zip(&mesh.normal_indices) {
-        corners.push(*pairs.entry((position, normal)).or_insert_with(|| {
+    for (corner, &position) in mesh.indices.iter().enumerate() {
+        let normal = normal_of.as_ref().map(|indices| indices[corner]);
+        let uv = uv_of.as_ref().map(|indices| indices[corner]);
+        corners.push(*sets.entry((position, normal, uv)).or_insert_with(|| {
             raw.vertices.push(positions[position as usize]);
-            raw_normals.push(normals[normal as usize]);
+            if let (Some(all), Some(normal)) = (&mut raw.normals, normal) {
+                all.push(normals[normal as usize]);
+            }
+            if let (Some(all), Some(uv)) = (&mut raw.uvs, uv) {
+                all.push(uvs[uv as usize]);
+            }
             raw.vertices.len() as u32 - 1
         }));
     }
@@ -76,8 +94,11 @@ fn problem(error: LoadError, line: usize) -> Problem {
         LoadError::TexcoordParseError => broken("a texture coordinate that cannot be read"),
         LoadError::FaceParseError | LoadError::InvalidPolygon => broken("a face that cannot be read"),
         LoadError::ReadError => broken("something that is not text"),
-        LoadError::FaceVertexOutOfBounds | LoadError::FaceNormalOutOfBounds => {
-            Problem::new("has a face that names a vertex or a normal that does not exist", cut)
+        LoadError::FaceVertexOutOfBounds | LoadError::FaceNormalOutOfBounds | LoadError::FaceTexCoordOutOfBounds => {
+            Problem::new(
+                "has a face that names a vertex, a normal or a texture coordinate that does not exist",
+                cut,
+            )
         }
         other => Problem::new(format!("cannot be read: {other}"), cut),
     }
@@ -134,7 +155,7 @@ mod tests {
 
     #[test]
     fn quads_negative_indices_and_groups() {
-        let raw = read(CUBE.as_bytes()).unwrap();
+        let raw = read(CUBE.as_bytes(), false).unwrap();
         assert_eq!(raw.vertices.len(), 8, "groups share their vertices");
         assert_eq!(raw.triangles.len(), 12);
         assert!(raw.normals.is_none());
@@ -147,14 +168,28 @@ mod tests {
     #[test]
     fn a_pair_of_position_and_normal_is_a_vertex() {
         let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvn 0 0 1\nvn 1 0 0\nf 1//1 2//1 3//1\nf 1//2 3//2 4//2\n";
-        let raw = read(text.as_bytes()).unwrap();
+        let raw = read(text.as_bytes(), false).unwrap();
         assert_eq!(raw.vertices.len(), 6);
         assert_eq!(raw.normals.unwrap()[3], DVec3::X);
     }
 
     #[test]
+    fn a_corner_has_texture_coordinates_of_its_own() {
+        let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 0 0.5\nf 1/1 2/2 3/3\nf 2/1 4/2 3/3\n";
+        let raw = read(text.as_bytes(), true).unwrap();
+        let uvs = raw.uvs.unwrap();
+        assert_eq!(
+            (raw.vertices.len(), uvs.len()),
+            (5, 5),
+            "vertex 2 has two pairs, vertex 3 one"
+        );
+        assert_eq!(uvs[2], DVec2::new(0.0, 0.5));
+        assert!(raw.normals.is_none());
+    }
+
+    #[test]
     fn errors_name_the_line() {
-        let error = |text: &str| read(text.as_bytes()).unwrap_err().what;
+        let error = |text: &str| read(text.as_bytes(), false).unwrap_err().what;
         assert_eq!(
             error("v 0 0 0\nv 1 zero 0\n"),
             "has a vertex that cannot be read in line 2"

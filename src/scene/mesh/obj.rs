@@ -16,6 +16,7 @@ pub fn read(bytes: &[u8], textured: bool) -> Result<RawMesh, Problem> {
         line: &[],
         taken: 0,
         number: 0,
+        vertices: 0,
     };
     let options = LoadOptions {
         triangulate: true,
@@ -93,7 +94,7 @@ fn problem(error: LoadError, line: usize) -> Problem {
         LoadError::NormalParseError => broken("a normal that cannot be read"),
         LoadError::TexcoordParseError => broken("a texture coordinate that cannot be read"),
         LoadError::FaceParseError | LoadError::InvalidPolygon => broken("a face that cannot be read"),
-        LoadError::ReadError => broken("something that is not text"),
+        LoadError::ReadError => broken("an index or something else that cannot be read"),
         LoadError::FaceVertexOutOfBounds | LoadError::FaceNormalOutOfBounds | LoadError::FaceTexCoordOutOfBounds => {
             Problem::new(
                 "has a face that names a vertex, a normal or a texture coordinate that does not exist",
@@ -113,6 +114,20 @@ struct Geometry<'b> {
     line: &'b [u8],
     taken: usize,
     number: usize,
+    /// Lines of positions, texture coordinates and normals so far.
+    vertices: u64,
+}
+
+/// Whether the indices of a face have no more than ten digits, and those that count backwards do not leave the file, of
+/// whose positions, texture coordinates and normals there are `vertices` together so far. `tobj` 4.0.5 multiplies indices
+/// unchecked, so that huge ones come round to vertices that exist.
+fn indices_fit(line: &[u8], vertices: u64) -> bool {
+    let indices = line.split(|&byte| byte == b'/' || byte.is_ascii_whitespace());
+    let fits = |index: &[u8]| match index.strip_prefix(b"-") {
+        Some(back) => str::from_utf8(back).is_ok_and(|back| back.parse().is_ok_and(|back: u64| back <= vertices)),
+        None => index.len() <= 10,
+    };
+    indices.into_iter().all(fits)
 }
 
 impl BufRead for Geometry<'_> {
@@ -128,6 +143,10 @@ impl BufRead for Geometry<'_> {
             self.number += 1;
             let word = line.trim_ascii_start().split(u8::is_ascii_whitespace).next();
             let wanted = matches!(word, Some(b"v" | b"vt" | b"vn" | b"f"));
+            self.vertices += u64::from(wanted && word != Some(b"f"));
+            if word == Some(b"f") && !indices_fit(line, self.vertices) {
+                return Err(std::io::ErrorKind::InvalidData.into());
+            }
             (self.line, self.taken) = (if wanted { line } else { &[] }, 0);
         }
         Ok(&self.line[self.taken..])
@@ -199,6 +218,12 @@ mod tests {
             "has a face that cannot be read in line 4"
         );
         assert_eq!(error("nothing here\n"), "has no faces");
+        // Three times this index, counted from 0, comes round to 4: the second vertex and a half.
+        assert_eq!(
+            error("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 12297829382473034413\n"),
+            "has an index or something else that cannot be read in line 4"
+        );
+        assert!(error("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -4\n").ends_with("in line 4"));
         assert!(error("v 0 0 0\nv 1 0 0\nf 1 2 9\n").contains("does not exist"));
     }
 }

@@ -128,3 +128,23 @@ fn an_emission_of_zero_is_no_light() {
     }
     assert_eq!(Features::of(&scene, scene.film).count(Effect::SphereLights), before - 1);
 }
+
+/// Lights of every kind in one scene, tiles of several sizes: what a stage leaves behind in a thread's scratch pad would reach
+/// other pixels, and depend on which tiles the thread had before.
+#[test]
+fn no_stage_leaves_rays_to_the_next_tile() {
+    let scene = load("still-life.toml");
+    let on = |threads| {
+        picture(
+            &scene,
+            Settings {
+                threads,
+                ..settings(60, 40, EstimatorKind::Mis)
+            },
+            8,
+        )
+    };
+    let one = on(1);
+    assert!(one.pixels.iter().flatten().all(|x| x.is_finite()));
+    assert_eq!(one, on(3));
+}

@@ -70,11 +70,14 @@ fn plate(alpha: f64, tilt: f64, lights: Vec<Sphere>) -> Scene {
             target: DVec3::ZERO,
             up: DVec3::Y,
             fov: Fov::X(2e-5),
+            lens: None,
         },
         film: FilmSize { width: 4, height: 4 },
         render: RenderTable::default(),
         materials: vec![Material {
             name: "phong".into(),
+            one_sided: false,
+            texture: None,
             bsdf: Bsdf::Phong {
                 rho: DVec3::new(0.5, 0.25, 1.0),
                 alpha,
@@ -90,6 +93,7 @@ fn plate(alpha: f64, tilt: f64, lights: Vec<Sphere>) -> Scene {
             ],
             triangles: vec![[0, 1, 2], [0, 2, 3]],
             normals: None,
+            uvs: None,
             surface: Surface::Material(0),
         }],
         environment: None,

@@ -79,8 +79,9 @@ fn the_four_and_the_oracle_agree_under_a_picture_of_a_sky() {
         width: WIDTH,
         height: HEIGHT,
     };
-    let family = agreement::compare(&load("sky.toml"), "agree-sky", film, SEEDS, [256, 64, 128, 64], 1024);
-    family.at(1e-6).judge();
+    let family = Family::rarely("agree-sky", 1e-6);
+    let passes = [256, 64, 128, 64];
+    agreement::judge(family, "agree-sky", &load("sky.toml"), film, SEEDS, passes, 1024);
 }
 
 #[test]

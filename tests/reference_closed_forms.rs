@@ -61,6 +61,7 @@ fn cube(center: DVec3, half: f64) -> Mesh {
         vertices: (0..8).map(|i| center + half * corner(i)).collect(),
         triangles: quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect(),
         normals: None,
+        uvs: None,
         surface: Emission(LE),
     }
 }

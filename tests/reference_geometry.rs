@@ -48,6 +48,7 @@ fn smooth_normals_slant_the_shading_on_the_side_of_the_eye() {
         let n = flip * 3.0 * DVec3::new(-slant.sin(), 0.0, slant.cos());
         scene.meshes.push(Mesh {
             normals: Some(vec![n.normalize(); 4]),
+            uvs: None,
             ..floor(10.0)
         });
         scene.spheres.push(sphere(
@@ -115,6 +116,7 @@ fn tessellated(center: DVec3, radius: f64, surface: Surface) -> Mesh {
         vertices: normals.iter().map(|n| center + radius * n).collect(),
         triangles: (0..N).flat_map(|i| (0..N).flat_map(move |j| quad(i, j))).collect(),
         normals: Some(normals),
+        uvs: None,
         surface,
     }
 }

@@ -4,10 +4,12 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
+use super::explain_effects::{self as effects, Found};
 use super::options::{self, Options};
 use super::{CliError, Exit, report};
 use crate::pipeline::{Renderer, Settings};
-use crate::scene::{Bsdf, EstimatorKind, SamplerKind, Scene, Surface};
+use crate::scene::{Bsdf, Effect, EstimatorKind, SamplerKind, Scene, Surface};
+use crate::study::effect_costs::{self, Costs};
 
 /// Say what a scene holds and calls for, and how it would be rendered
 #[derive(clap::Args)]
@@ -20,6 +22,10 @@ pub struct Args {
     /// Print one JSON object instead
     #[arg(long)]
     json: bool,
+    /// Measure here and now what each effect costs: absent ones held without being used, present ones taken out of the
+    /// scene (a second or two, one thread)
+    #[arg(long)]
+    measure: bool,
 }
 
 /// Prints the explanation on standard output.
@@ -30,12 +36,19 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     let scene = args.options.reading.load(&args.scene)?;
     let settings = args.options.settings(&scene)?;
     let renderer = Renderer::new(&scene, settings).map_err(|error| CliError::setup(&args.scene, &error))?;
-    let explanation = Explanation::new(&scene, settings, &renderer);
+    let mut explanation = Explanation::new(&scene, settings, &renderer);
+    if args.measure {
+        let costs = effect_costs::measure(&scene, settings).map_err(|error| CliError::setup(&args.scene, &error))?;
+        explanation.costs = Some(costs);
+    }
     if args.json {
         let json = serde_json::to_string(&explanation).map_err(|error| CliError::failed(error.to_string()))?;
         report::data(&json)?;
     } else {
-        report::data(&explanation.text())?;
+        let costs = explanation.costs.iter();
+        let costs = costs.flat_map(|costs| effects::cost_lines(costs, &renderer));
+        let lines: Vec<String> = std::iter::once(explanation.text()).chain(costs).collect();
+        report::data(&lines.join("\n"))?;
     }
     Ok(Exit::Well)
 }
@@ -55,6 +68,9 @@ struct Explanation {
     diffuse: usize,
     phong: usize,
     needs: Vec<&'static str>,
+    found: Vec<Found>,
+    absent: Vec<Effect>,
+    notes: Vec<String>,
     kernel: String,
     why: String,
     lanes: usize,
@@ -63,6 +79,8 @@ struct Explanation {
     estimator: EstimatorKind,
     sampler: SamplerKind,
     seed: u32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    costs: Option<Costs>,
 }
 
 impl Explanation {
@@ -79,9 +97,12 @@ impl Explanation {
             mesh_lights: scene.meshes.iter().filter(|mesh| emits(&mesh.surface)).count(),
             triangles: scene.meshes.iter().map(|mesh| mesh.triangles.len()).sum(),
             materials: scene.materials.len(),
-            diffuse: of_kind(|bsdf| matches!(bsdf, Bsdf::Diffuse { .. })),
-            phong: of_kind(|bsdf| matches!(bsdf, Bsdf::Phong { .. })),
+            diffuse: of_kind(|bsdf| !matches!(bsdf, Bsdf::Phong { .. })),
+            phong: of_kind(|bsdf| !matches!(bsdf, Bsdf::Diffuse { .. })),
             needs: renderer.needs(),
+            found: effects::found(scene, renderer.features()),
+            absent: effects::absent(renderer.features()),
+            notes: effects::notes(scene, renderer.features()),
             kernel: renderer.kernel().to_owned(),
             why: renderer.why().to_owned(),
             lanes: settings.lanes,
@@ -90,6 +111,7 @@ impl Explanation {
             estimator: settings.estimator,
             sampler: settings.sampler,
             seed: settings.seed,
+            costs: None,
         }
     }
 
@@ -105,7 +127,7 @@ impl Explanation {
             format!("{} rays a packet", self.lanes)
         };
         let lights = self.sphere_lights + self.mesh_lights;
-        [
+        let mut lines = vec![
             format!("{}: {} x {} pixels", self.scene, self.width, self.height),
             format!("  spheres    {}, {} of them lights", self.spheres, self.sphere_lights),
             format!(
@@ -118,6 +140,11 @@ impl Explanation {
                 self.materials, self.diffuse, self.phong
             ),
             format!("  needs      {needs}"),
+        ];
+        lines.extend(self.found.iter().map(Found::line));
+        lines.push(format!("  absent     {}", effects::names(&self.absent)));
+        lines.extend(self.notes.iter().map(|said| format!("  note       {said}")));
+        lines.extend([
             format!("  kernel     {}, {rays}, {} threads", self.kernel, self.threads),
             format!("  because    {}", self.why),
             format!(
@@ -127,7 +154,7 @@ impl Explanation {
                 self.sampler.name(),
                 self.seed
             ),
-        ]
-        .join("\n")
+        ]);
+        lines.join("\n")
     }
 }

@@ -9,6 +9,7 @@ mod compare;
 mod done;
 mod error;
 mod explain;
+mod explain_effects;
 mod interrupt;
 mod looker;
 mod machine;

@@ -5,7 +5,7 @@ use clap::builder::RangedU64ValueParser;
 use super::CliError;
 use super::reading::Reading;
 use crate::pipeline::{Settings, widest_lanes};
-use crate::scene::{EstimatorKind, FilmSize, SamplerKind, Scene, available_memory};
+use crate::scene::{Effect, EstimatorKind, FilmSize, SamplerKind, Scene, available_memory};
 use crate::settings::AccelKind;
 
 /// Passes where neither the command line nor the scene says.
@@ -49,6 +49,9 @@ pub struct Options {
     /// Threads, 1 to 1024 [default: as many as the machine offers]
     #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
     pub threads: Option<usize>,
+    /// Effects that the kernel holds whether the scene calls for them or not: the picture is the same. For measurements
+    #[arg(long, value_enum, value_name = "EFFECT", hide = true)]
+    pub hold: Vec<Effect>,
     #[command(flatten)]
     pub reading: Reading,
 }

@@ -19,7 +19,7 @@ use super::target::{self, Reached};
 use super::{CliError, done, options, report};
 use crate::film::{Film, leaf_passes, sums_file, write_picture};
 use crate::pipeline::{Renderer, Settings};
-use crate::scene::available_memory;
+use crate::scene::{Effects, available_memory};
 
 /// One scene of a command.
 #[derive(Clone, Copy)]
@@ -67,7 +67,8 @@ impl<'a> Job<'a> {
             .shard
             .map_or(0..spp, |shard| shard.passes(spp, leaf_passes(settings.film)));
         self.announce_memory(settings, passes.end - passes.start)?;
-        let mut renderer = Renderer::new(&scene, settings).map_err(|error| CliError::setup(self.path, &error))?;
+        let mut renderer = Renderer::holding(&scene, settings, Effects::of(&args.options.hold))
+            .map_err(|error| CliError::setup(self.path, &error))?;
         renderer.begin_at(passes.start);
         self.interrupt.watch(renderer.progress());
         if !args.quiet {

@@ -9,6 +9,7 @@ mod replay;
 mod rows;
 mod stage;
 mod stream;
+mod texture;
 mod tracer;
 mod world;
 

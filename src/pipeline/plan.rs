@@ -77,7 +77,7 @@ impl Plan {
         };
         let accel = accel.unwrap_or(free_choice);
         let needs = features.effects().and(forced);
-        let pairs = 2 + if per_light { features.lights() as u32 } else { 0 };
+        let pairs = 2 + if per_light { features.lights() as u32 } else { 0 } + u32::from(needs.has(Effect::Lens));
         let order = if accel == AccelKind::Embree && features.shapes >= NEIGHBOURS {
             Order::Neighbours
         } else {

@@ -39,6 +39,11 @@ const EYE: &[(Effects, Row)] = eye_rows![
     [Diffuse, Phong],
     [Diffuse, SmoothNormals],
     [Diffuse, Phong, SmoothNormals],
+    [Diffuse, Phong, OneSided],
+    [Diffuse, Phong, Textures],
+    [Diffuse, Phong, Lens],
+    [Diffuse, Phong, Blend],
+    [Diffuse, Phong, Blend, OneSided, SmoothNormals, Textures, Lens],
 ];
 
 /// The models of reflection, in the order in which their points are shaded.

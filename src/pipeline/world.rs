@@ -8,12 +8,13 @@ use std::collections::HashSet;
 use glam::DVec3;
 
 use super::emitters::{self, Emitters};
+use super::texture::Textured;
 use crate::embree::{Accel, Device, EmbreeError, SceneBuilder};
 use crate::lane::Lane;
 use crate::light::{Environment, MeshLight, SphereLight, TriangleLight};
 use crate::linear::{FEW, Line};
 use crate::math::Vec3;
-use crate::scene::{Bsdf, FilmSize, Fov, Scene, Sphere, Surface};
+use crate::scene::{Bsdf, Camera, FilmSize, Fov, Mesh, Scene, Sphere, Surface};
 use crate::settings::AccelKind;
 use crate::shape::Ball;
 
@@ -30,6 +31,8 @@ pub struct World {
     pub sphere_geometry: u32,
     /// Smooth normals of each mesh that has them.
     pub normals: Vec<Option<SmoothNormals>>,
+    /// Texture coordinates of each mesh that has a texture.
+    pub textured: Vec<Option<Textured>>,
     /// Spheres that emit something.
     pub lights: Vec<SphereLight>,
     /// Triangles that are lights of their own.
@@ -47,8 +50,12 @@ pub struct World {
 pub struct SurfaceRecord {
     /// Reflectance; 0 where it emits.
     pub rho: [f32; 3],
-    /// 1 for diffuse, above 1 for Phong.
+    /// Reflectance of the Phong lobe of a blend; its diffuse one is `rho`.
+    pub gloss: Option<[f32; 3]>,
+    /// 1 for diffuse, above 1 for Phong and blends.
     pub alpha: f32,
+    /// Whether its back is black.
+    pub one_sided: bool,
     /// Radiance where it emits.
     pub le: Option<[f32; 3]>,
     /// The sphere that it is, or one of no size at the camera.
@@ -61,7 +68,8 @@ pub struct SurfaceRecord {
 /// million triangles waits for one line of the cache, not for four.
 pub type SmoothNormals = Vec<[[f32; 3]; 3]>;
 
-/// Eye rays start at 0; the direction through the point `(x, y)` of the film, in pixels, is `corner + x right + y down`.
+/// Eye rays start at 0, or on a lens around it; the direction through the point `(x, y)` of the film, in pixels, is
+/// `corner + x right + y down`.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraRays {
     /// Direction to the top left corner.
@@ -70,6 +78,10 @@ pub struct CameraRays {
     pub right: [f32; 3],
     /// One pixel down.
     pub down: [f32; 3],
+    /// The lens to its right and lower rim; 0 for a pinhole.
+    pub lens: [[f32; 3]; 2],
+    /// Distance of the plane in focus; 1 for a pinhole.
+    pub focus: f32,
 }
 
 pub(super) fn narrow(v: DVec3) -> [f32; 3] {
@@ -93,6 +105,18 @@ fn distinct_spheres(scene: &Scene) -> Vec<(&Sphere, Ball)> {
             seen.insert((place, ball.radius.to_bits()))
         })
         .collect()
+}
+
+fn textured(scene: &Scene, mesh: &Mesh) -> Option<Textured> {
+    let Surface::Material(index) = mesh.surface else {
+        return None;
+    };
+    let (texture, uvs) = (scene.materials[index].texture.clone()?, mesh.uvs.as_ref()?);
+    Some(Textured {
+        triangles: mesh.triangles.clone(),
+        uvs: uvs.iter().map(|uv| uv.to_array().map(|x| x as f32)).collect(),
+        texture,
+    })
 }
 
 /// What orders lights; any order will do that depends on nothing else.
@@ -188,11 +212,12 @@ impl World {
             surfaces,
             sphere_geometry,
             normals,
+            textured: scene.meshes.iter().map(|mesh| textured(scene, mesh)).collect(),
             lights,
             triangle_lights: lamps.triangles,
             mesh_lights: lamps.meshes,
             environment: emitters::beyond(scene),
-            camera: CameraRays::new(scene, film),
+            camera: CameraRays::of(&scene.camera, film),
         })
     }
 
@@ -215,21 +240,32 @@ impl World {
 
 impl SurfaceRecord {
     fn new(scene: &Scene, surface: &Surface, ball: Ball, extent: [f32; 3]) -> Self {
-        let (rho, alpha, le) = match *surface {
-            Surface::Emission(le) => ([0.0; 3], 1.0, Some(narrow(le))),
-            Surface::Material(i) => match scene.materials[i].bsdf {
-                Bsdf::Diffuse { rho } => (narrow(rho), 1.0, None),
-                // An exponent that rounds to 1 is still Phong's model.
-                Bsdf::Phong { rho, alpha } => (narrow(rho), (alpha as f32).max(1.0_f32.next_up()), None),
-            },
-        };
-        Self {
-            rho,
-            alpha,
-            le,
+        let mut record = Self {
+            rho: [0.0; 3],
+            gloss: None,
+            alpha: 1.0,
+            one_sided: false,
+            le: None,
             ball,
             extent,
+        };
+        // An exponent that rounds to 1 is still Phong's model.
+        let exponent = |alpha: f64| (alpha as f32).max(1.0_f32.next_up());
+        match *surface {
+            Surface::Emission(le) => record.le = Some(narrow(le)),
+            Surface::Material(i) => {
+                record.one_sided = scene.materials[i].one_sided;
+                match scene.materials[i].bsdf {
+                    Bsdf::Diffuse { rho } => record.rho = narrow(rho),
+                    Bsdf::Phong { rho, alpha } => (record.rho, record.alpha) = (narrow(rho), exponent(alpha)),
+                    Bsdf::Blend { rho, gloss, alpha } => {
+                        (record.rho, record.alpha) = (narrow(rho), exponent(alpha));
+                        record.gloss = Some(narrow(gloss));
+                    }
+                }
+            }
         }
+        record
     }
 }
 
@@ -241,8 +277,19 @@ impl CameraRays {
         Vec3::splat(self.down).mul_add(y, along_row).normalize()
     }
 
-    fn new(scene: &Scene, FilmSize { width, height }: FilmSize) -> Self {
-        let camera = &scene.camera;
+    /// Origins on the lens, at the point `(a, b)` of its unit disk, and unit directions through the point of the film.
+    ///
+    /// A ray through the lens meets the one through its middle in the plane in focus. For a pinhole the origin is 0 and the
+    /// direction has the same bits as [`Self::direction`].
+    #[inline(always)]
+    pub fn through_lens<L: Lane>(&self, (x, y): (L, L), (a, b): (L, L)) -> (Vec3<L>, Vec3<L>) {
+        let along_row = Vec3::splat(self.right).mul_add(x, Vec3::splat(self.corner));
+        let film = Vec3::splat(self.down).mul_add(y, along_row);
+        let origin = Vec3::splat(self.lens[1]).mul_add(b, Vec3::splat(self.lens[0]) * a);
+        (origin, (film * L::splat(self.focus) - origin).normalize())
+    }
+
+    fn of(camera: &Camera, FilmSize { width, height }: FilmSize) -> Self {
         let (w, h) = (f64::from(width), f64::from(height));
         let forward = (camera.target - camera.origin).normalize();
         let right = forward.cross(camera.up).normalize();
@@ -257,6 +304,47 @@ impl CameraRays {
             corner: narrow(corner),
             right: narrow(right * pixel),
             down: narrow(down * pixel),
+            lens: camera.lens.map_or([[0.0; 3]; 2], |lens| {
+                [right * lens.radius, down * lens.radius].map(narrow)
+            }),
+            focus: camera.lens.map_or(1.0, |lens| lens.focus as f32),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::warp;
+    use crate::scene::Lens;
+
+    /// Whatever point of the lens a ray goes through, it meets the plane in focus where the ray through the middle does.
+    #[test]
+    fn rays_through_a_lens_meet_in_the_plane_in_focus() {
+        let camera = Camera {
+            origin: DVec3::new(1.0, 2.0, 3.0),
+            target: DVec3::new(-1.0, 1.5, -4.0),
+            up: DVec3::Y,
+            fov: Fov::X(50.0),
+            lens: Some(Lens {
+                radius: 0.3,
+                focus: 5.0,
+            }),
+        };
+        let film = FilmSize { width: 30, height: 20 };
+        let rays = CameraRays::of(&camera, film);
+        let forward = (camera.target - camera.origin).normalize();
+        let wide = |v: Vec3<f32>| DVec3::new(v.x.into(), v.y.into(), v.z.into());
+        for (x, y) in [(0.0, 0.0), (15.0, 10.0), (29.5, 3.0)] {
+            let middle = wide(rays.direction::<f32>(x, y));
+            let sharp = middle * (5.0 / middle.dot(forward));
+            for (u, v) in [(0.0, 0.0), (0.99, 0.3), (0.2, 0.8), (0.5, 0.5)] {
+                let (origin, direction) = rays.through_lens((x, y), warp::disk(u, v));
+                let (origin, direction) = (wide(origin), wide(direction));
+                assert!(origin.length() < 0.3 + 1e-6 && origin.dot(forward).abs() < 1e-6);
+                let along = (5.0 - origin.dot(forward)) / direction.dot(forward);
+                assert!((origin + along * direction - sharp).length() < 1e-5, "{x} {y} {u} {v}");
+            }
         }
     }
 }

@@ -31,15 +31,18 @@ impl Shading {
             * match self.bsdf {
                 Bsdf::Diffuse { rho } => rho / PI,
                 Bsdf::Phong { rho, alpha } => rho * self.lobe(alpha, wi),
+                Bsdf::Blend { rho, gloss, alpha } => rho / PI + gloss * self.lobe(alpha, wi),
             }
     }
 
     /// A direction drawn with the density [`density`](Self::density): a cosine lobe around the normal, or a power
-    /// of the cosine around the mirror direction. It may point below the surface.
+    /// of the cosine around the mirror direction. A blend tosses a fair coin between the two. It may point below the surface.
     pub fn sample(&self, rng: &mut impl Rng) -> DVec3 {
         let (axis, exponent) = match self.bsdf {
             Bsdf::Diffuse { .. } => (self.n, 1.0),
             Bsdf::Phong { alpha, .. } => (self.mirror(), alpha),
+            Bsdf::Blend { alpha, .. } if rng.random() => (self.mirror(), alpha),
+            Bsdf::Blend { .. } => (self.n, 1.0),
         };
         // cos = u^(1 / (exponent + 1)), and 1 - cos^2 without the cancellation that narrow lobes would suffer.
         let log_cos = (1.0 - rng.random::<f64>()).ln() / (exponent + 1.0);
@@ -51,6 +54,7 @@ impl Shading {
         match self.bsdf {
             Bsdf::Diffuse { .. } => self.n.dot(wi).max(0.0) / PI,
             Bsdf::Phong { alpha, .. } => self.lobe(alpha, wi),
+            Bsdf::Blend { alpha, .. } => 0.5 * (self.n.dot(wi).max(0.0) / PI + self.lobe(alpha, wi)),
         }
     }
 
@@ -105,7 +109,7 @@ mod tests {
             let point = shading(bsdf);
             let (axis, exponent) = match bsdf {
                 Bsdf::Diffuse { .. } => (point.n, 1.0),
-                Bsdf::Phong { alpha, .. } => (point.mirror(), alpha),
+                Bsdf::Phong { alpha, .. } | Bsdf::Blend { alpha, .. } => (point.mirror(), alpha),
             };
             let peak = (exponent + 1.0) / (2.0 * PI);
             let mut rng = Pcg64::seed_from_u64(5);

@@ -1,9 +1,10 @@
-//! The pinhole camera.
+//! The camera: a pinhole, or a thin lens.
 
 use glam::DVec3;
+use rand::{Rng, RngExt};
 
 use super::geometry::Ray;
-use crate::scene::{Camera, FilmSize, Fov};
+use crate::scene::{Camera, FilmSize, Fov, Lens};
 
 /// A camera for a film of one size.
 #[derive(Clone, Copy, Debug)]
@@ -15,6 +16,7 @@ pub struct Pinhole {
     up: DVec3,
     width: f64,
     height: f64,
+    lens: Option<Lens>,
 }
 
 impl Pinhole {
@@ -36,6 +38,28 @@ impl Pinhole {
             up,
             width,
             height,
+            lens: camera.lens,
+        }
+    }
+
+    /// A ray through a point drawn uniformly in the pixel whose upper left corner is `(x, y)` and, where there is a lens, through a
+    /// point drawn uniformly on it (by throwing away what falls outside of the disk in its square).
+    pub fn eye(&self, x: f64, y: f64, rng: &mut impl Rng) -> Ray {
+        let pinhole = self.ray(x + rng.random::<f64>(), y + rng.random::<f64>());
+        let Some(Lens { radius, focus }) = self.lens else {
+            return pinhole;
+        };
+        let sharp = self.origin + focus / pinhole.direction.dot(self.forward) * pinhole.direction;
+        let [a, b] = loop {
+            let point = [rng.random_range(-1.0..1.0), rng.random_range(-1.0..1.0)];
+            if point[0] * point[0] + point[1] * point[1] <= 1.0 {
+                break point;
+            }
+        };
+        let origin = self.origin + radius * (a * self.right.normalize() + b * self.up.normalize());
+        Ray {
+            origin,
+            direction: (sharp - origin).normalize(),
         }
     }
 
@@ -71,6 +95,7 @@ mod tests {
             target: DVec3::new(1.0, 2.0, 0.0),
             up: DVec3::Y,
             fov: Fov::X(90.0),
+            lens: None,
         };
         let film = FilmSize { width: 4, height: 2 };
         let by_x = Pinhole::new(&camera, film);

@@ -17,6 +17,7 @@ use super::world::{Sight, World};
 pub fn radiance(world: &World, eye: &Ray, rng: &mut impl Rng) -> DVec3 {
     match world.look(eye) {
         None => world.sky().map_or(DVec3::ZERO, |sky| sky.radiance(eye.direction)),
+        Some(Sight::Back) => DVec3::ZERO,
         Some(Sight::Emitter { emitter, .. }) => emitter.le,
         Some(Sight::Reflector { shading, point }) => {
             let by_lights: DVec3 = (0..world.emitters().len())

@@ -20,7 +20,7 @@ mod world;
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use rand::{RngExt, SeedableRng};
+use rand::SeedableRng;
 use rand_pcg::Pcg64;
 use rayon::prelude::*;
 
@@ -63,7 +63,7 @@ pub fn render(scene: &Scene, film: FilmSize, spp: u32, seed: u64, progress: &(dy
         let (x, y) = ((index % width) as f64, (index / width) as f64);
         let mut moments = Moments::default();
         for _ in 0..spp {
-            let eye = camera.ray(x + rng.random::<f64>(), y + rng.random::<f64>());
+            let eye = camera.eye(x, y, &mut rng);
             moments.add(estimate::radiance(&world, &eye, &mut rng));
         }
         let before = done.fetch_add(u64::from(spp), Ordering::Relaxed);

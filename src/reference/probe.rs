@@ -14,7 +14,6 @@ use super::geometry::Ray;
 use super::stream;
 use super::world::{Sight, World};
 use crate::scene::{FilmSize, Scene};
-use rand::RngExt;
 
 /// Light that one sample of the oracle found.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,7 +84,7 @@ impl<'s> Probe<'s> {
         let mut rng = stream(seed ^ 0x5bd1_e995_0000_0000, pixel as u64);
         let width = self.film.width as usize;
         let (x, y) = ((pixel % width) as f64, (pixel / width) as f64);
-        let eye = self.camera.ray(x + rng.random::<f64>(), y + rng.random::<f64>());
+        let eye = self.camera.eye(x, y, &mut rng);
         let mut found = Vec::new();
         let mut add = |radiance: DVec3, way| {
             if radiance.max_element() > 0.0 {
@@ -103,6 +102,7 @@ impl<'s> Probe<'s> {
                     add(sky.radiance(eye.direction), Way::Seen);
                 }
             }
+            Some(Sight::Back) => {}
             Some(Sight::Emitter { emitter, .. }) => add(emitter.le, Way::Seen),
             Some(Sight::Reflector { shading, point }) => {
                 for emitter in 0..self.world.emitters().len() {
@@ -171,7 +171,7 @@ impl<'s> Probe<'s> {
                 shape,
                 distance,
             }) => (emitter, shape, distance),
-            Some(Sight::Reflector { .. }) => return None,
+            Some(Sight::Reflector { .. } | Sight::Back) => return None,
             None => {
                 let sky = self.world.sky()?;
                 return Some(self.of_sky(sky.radiance(wi) * value, sky.density(wi), shading.density(wi)));

@@ -7,7 +7,7 @@ use super::bvh::Bvh;
 use super::emitter::Emitter;
 use super::geometry::{Meeting, Ray, Shape};
 use super::sky::Sky;
-use crate::scene::{Scene, Surface};
+use crate::scene::{Bsdf, Scene, Surface, Wrap};
 
 /// Shapes, their finishes, and the emitters among them.
 #[derive(Debug)]
@@ -39,6 +39,8 @@ enum Finish {
 /// What a ray sees.
 #[derive(Debug)]
 pub enum Sight<'w> {
+    /// The back of a surface whose front alone reflects: nothing comes from there.
+    Back,
     /// A surface that reflects.
     Reflector {
         /// The surface there.
@@ -132,9 +134,22 @@ impl<'s> World<'s> {
             Finish::Reflects { material } => {
                 let wo = -ray.direction;
                 let surface_point = shape.point(ray, &meeting);
-                let ng = facing(shape.normal(surface_point), wo);
+                let outward = shape.normal(surface_point);
+                if self.scene.materials[material].one_sided && outward.dot(wo) < 0.0 {
+                    return Some(Sight::Back);
+                }
+                let ng = facing(outward, wo);
                 let n = facing(self.smooth_normal(body, index, &meeting).unwrap_or(ng), ng);
-                let bsdf = self.scene.materials[material].bsdf;
+                let tint = self.tint(material, body, index, &meeting);
+                let bsdf = match self.scene.materials[material].bsdf {
+                    Bsdf::Diffuse { rho } => Bsdf::Diffuse { rho: rho * tint },
+                    Bsdf::Phong { rho, alpha } => Bsdf::Phong { rho: rho * tint, alpha },
+                    Bsdf::Blend { rho, gloss, alpha } => Bsdf::Blend {
+                        rho: rho * tint,
+                        gloss,
+                        alpha,
+                    },
+                };
                 Sight::Reflector {
                     shading: Shading { bsdf, wo, n, ng },
                     point: surface_point + shape.offset() * ng,
@@ -150,6 +165,36 @@ impl<'s> World<'s> {
 
     fn body(&self, index: u32) -> usize {
         self.starts.partition_point(|&start| start <= index) - 1
+    }
+
+    /// What the texture of a mesh shows: the mean of the texels whose middles are around the point, each weighted by the area of
+    /// the unit square about the point that falls to it. 1 where there is no texture.
+    fn tint(&self, material: usize, body: usize, index: u32, meeting: &Meeting) -> DVec3 {
+        let (Some(texture), Some(mesh)) = (&self.scene.materials[material].texture, self.bodies[body].mesh) else {
+            return DVec3::ONE;
+        };
+        let mesh = &self.scene.meshes[mesh];
+        let Some(uvs) = &mesh.uvs else {
+            return DVec3::ONE;
+        };
+        let [a, b, c] = mesh.triangles[(index - self.starts[body]) as usize].map(|corner| uvs[corner as usize]);
+        let [v, w] = meeting.weights;
+        let uv = (1.0 - v - w) * a + v * b + w * c;
+        let (width, height) = (i64::from(texture.width), i64::from(texture.height));
+        let (x, y) = (uv.x * width as f64, (1.0 - uv.y) * height as f64);
+        let mut sum = DVec3::ZERO;
+        for row in [(y - 0.5).floor(), (y - 0.5).floor() + 1.0] {
+            for column in [(x - 0.5).floor(), (x - 0.5).floor() + 1.0] {
+                let share = (1.0 - (x - column - 0.5).abs()) * (1.0 - (y - row - 0.5).abs());
+                let inside = |at: f64, size: i64| match texture.wrap {
+                    Wrap::Repeat => (at as i64).rem_euclid(size),
+                    Wrap::Clamp => (at as i64).clamp(0, size - 1),
+                };
+                let at = inside(row, height) * width + inside(column, width);
+                sum += share * DVec3::from_array(texture.texels[at as usize].map(f64::from));
+            }
+        }
+        sum
     }
 
     /// The vertex normals of a smooth mesh, interpolated; `None` on everything flat, and where they cancel.

@@ -43,6 +43,7 @@ pub struct PassBlock {
     seed: u32,
     first: u32,
     rows: usize,
+    pairs: u32,
     /// `pairs x rows` points, empty for independent numbers.
     table: Vec<[u32; 2]>,
 }
@@ -62,8 +63,14 @@ impl PassBlock {
             seed,
             first,
             rows: couples.len(),
+            pairs,
             table,
         }
+    }
+
+    /// The number of the last pair.
+    pub fn last_pair(&self) -> u32 {
+        self.pairs - 1
     }
 
     /// The first pass.

@@ -6,7 +6,7 @@
 use std::f32::consts::{FRAC_1_PI, PI};
 
 use crate::lane::Lane;
-use crate::math::elementary::{expm1, ln};
+use crate::math::elementary::{expm1, ln, sin_cos_turn};
 
 /// Uniform over the sphere: `t` in [0, 2].
 #[inline(always)]
@@ -16,6 +16,21 @@ pub fn sphere<L: Lane>(u: L) -> L {
 
 /// Density of [`sphere`] per steradian.
 pub const SPHERE_PDF: f32 = 0.25 * FRAC_1_PI;
+
+/// Uniform over the unit disk, with neighbours kept neighbours: squares about the middle become circles (Shirley and Chiu, "A Low
+/// Distortion Map Between Disk and Square", 1997). Density `1 / pi`.
+#[inline(always)]
+pub fn disk<L: Lane>(u: L, v: L) -> (L, L) {
+    let (a, b) = (u + u - L::one(), v + v - L::one());
+    let wide = a.abs().gt(b.abs());
+    let (radius, other) = (L::select(wide, a, b), L::select(wide, b, a));
+    // In the very middle any angle will do.
+    let ratio = other / L::select(radius.abs().gt(L::zero()), radius, L::one());
+    // A turn more: the angle from the axis is an eighth of a turn at most, to either side.
+    let (sine, cosine) = sin_cos_turn(ratio.mul_add(L::splat(0.125), L::splat(0.5)));
+    let (along, across) = (-(cosine * radius), -(sine * radius));
+    (L::select(wide, along, across), L::select(wide, across, along))
+}
 
 /// Uniform in the cone with `omc = 1 - cos(theta_max)`: `t` in [0, omc].
 #[inline(always)]
@@ -59,4 +74,37 @@ pub fn power<L: Lane>(u: L, alpha: L) -> L {
 pub fn power_pdf<L: Lane>(cos_to_the_alpha: L, alpha: L) -> L {
     let normalisation = (alpha + mutate!(L::one(), WrongNormalisation => L::splat(2.0))) * L::splat(0.5 * FRAC_1_PI);
     normalisation * cos_to_the_alpha
+}
+
+#[cfg(test)]
+mod tests {
+    use super::disk;
+
+    /// The map of a small square is as large everywhere: pi times the square, whose own area is in units of the whole.
+    #[test]
+    fn the_disk_is_filled_evenly_and_to_its_rim() {
+        let (h, mut largest) = (1.0 / 64.0_f32, 0.0_f32);
+        for i in 0..63 {
+            for j in 0..63 {
+                let (u, v) = (i as f32 * h + 0.3 * h, j as f32 * h + 0.6 * h);
+                // Squares across a diagonal are bent.
+                if i32::abs(i - j) <= 1 || i32::abs(i + j - 63) <= 2 {
+                    continue;
+                }
+                let corners = [(u, v), (u + h, v), (u + h, v + h), (u, v + h)].map(|(u, v)| disk(u, v));
+                let shoelace = |k: usize| {
+                    let ((a, b), (c, d)) = (corners[k], corners[(k + 1) % 4]);
+                    a * d - c * b
+                };
+                let area = 0.5 * (0..4).map(shoelace).sum::<f32>().abs();
+                assert!(
+                    (area / (std::f32::consts::PI * h * h) - 1.0).abs() < 2e-3,
+                    "{u} {v}: {area}"
+                );
+                largest = corners.iter().fold(largest, |m, (x, y)| m.max(x * x + y * y));
+            }
+        }
+        assert!(largest <= 1.0 + 1e-6 && largest > 0.98);
+        assert_eq!(disk(0.5_f32, 0.5), (0.0, 0.0));
+    }
 }

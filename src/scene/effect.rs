@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 /// One effect. Its place in this list is its bit in [`Effects`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 #[repr(u8)]
 pub enum Effect {
@@ -11,12 +11,20 @@ pub enum Effect {
     Diffuse,
     /// Phong's model.
     Phong,
+    /// Both lobes in one material.
+    Blend,
+    /// Materials whose back reflects nothing.
+    OneSided,
     /// Spheres that reflect.
     Spheres,
     /// Meshes that reflect.
     Meshes,
     /// Normals interpolated over triangles.
     SmoothNormals,
+    /// Pictures on surfaces.
+    Textures,
+    /// A lens, and so a depth of field.
+    Lens,
     /// Spheres that emit.
     SphereLights,
     /// Meshes that emit.
@@ -27,12 +35,16 @@ pub enum Effect {
 
 impl Effect {
     /// All of them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 12] = [
         Self::Diffuse,
         Self::Phong,
+        Self::Blend,
+        Self::OneSided,
         Self::Spheres,
         Self::Meshes,
         Self::SmoothNormals,
+        Self::Textures,
+        Self::Lens,
         Self::SphereLights,
         Self::MeshLights,
         Self::Environment,
@@ -43,9 +55,13 @@ impl Effect {
         match self {
             Self::Diffuse => "diffuse",
             Self::Phong => "phong",
+            Self::Blend => "blend",
+            Self::OneSided => "one-sided",
             Self::Spheres => "spheres",
             Self::Meshes => "meshes",
             Self::SmoothNormals => "smooth normals",
+            Self::Textures => "textures",
+            Self::Lens => "lens",
             Self::SphereLights => "sphere lights",
             Self::MeshLights => "mesh lights",
             Self::Environment => "environment",

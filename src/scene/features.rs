@@ -8,7 +8,7 @@ use super::{Effect, Effects, Environment, FilmSize, Mesh, Scene, Surface};
 /// Shapes that no eye ray can meet call for nothing but to be in the way of light; an emission of 0 is no light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Features {
-    /// Shapes that call for each effect, in the order of [`Effect::ALL`]; a mesh is one.
+    /// Shapes or cameras that call for each effect, in the order of [`Effect::ALL`]; a mesh is one.
     counts: [usize; Effect::ALL.len()],
     /// Triangles of small meshes that emit: lights of their own.
     pub triangle_lights: usize,
@@ -42,6 +42,9 @@ impl Features {
         }
         let sky = scene.environment.as_ref().is_some_and(Environment::emits);
         found.counts[Effect::Environment as usize] = usize::from(sky);
+        for effect in scene.camera.effects().iter() {
+            found.counts[effect as usize] += 1;
+        }
         found.bodies = scene.spheres.len() + scene.meshes.len();
         found.shapes = scene.spheres.len() + scene.meshes.iter().map(|m| m.triangles.len()).sum::<usize>();
         found

@@ -125,7 +125,7 @@ fn scene(text: &str, path: &Path, outside: Outside) -> Result<Scene, Fault> {
     let mut materials = Vec::new();
     if let Some(value) = root.get("materials") {
         for (name, table) in value.named_tables("material", materials::KEYS)? {
-            materials.push(materials::material(name, &table)?);
+            materials.push(materials::material(name, &table, &files)?);
         }
     }
     let named = Materials::new(&materials);

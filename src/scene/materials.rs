@@ -1,71 +1,102 @@
 //! `[materials.NAME]`.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use glam::DVec3;
 
 use super::error::Fault;
+use super::files::Files;
 use super::rule::{ALPHA, EXPONENT, FINITE, NOT_NEGATIVE};
 use super::table::Table;
-use super::{Bsdf, Material};
+use super::{Bsdf, Material, Texture, Wrap, texture};
 
-pub(super) const KEYS: &[&str] = &["diffuse", "phong", "exponent", "brdf_params"];
+pub(super) const KEYS: &[&str] = &[
+    "diffuse",
+    "phong",
+    "exponent",
+    "brdf_params",
+    "one_sided",
+    "texture",
+    "wrap",
+];
 
 const MODELS: &str =
-    "write one of: diffuse = [r, g, b]; phong = [r, g, b] with exponent = alpha; brdf_params = [r, g, b, alpha]";
+    "write diffuse = [r, g, b], or phong = [r, g, b] with exponent = alpha, or both; or brdf_params = [r, g, b, alpha]";
 
 /// The materials of a scene by their names: a scene can have as many of them as shapes.
-pub(super) struct Materials<'m>(HashMap<&'m str, usize>);
+pub(super) struct Materials<'m> {
+    places: HashMap<&'m str, usize>,
+    all: &'m [Material],
+}
 
 impl<'m> Materials<'m> {
     pub fn new(materials: &'m [Material]) -> Self {
-        Self(
-            materials
-                .iter()
-                .enumerate()
-                .map(|(index, material)| (material.name.as_str(), index))
-                .collect(),
-        )
+        let named = materials.iter().enumerate();
+        Self {
+            places: named.map(|(index, material)| (material.name.as_str(), index)).collect(),
+            all: materials,
+        }
     }
 
     /// The place of a material in the scene.
     pub fn index(&self, name: &str) -> Option<usize> {
-        self.0.get(name).copied()
+        self.places.get(name).copied()
+    }
+
+    /// Whether a material has a texture.
+    pub fn textured(&self, index: usize) -> bool {
+        self.all[index].texture.is_some()
     }
 
     /// All names in the order of the file.
     pub fn names(&self) -> Vec<&'m str> {
-        let mut names: Vec<_> = self.0.keys().copied().collect();
-        names.sort_by_key(|name| self.0[name]);
+        let mut names: Vec<_> = self.places.keys().copied().collect();
+        names.sort_by_key(|name| self.places[name]);
         names
     }
 }
 
-pub(super) fn material(name: &str, table: &Table<'_>) -> Result<Material, Fault> {
+pub(super) fn material(name: &str, table: &Table<'_>, files: &Files) -> Result<Material, Fault> {
     let mut models = ["diffuse", "phong", "brdf_params"]
         .into_iter()
         .filter_map(|key| table.get(key));
     let model = models
         .next()
         .ok_or_else(|| table.fault(format!("{} says nothing of reflection", table.title), MODELS))?;
+    let mut gloss = None;
     if let Some(second) = models.next() {
-        return Err(second.fault(&format!("must not stand beside {}", model.key), MODELS));
+        if second.key == "brdf_params" {
+            return Err(second.fault(&format!("must not stand beside {}", model.key), MODELS));
+        }
+        if let Some(third) = models.next() {
+            return Err(third.fault("must not stand beside diffuse", MODELS));
+        }
+        gloss = Some(second);
     }
     if model.key != "phong"
+        && gloss.is_none()
         && let Some(exponent) = table.get("exponent")
     {
         let help = format!("leave the exponent out, or write `phong` instead of `{}`", model.key);
         return Err(exponent.fault("belongs to phong alone", help));
     }
     let bsdf = match model.key {
-        "diffuse" => Bsdf::Diffuse {
-            rho: model.triple(&NOT_NEGATIVE)?,
-        },
-        "phong" => {
+        "diffuse" => {
             let rho = model.triple(&NOT_NEGATIVE)?;
-            let alpha = table.need("exponent", "exponent = 100.0")?.number(&EXPONENT)?;
-            Bsdf::Phong { rho, alpha }
+            match gloss {
+                Some(phong) => Bsdf::Blend {
+                    rho,
+                    gloss: phong.triple(&NOT_NEGATIVE)?,
+                    alpha: exponent(table)?,
+                },
+                None => Bsdf::Diffuse { rho },
+            }
         }
+        "phong" => Bsdf::Phong {
+            rho: model.triple(&NOT_NEGATIVE)?,
+            alpha: exponent(table)?,
+        },
         _ => {
             let [r, g, b, alpha] = model.numbers::<4>(&FINITE)?;
             let rho = DVec3::new(r, g, b);
@@ -82,5 +113,31 @@ pub(super) fn material(name: &str, table: &Table<'_>) -> Result<Material, Fault>
     Ok(Material {
         name: name.to_owned(),
         bsdf,
+        one_sided: match table.get("one_sided") {
+            Some(value) => value.truth()?,
+            None => false,
+        },
+        texture: texture(table, files)?,
     })
+}
+
+fn texture(table: &Table<'_>, files: &Files) -> Result<Option<Arc<Texture>>, Fault> {
+    let wrap = table.get("wrap");
+    let Some(file) = table.get("texture") else {
+        return match wrap {
+            Some(wrap) => Err(wrap.fault("belongs to a texture", "add texture = \"picture.png\", or leave it out")),
+            None => Ok(None),
+        };
+    };
+    let wrap = match wrap {
+        Some(wrap) => wrap.choice(&Wrap::ALL, Wrap::name)?,
+        None => Wrap::Repeat,
+    };
+    let (span, label) = file.place();
+    let read = texture::read(files, file.string()?, wrap).map_err(|fault| fault.at(span, label))?;
+    Ok(Some(Arc::new(read)))
+}
+
+fn exponent(table: &Table<'_>) -> Result<f64, Fault> {
+    table.need("exponent", "exponent = 100.0")?.number(&EXPONENT)
 }

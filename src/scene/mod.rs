@@ -17,16 +17,19 @@ mod materials;
 mod memory;
 mod mesh;
 mod nearest;
+mod reach;
 mod rule;
 mod shapes;
 mod sight;
 mod table;
+mod texture;
 mod value;
 mod view;
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 
 pub use crate::settings::{EstimatorKind, SamplerKind};
 pub use effect::{Effect, Effects};
@@ -34,6 +37,7 @@ pub use error::SceneError;
 pub use features::Features;
 pub use files::Outside;
 pub use memory::available as available_memory;
+pub use texture::{Texture, Wrap};
 
 /// A scene whose every value has been checked. Lengths are in the units of the file, in `f64`, not yet made relative
 /// to anything; colours are linear RGB.
@@ -63,10 +67,10 @@ pub struct Scene {
     pub notes: Vec<String>,
 }
 
-/// A pinhole camera: `origin != target`, `up` not parallel to the view, the angle in (0, 180) degrees.
+/// A camera: `origin != target`, `up` not parallel to the view, the angle in (0, 180) degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// The pinhole.
+    /// The pinhole, or the middle of the lens.
     pub origin: DVec3,
     /// The point in the middle of the picture.
     pub target: DVec3,
@@ -74,6 +78,24 @@ pub struct Camera {
     pub up: DVec3,
     /// The full angle of view.
     pub fov: Fov,
+    /// A lens in place of the pinhole.
+    pub lens: Option<Lens>,
+}
+
+/// A thin lens: a disk across the view through which every point of the plane in focus is seen sharply. Both above 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lens {
+    /// Radius of the disk.
+    pub radius: f64,
+    /// Distance of the plane in focus, along the view.
+    pub focus: f64,
+}
+
+impl Camera {
+    /// What it calls for.
+    pub fn effects(&self) -> Effects {
+        Effects::default().with(Effect::Lens, self.lens.is_some())
+    }
 }
 
 /// The full angle of view in degrees, along one side of the picture; pixels are square.
@@ -138,15 +160,22 @@ pub struct Material {
     pub name: String,
     /// The model with its parameters.
     pub bsdf: Bsdf,
+    /// Whether only the front reflects: outside of a sphere, or where the corners of a triangle go round counter-clockwise.
+    pub one_sided: bool,
+    /// What the reflectance is multiplied by, of a blend the diffuse one; only on meshes with texture coordinates.
+    pub texture: Option<Arc<Texture>>,
 }
 
 impl Material {
     /// What it calls for.
     pub fn effects(&self) -> Effects {
-        Effects::of(&[match self.bsdf {
-            Bsdf::Diffuse { .. } => Effect::Diffuse,
-            Bsdf::Phong { .. } => Effect::Phong,
-        }])
+        let model = match self.bsdf {
+            Bsdf::Diffuse { .. } => Effects::of(&[Effect::Diffuse]),
+            Bsdf::Phong { .. } => Effects::of(&[Effect::Phong]),
+            Bsdf::Blend { .. } => Effects::of(&[Effect::Diffuse, Effect::Phong, Effect::Blend]),
+        };
+        let model = model.with(Effect::Textures, self.texture.is_some());
+        model.with(Effect::OneSided, self.one_sided)
     }
 }
 
@@ -165,6 +194,25 @@ pub enum Bsdf {
         /// The exponent, finite and above 1.
         alpha: f64,
     },
+    /// The sum of both.
+    Blend {
+        /// Diffuse reflectance.
+        rho: DVec3,
+        /// Specular reflectance.
+        gloss: DVec3,
+        /// The exponent, finite and above 1.
+        alpha: f64,
+    },
+}
+
+impl Bsdf {
+    /// The largest reflectance of a colour, of both lobes together.
+    pub fn largest(&self) -> f64 {
+        match *self {
+            Self::Diffuse { rho } | Self::Phong { rho, .. } => rho.max_element(),
+            Self::Blend { rho, gloss, .. } => (rho + gloss).max_element(),
+        }
+    }
 }
 
 /// What a shape's surface does: it reflects or it emits, never both.
@@ -213,6 +261,8 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// With smooth shading: a unit normal for each vertex (same length as `vertices`).
     pub normals: Option<Vec<DVec3>>,
+    /// Texture coordinates for each vertex, finite; `v` points up.
+    pub uvs: Option<Vec<DVec2>>,
     /// What it does.
     pub surface: Surface,
 }

@@ -15,6 +15,7 @@ pub(super) const MESH_KEYS: &[&str] = &[
     "file",
     "vertices",
     "faces",
+    "uvs",
     "normals",
     "transform",
     "emission",
@@ -25,7 +26,19 @@ pub(super) fn sphere(table: &Table<'_>, materials: &Materials<'_>) -> Result<Sph
     Ok(Sphere {
         center: table.need("center", "center = [0.0, 0.0, 0.0]")?.triple(&FINITE)?,
         radius: table.need("radius", "radius = 1.0")?.number(&POSITIVE)?,
-        surface: surface(table, materials)?,
+        surface: match surface(table, materials)? {
+            Surface::Material(index) if materials.textured(index) => {
+                let what = format!(
+                    "{} has a material with a texture, and no texture coordinates",
+                    table.title
+                );
+                return Err(table.fault(
+                    what,
+                    "give the sphere a material without a texture, or make it a mesh with uvs",
+                ));
+            }
+            surface => surface,
+        },
     })
 }
 
@@ -43,6 +56,7 @@ pub(super) fn mesh(
         Some(value) => value.choice(&Normals::ALL, Normals::name)?,
     };
 
+    let textured = matches!(surface, Surface::Material(index) if materials.textured(index));
     let source = table.one_of("file", "vertices", "write file = \"bunny.ply\", or vertices and faces")?;
     let (raw, place, title) = match source.key {
         "file" => {
@@ -52,18 +66,32 @@ pub(super) fn mesh(
                     "the file has its own faces: leave these out",
                 ));
             }
+            if let Some(uvs) = table.get("uvs") {
+                return Err(uvs.fault("must not stand beside file", "the file has its own: leave these out"));
+            }
             let name = source.string()?;
             let (span, label) = source.place();
-            let raw = mesh::read(files, name).map_err(|fault| fault.at(span, label))?;
+            let raw = mesh::read(files, name, textured).map_err(|fault| fault.at(span, label))?;
             (raw, source, format!("{} ({name})", table.title))
         }
         _ => {
             let faces = table.need("faces", "faces = [[0, 1, 2]]")?;
-            (mesh::inline(&source, &faces)?, faces, table.title.clone())
+            (
+                mesh::inline(&source, &faces, table.get("uvs"))?,
+                faces,
+                table.title.clone(),
+            )
         }
     };
     let (span, label) = place.place();
-    mesh::finish(raw, transform, normals, surface, &title).map_err(|fault| fault.at(span, label))
+    let (mesh, note) = mesh::finish(raw, transform, normals, surface, &title).map_err(|fault| fault.at(span, label))?;
+    if mesh.uvs.is_none() && textured {
+        return Err(table.fault(
+            format!("{title} has a material with a texture, and no texture coordinates"),
+            "add uvs = [[0, 0], ...], one for each vertex; of files .obj (vt) and .ply (s, t or u, v) bring them",
+        ));
+    }
+    Ok((mesh, note))
 }
 
 /// What the surface of a shape does: exactly one of `material` and `emission`.

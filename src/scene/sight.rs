@@ -5,11 +5,11 @@ use glam::DVec3;
 use super::{Camera, FilmSize, Fov};
 
 /// The four planes through the eye and the edges of the picture; the camera sees what lies on the inner side of all.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Frustum {
     eye: DVec3,
-    /// Unit normals that point inwards.
-    planes: [DVec3; 4],
+    /// Unit normals that point inwards; none where a lens looks round the edges.
+    planes: Vec<DVec3>,
 }
 
 /// What is nearer to a plane than this part of its distance from the eye counts as inside: eye rays are rounded to `f32`.
@@ -27,9 +27,13 @@ impl Frustum {
             Fov::Y(degrees) => (half(degrees) * aspect, half(degrees)),
         };
         let plane = |side: DVec3, tangent: f64| (tangent * forward + side).normalize();
+        let planes = match camera.lens {
+            Some(_) => Vec::new(),
+            None => vec![plane(right, x), plane(-right, x), plane(up, y), plane(-up, y)],
+        };
         Self {
             eye: camera.origin,
-            planes: [plane(right, x), plane(-right, x), plane(up, y), plane(-up, y)],
+            planes,
         }
     }
 
@@ -62,6 +66,7 @@ mod tests {
             target: DVec3::new(1.0, 2.0, 0.0),
             up: DVec3::Y,
             fov: Fov::X(90.0),
+            lens: None,
         };
         let frustum = Frustum::new(&camera, FilmSize { width: 4, height: 2 });
         let ball = |x, y, z, r| frustum.may_see_ball(camera.origin + DVec3::new(x, y, z), r);

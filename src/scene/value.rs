@@ -87,6 +87,7 @@ impl<'t> Value<'t> {
                 "must be three numbers",
                 "write three numbers in brackets, such as [1, 0.5, 2]",
             ),
+            2 => ("must be two numbers", "write two numbers in brackets, such as [0.5, 1]"),
             _ => (
                 "must be four numbers",
                 "write four numbers in brackets, such as [0.4, 0.4, 0.4, 1000]",
@@ -128,6 +129,14 @@ impl<'t> Value<'t> {
         match self.node.get_ref() {
             DeValue::Integer(digits) => u32::from_str_radix(digits.as_str(), digits.radix()).ok(),
             _ => None,
+        }
+    }
+
+    /// `true` or `false`.
+    pub fn truth(&self) -> Result<bool, Fault> {
+        match self.node.get_ref() {
+            DeValue::Boolean(truth) => Ok(*truth),
+            _ => Err(self.fault("must be true or false", "write true or false, without quotes")),
         }
     }
 

@@ -4,12 +4,20 @@ use glam::DVec3;
 
 use super::error::Fault;
 use super::memory;
-use super::rule::{FINITE, VIEW_ANGLE};
+use super::rule::{FINITE, POSITIVE, VIEW_ANGLE};
 use super::table::Table;
-use super::{Camera, FilmSize, Fov, RenderTable};
+use super::{Camera, FilmSize, Fov, Lens, RenderTable};
 use crate::settings::{EstimatorKind, SamplerKind};
 
-pub(super) const CAMERA_KEYS: &[&str] = &["origin", "target", "up", "fov_x", "fov_y"];
+pub(super) const CAMERA_KEYS: &[&str] = &[
+    "origin",
+    "target",
+    "up",
+    "fov_x",
+    "fov_y",
+    "lens_radius",
+    "focus_distance",
+];
 const FILM_KEYS: &[&str] = &["width", "height"];
 const RENDER_KEYS: &[&str] = &["spp", "estimator", "sampler", "seed"];
 
@@ -68,7 +76,26 @@ pub(super) fn camera(table: &Table<'_>) -> Result<Camera, Fault> {
         target,
         up,
         fov,
+        lens: lens(table, (target - origin).length())?,
     })
+}
+
+/// A lens, in focus at the target unless the file says where.
+fn lens(table: &Table<'_>, to_target: f64) -> Result<Option<Lens>, Fault> {
+    let focus = table.get("focus_distance");
+    let Some(radius) = table.get("lens_radius") else {
+        return match focus {
+            Some(focus) => Err(focus.fault(
+                "belongs to a lens",
+                "add `lens_radius = 0.05`, or leave the distance out: a pinhole sees everything sharply",
+            )),
+            None => Ok(None),
+        };
+    };
+    Ok(Some(Lens {
+        radius: radius.number(&POSITIVE)?,
+        focus: focus.map_or(Ok(to_target), |focus| focus.number(&POSITIVE))?,
+    }))
 }
 
 /// `[film]`, which a scene must have, and `[render]`.

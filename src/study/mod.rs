@@ -1,6 +1,7 @@
 //! Studies: how far a picture is from another, and what accuracy costs.
 
 pub mod cost;
+pub mod effect_costs;
 pub mod error;
 pub mod page;
 pub mod selftest;

@@ -7,8 +7,8 @@
 //! Samples of one low-discrepancy sequence depend on each other, so their spread says nothing of the error of their mean. So
 //! [`REPLICATES`] pictures are rendered side by side, each with a seed of its own, and the picture is their mean. They are
 //! independent whatever the sampler, hence the variance of the mean is that of the replicates over their number, without any
-//! assumption; averaged over all pixels it has three degrees of freedom a pixel and is exact to a few percent even where few
-//! pixels carry most of the noise.
+//! assumption, averaged over all pixels with three degrees of freedom each. Where a few pixels carry most of the noise, as at the
+//! rims of small visible lights, it is as uncertain as they are.
 //!
 //! # What it costs
 //!
@@ -18,9 +18,9 @@
 //! # Stopping
 //!
 //! A rule that stops when an estimate falls below a goal prefers estimates that are too low. The estimate is looked at few
-//! times (at 4, 8, 16, ... passes, and where the goal is foretold), and a single pixel has next to no say in a mean over all of
-//! them, so neither the error nor the picture is shifted by an amount that could be seen (`docs/study/README.md` has what was
-//! measured). Noise that no sample has met yet cannot be known: there are 16 samples a pixel at least.
+//! times (at 4, 8, 16, ... passes, and where the goal is foretold), and where many pixels make the noise a single one has next to
+//! no say in the mean over all of them. Noise that no sample has met yet cannot be known: there are 16 samples a pixel at least.
+//! `docs/study/target-error.py` measures what comes of it.
 
 use crate::film::Picture;
 use crate::sampling::hash::mix;

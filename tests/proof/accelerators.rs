@@ -47,6 +47,7 @@ pub fn random_scene(rng: &mut Pcg64, distance: f64) -> Scene {
         vertices: vec![a, a + b, a + c],
         triangles: vec![[0, 1, 2]],
         normals: None,
+        uvs: None,
         surface: material,
     };
     let mut meshes: Vec<Mesh> = (0..8)
@@ -78,12 +79,15 @@ pub fn random_scene(rng: &mut Pcg64, distance: f64) -> Scene {
             target: near(0.3),
             up: DVec3::new(0.1, 1.0, 0.2),
             fov: Fov::X(2.0 * (1.2 / distance).atan().to_degrees()),
+            lens: None,
         },
         film: FilmSize { width: 48, height: 33 },
         render: RenderTable::default(),
         materials: vec![Material {
             name: "grey".into(),
             bsdf: Bsdf::Diffuse { rho: DVec3::splat(0.5) },
+            one_sided: false,
+            texture: None,
         }],
         spheres,
         meshes,

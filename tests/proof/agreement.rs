@@ -17,11 +17,11 @@ const ROUNDING: f64 = 1e-5;
 /// Compares all pairs of `[uniform, light, brdf, mis]`, each with its passes a seed (0: left out), and each with the
 /// oracle of `spp` samples a pixel.
 pub fn agree(scene: &Scene, table: &'static str, film: FilmSize, seeds: u32, passes: [u32; 4], spp: u32) {
-    compare(scene, table, film, seeds, passes, spp).judge();
+    judge(Family::new(table), table, scene, film, seeds, passes, spp);
 }
 
-/// The comparisons of [`agree`], not judged yet.
-pub fn compare(scene: &Scene, table: &'static str, film: FilmSize, seeds: u32, passes: [u32; 4], spp: u32) -> Family {
+/// As [`agree`], into a family of one's own; what the pictures are called is `table`.
+pub fn judge(mut family: Family, table: &str, scene: &Scene, film: FilmSize, seeds: u32, passes: [u32; 4], spp: u32) {
     let FilmSize { width, height } = film;
     let oracle = reference::render(scene, film, spp, 99, &|_| ());
     let mut columns = vec![("oracle", oracle_estimates(&oracle, COLUMNS, ROWS), oracle.to_picture())];
@@ -36,7 +36,6 @@ pub fn compare(scene: &Scene, table: &'static str, film: FilmSize, seeds: u32, p
     for (name, _, picture) in &columns {
         leave(picture, &format!("{table}-{name}"));
     }
-    let mut family = Family::new(table);
     for (i, (a, ours, _)) in columns.iter().enumerate() {
         for (b, theirs, _) in &columns[..i] {
             for ((x, y), name) in ours.iter().zip(theirs).zip(names(COLUMNS, ROWS)) {
@@ -44,5 +43,5 @@ pub fn compare(scene: &Scene, table: &'static str, film: FilmSize, seeds: u32, p
             }
         }
     }
-    family
+    family.judge();
 }

@@ -35,16 +35,16 @@ pub struct Family {
 impl Family {
     /// A family without tests; its table will be called `name`.
     pub fn new(name: &'static str) -> Self {
-        Self {
-            name,
-            alpha: ALPHA,
-            rows: vec![],
-        }
+        Self::rarely(name, ALPHA)
     }
 
-    /// The same with another chance of a false alarm.
-    pub fn at(self, alpha: f64) -> Self {
-        Self { alpha, ..self }
+    /// As [`Self::new`], with a false alarm as rare as this.
+    pub fn rarely(name: &'static str, alpha: f64) -> Self {
+        Self {
+            name,
+            alpha,
+            rows: vec![],
+        }
     }
 
     /// Takes in a test: how likely chance explains it, and what it was.

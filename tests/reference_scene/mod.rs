@@ -21,10 +21,16 @@ pub fn scene(origin: DVec3, target: DVec3, bsdf: Bsdf) -> Scene {
             target,
             up: DVec3::new(0.1, 0.2, 1.0),
             fov: Fov::X(1e-4),
+            lens: None,
         },
         film: FilmSize { width: 1, height: 1 },
         render: RenderTable::default(),
-        materials: vec![Material { name: "m".into(), bsdf }],
+        materials: vec![Material {
+            name: "m".into(),
+            bsdf,
+            one_sided: false,
+            texture: None,
+        }],
         spheres: vec![],
         meshes: vec![],
         environment: None,
@@ -60,6 +66,7 @@ pub fn quad(center: DVec3, right: DVec3, up: DVec3, half: f64, surface: Surface)
         ],
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         normals: None,
+        uvs: None,
         surface,
     }
 }

@@ -6,6 +6,7 @@ pub mod eye;
 pub mod grid;
 pub mod shade;
 pub mod shadow;
+pub mod surface;
 pub mod triangles;
 
 use super::Counters;

@@ -37,6 +37,8 @@ impl<D: per_light::Density, M: Model> Stage for PerLight<D, M> {
         prepare::<L, D, M>(chunk, stream);
         for (i, light) in chunk.world.lights.iter().enumerate() {
             let light = &Lamp::new(i, light);
+            // Other stages leave the rays of their last light behind.
+            queue.clear();
             let mut sink = Sink {
                 open: T::face_light::<L>(chunk.world, stream, points, &light.sphere, set),
                 queue: &mut *queue,
@@ -48,7 +50,6 @@ impl<D: per_light::Density, M: Model> Stage for PerLight<D, M> {
             }
             chunk.counters.shadow_rays += sink.answered;
             shadow::visible::<L, T>(chunk, queue, set, light.sphere.sphere);
-            queue.clear();
         }
         shadow::arrived::<L>(chunk, stream);
     }

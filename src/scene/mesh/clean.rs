@@ -29,6 +29,13 @@ pub fn check(raw: &RawMesh) -> Result<(), Problem> {
         let what = format!("has a normal that is not finite: normal {index} is {}", triple(n));
         return Err(Problem::new(what, mend));
     }
+    let finite = |uv: &glam::DVec2| uv.to_array().iter().all(|x| x.abs() <= f64::from(f32::MAX));
+    if let Some(index) = raw.uvs.as_deref().and_then(|uvs| uvs.iter().position(|uv| !finite(uv))) {
+        return Err(Problem::new(
+            format!("has a texture coordinate that is not finite: number {index}"),
+            mend,
+        ));
+    }
     let count = raw.vertices.len();
     for (index, triangle) in raw.triangles.iter().enumerate() {
         if let Some(corner) = triangle.iter().find(|&&corner| corner as usize >= count) {

@@ -174,6 +174,7 @@ impl Collected {
             vertices,
             triangles: triangles(primitive.mode(), &corners),
             normals,
+            uvs: None,
         };
         super::clean::check(&part)?;
         transform::apply(&mut part, placement);

@@ -1,12 +1,14 @@
 //! Meshes that are written into the scene file.
 
+use glam::DVec2;
+
 use super::super::error::Fault;
 use super::super::rule::FINITE;
 use super::super::value::Value;
 use super::{RawMesh, fan};
 
 /// The mesh that the lists `vertices` and `faces` describe.
-pub fn inline(vertices: &Value<'_>, faces: &Value<'_>) -> Result<RawMesh, Fault> {
+pub fn inline(vertices: &Value<'_>, faces: &Value<'_>, uvs: Option<Value<'_>>) -> Result<RawMesh, Fault> {
     let points = vertices.list("write a list of points, such as [[0, 0, 0], [1, 0, 0], [0, 1, 0]]")?;
     let points = points
         .map(|point| point.triple(&FINITE))
@@ -17,11 +19,27 @@ pub fn inline(vertices: &Value<'_>, faces: &Value<'_>) -> Result<RawMesh, Fault>
         let corners = corners(&face, points.len())?;
         triangles.extend(fan(&corners));
     }
+    let uvs = match uvs {
+        Some(value) => Some(coordinates(&value, points.len())?),
+        None => None,
+    };
     Ok(RawMesh {
         vertices: points,
         triangles,
         normals: None,
+        uvs,
     })
+}
+
+fn coordinates(uvs: &Value<'_>, count: usize) -> Result<Vec<DVec2>, Fault> {
+    let help = "write a pair for each vertex, such as [[0, 0], [1, 0], [1, 1]]";
+    let pairs = uvs.list(help)?;
+    if pairs.len() != count {
+        return Err(uvs.fault(&format!("must have as many pairs as there are vertices, {count}"), help));
+    }
+    pairs
+        .map(|pair| pair.numbers::<2>(&FINITE).map(DVec2::from_array))
+        .collect()
 }
 
 fn corners(face: &Value<'_>, count: usize) -> Result<Vec<u32>, Fault> {

@@ -10,7 +10,7 @@ mod transform;
 
 use std::path::Path;
 
-use glam::{DMat4, DVec3};
+use glam::{DMat4, DVec2, DVec3};
 
 use super::error::Fault;
 use super::files::Files;
@@ -19,12 +19,13 @@ use super::{Mesh, Surface};
 pub(super) use inline::inline;
 pub(super) use transform::{rotations, transform};
 
-/// What a file or a table says: nothing is known of it but that the lengths of `vertices` and `normals` agree.
+/// What a file or a table says: nothing is known of it but that the lengths of `vertices`, `normals` and `uvs` agree.
 #[derive(Debug, Default)]
 pub(super) struct RawMesh {
     vertices: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     normals: Option<Vec<DVec3>>,
+    uvs: Option<Vec<DVec2>>,
 }
 
 /// How a mesh is shaded.
@@ -47,8 +48,8 @@ impl Normals {
     }
 }
 
-/// Reads the mesh file `name`.
-pub(super) fn read(files: &Files, name: &str) -> Result<RawMesh, Fault> {
+/// Reads the mesh file `name`, with its texture coordinates where they are wanted: in an OBJ file they split vertices.
+pub(super) fn read(files: &Files, name: &str, textured: bool) -> Result<RawMesh, Fault> {
     let ending = Path::new(name).extension().unwrap_or_default();
     let ending = ending.to_string_lossy().to_lowercase();
     if !["obj", "ply", "gltf", "glb"].contains(&ending.as_str()) {
@@ -57,8 +58,8 @@ pub(super) fn read(files: &Files, name: &str) -> Result<RawMesh, Fault> {
     }
     let bytes = files.bytes("mesh file", name)?;
     let raw = match ending.as_str() {
-        "obj" => obj::read(&bytes),
-        "ply" => ply::read(&bytes),
+        "obj" => obj::read(&bytes, textured),
+        "ply" => ply::read(&bytes, textured),
         _ => gltf::read(&bytes, &|buffer| files.bytes("buffer", &beside(name, buffer))),
     };
     let raw = raw.and_then(|raw| clean::check(&raw).map(|()| raw));
@@ -116,6 +117,7 @@ pub(super) fn finish(
             vertices: raw.vertices,
             triangles: raw.triangles,
             normals,
+            uvs: raw.uvs,
             surface,
         },
         note,

@@ -14,6 +14,7 @@ pub fn smooth(raw: &mut RawMesh) -> Vec<DVec3> {
         vertices,
         triangles,
         normals,
+        ..
     } = raw;
     let twice_area = |corners: &[u32; 3]| {
         let [a, b, c] = corners.map(|corner| vertices[corner as usize]);
@@ -68,6 +69,7 @@ mod tests {
             vertices: vertices.to_vec(),
             triangles: vec![[0, 1, 2], [0, 2, 3]],
             normals: None,
+            uvs: None,
         }
     }
 

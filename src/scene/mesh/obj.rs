@@ -3,18 +3,20 @@
 use std::collections::HashMap;
 use std::io::{BufRead, Read};
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use tobj::{LoadError, LoadOptions};
 
 use super::{Problem, RawMesh};
 
-/// Reads all faces of an OBJ file; objects, groups and materials make no difference.
-pub fn read(bytes: &[u8]) -> Result<RawMesh, Problem> {
+/// Reads all faces of an OBJ file, with texture coordinates only where it is `textured`; objects, groups and materials make no
+/// difference.
+pub fn read(bytes: &[u8], textured: bool) -> Result<RawMesh, Problem> {
     let mut lines = Geometry {
         rest: bytes,
         line: &[],
         taken: 0,
         number: 0,
+        vertices: 0,
     };
     let options = LoadOptions {
         triangulate: true,
@@ -39,25 +41,42 @@ pub fn read(bytes: &[u8]) -> Result<RawMesh, Problem> {
 
     let vectors = |numbers: &[f64]| numbers.chunks_exact(3).map(DVec3::from_slice).collect::<Vec<_>>();
     let (positions, normals) = (vectors(&mesh.positions), vectors(&mesh.normals));
-    if mesh.normal_indices.len() != mesh.indices.len() {
-        // Normals are optional for each corner: without all of them they are of no use.
+    let pairs = |numbers: &[f64]| numbers.chunks_exact(2).map(DVec2::from_slice).collect::<Vec<_>>();
+    let uvs = pairs(&mesh.texcoords);
+    // Both are optional for each corner: without all of them they are of no use.
+    let complete = |indices: &Vec<u32>| (indices.len() == mesh.indices.len()).then(|| indices.clone());
+    let (normal_of, uv_of) = (
+        complete(&mesh.normal_indices),
+        complete(&mesh.texcoord_indices).filter(|_| textured),
+    );
+    if normal_of.is_none() && uv_of.is_none() {
         let triangles = mesh.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
         return Ok(RawMesh {
             vertices: positions,
             triangles,
-            normals: None,
+            ..Default::default()
         });
     }
 
-    // A corner has a position and a normal of its own: each pair becomes a vertex.
-    let mut raw = RawMesh::default();
-    let mut pairs = HashMap::new();
+    // A corner has a position, a normal and texture coordinates of its own: each set of them becomes a vertex.
+    let mut raw = RawMesh {
+        normals: normal_of.as_ref().map(|_| Vec::new()),
+        uvs: uv_of.as_ref().map(|_| Vec::new()),
+        ..Default::default()
+    };
+    let mut sets = HashMap::new();
     let mut corners = Vec::with_capacity(mesh.indices.len());
-    let raw_normals = raw.normals.insert(Vec::new());
-    for (&position, &normal) in mesh.indices.iter().zip(&mesh.normal_indices) {
-        corners.push(*pairs.entry((position, normal)).or_insert_with(|| {
+    for (corner, &position) in mesh.indices.iter().enumerate() {
+        let normal = normal_of.as_ref().map(|indices| indices[corner]);
+        let uv = uv_of.as_ref().map(|indices| indices[corner]);
+        corners.push(*sets.entry((position, normal, uv)).or_insert_with(|| {
             raw.vertices.push(positions[position as usize]);
-            raw_normals.push(normals[normal as usize]);
+            if let (Some(all), Some(normal)) = (&mut raw.normals, normal) {
+                all.push(normals[normal as usize]);
+            }
+            if let (Some(all), Some(uv)) = (&mut raw.uvs, uv) {
+                all.push(uvs[uv as usize]);
+            }
             raw.vertices.len() as u32 - 1
         }));
     }
@@ -75,9 +94,12 @@ fn problem(error: LoadError, line: usize) -> Problem {
         LoadError::NormalParseError => broken("a normal that cannot be read"),
         LoadError::TexcoordParseError => broken("a texture coordinate that cannot be read"),
         LoadError::FaceParseError | LoadError::InvalidPolygon => broken("a face that cannot be read"),
-        LoadError::ReadError => broken("something that is not text"),
-        LoadError::FaceVertexOutOfBounds | LoadError::FaceNormalOutOfBounds => {
-            Problem::new("has a face that names a vertex or a normal that does not exist", cut)
+        LoadError::ReadError => broken("an index or something else that cannot be read"),
+        LoadError::FaceVertexOutOfBounds | LoadError::FaceNormalOutOfBounds | LoadError::FaceTexCoordOutOfBounds => {
+            Problem::new(
+                "has a face that names a vertex, a normal or a texture coordinate that does not exist",
+                cut,
+            )
         }
         other => Problem::new(format!("cannot be read: {other}"), cut),
     }
@@ -92,6 +114,20 @@ struct Geometry<'b> {
     line: &'b [u8],
     taken: usize,
     number: usize,
+    /// Lines of positions, texture coordinates and normals so far.
+    vertices: u64,
+}
+
+/// Whether the indices of a face have no more than ten digits, and those that count backwards do not leave the file, of
+/// whose positions, texture coordinates and normals there are `vertices` together so far. `tobj` 4.0.5 multiplies indices
+/// unchecked, so that huge ones come round to vertices that exist.
+fn indices_fit(line: &[u8], vertices: u64) -> bool {
+    let indices = line.split(|&byte| byte == b'/' || byte.is_ascii_whitespace());
+    let fits = |index: &[u8]| match index.strip_prefix(b"-") {
+        Some(back) => str::from_utf8(back).is_ok_and(|back| back.parse().is_ok_and(|back: u64| back <= vertices)),
+        None => index.len() <= 10,
+    };
+    indices.into_iter().all(fits)
 }
 
 impl BufRead for Geometry<'_> {
@@ -107,6 +143,10 @@ impl BufRead for Geometry<'_> {
             self.number += 1;
             let word = line.trim_ascii_start().split(u8::is_ascii_whitespace).next();
             let wanted = matches!(word, Some(b"v" | b"vt" | b"vn" | b"f"));
+            self.vertices += u64::from(wanted && word != Some(b"f"));
+            if word == Some(b"f") && !indices_fit(line, self.vertices) {
+                return Err(std::io::ErrorKind::InvalidData.into());
+            }
             (self.line, self.taken) = (if wanted { line } else { &[] }, 0);
         }
         Ok(&self.line[self.taken..])
@@ -134,7 +174,7 @@ mod tests {
 
     #[test]
     fn quads_negative_indices_and_groups() {
-        let raw = read(CUBE.as_bytes()).unwrap();
+        let raw = read(CUBE.as_bytes(), false).unwrap();
         assert_eq!(raw.vertices.len(), 8, "groups share their vertices");
         assert_eq!(raw.triangles.len(), 12);
         assert!(raw.normals.is_none());
@@ -147,14 +187,28 @@ mod tests {
     #[test]
     fn a_pair_of_position_and_normal_is_a_vertex() {
         let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvn 0 0 1\nvn 1 0 0\nf 1//1 2//1 3//1\nf 1//2 3//2 4//2\n";
-        let raw = read(text.as_bytes()).unwrap();
+        let raw = read(text.as_bytes(), false).unwrap();
         assert_eq!(raw.vertices.len(), 6);
         assert_eq!(raw.normals.unwrap()[3], DVec3::X);
     }
 
     #[test]
+    fn a_corner_has_texture_coordinates_of_its_own() {
+        let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 0 0.5\nf 1/1 2/2 3/3\nf 2/1 4/2 3/3\n";
+        let raw = read(text.as_bytes(), true).unwrap();
+        let uvs = raw.uvs.unwrap();
+        assert_eq!(
+            (raw.vertices.len(), uvs.len()),
+            (5, 5),
+            "vertex 2 has two pairs, vertex 3 one"
+        );
+        assert_eq!(uvs[2], DVec2::new(0.0, 0.5));
+        assert!(raw.normals.is_none());
+    }
+
+    #[test]
     fn errors_name_the_line() {
-        let error = |text: &str| read(text.as_bytes()).unwrap_err().what;
+        let error = |text: &str| read(text.as_bytes(), false).unwrap_err().what;
         assert_eq!(
             error("v 0 0 0\nv 1 zero 0\n"),
             "has a vertex that cannot be read in line 2"
@@ -164,6 +218,12 @@ mod tests {
             "has a face that cannot be read in line 4"
         );
         assert_eq!(error("nothing here\n"), "has no faces");
+        // Three times this index, counted from 0, comes round to 4: the second vertex and a half.
+        assert_eq!(
+            error("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 12297829382473034413\n"),
+            "has an index or something else that cannot be read in line 4"
+        );
+        assert!(error("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -4\n").ends_with("in line 4"));
         assert!(error("v 0 0 0\nv 1 0 0\nf 1 2 9\n").contains("does not exist"));
     }
 }

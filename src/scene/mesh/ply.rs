@@ -2,20 +2,23 @@
 
 use std::io::ErrorKind;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{BeginList, ElementDef, Encoding, Header, PropertyAccess, PropertyAccessResult};
 use ply_rs_bw::ply::{PropertyType, ScalarType};
 
 use super::{Problem, RawMesh, fan};
 
+/// What programs call texture coordinates.
+const UVS: [[&str; 2]; 3] = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]];
+
 const DAMAGED: &str = "the file is damaged or cut short: save or fetch it again";
 
 /// Elements that are read at a time: the parser's own take six times the memory of what is kept of them.
 const PORTION: usize = 1 << 14;
 
-/// Reads the `vertex` and `face` elements of a PLY file; other elements and properties are skipped.
-pub fn read(bytes: &[u8]) -> Result<RawMesh, Problem> {
+/// Reads the `vertex` and `face` elements of a PLY file, with texture coordinates only where it is `textured`; other elements and properties are skipped.
+pub fn read(bytes: &[u8], textured: bool) -> Result<RawMesh, Problem> {
     let mut reader = Reader::new(bytes);
     let parser = Parser::<Element>::new();
     let header = parser
@@ -25,10 +28,14 @@ pub fn read(bytes: &[u8]) -> Result<RawMesh, Problem> {
 
     let mut raw = RawMesh::default();
     for element in header.elements.values() {
-        let has = |keys: [&str; 3]| keys.iter().all(|key| element.properties.contains_key(*key));
+        let has = |keys: &[&str]| keys.iter().all(|key| element.properties.contains_key(*key));
         raw.normals = match element.name.as_str() {
-            "vertex" => has(["nx", "ny", "nz"]).then(Vec::new),
+            "vertex" => has(&["nx", "ny", "nz"]).then(Vec::new),
             _ => raw.normals,
+        };
+        raw.uvs = match element.name.as_str() {
+            "vertex" if textured => UVS.iter().any(|pair| has(pair)).then(Vec::new),
+            _ => raw.uvs,
         };
         let mut portion = element.clone();
         for first in (0..element.count).step_by(PORTION) {
@@ -48,6 +55,9 @@ fn keep(raw: &mut RawMesh, items: &[Element], name: &str, first: usize) -> Resul
             raw.vertices.extend(items.iter().map(|item| item.position));
             if let Some(normals) = &mut raw.normals {
                 normals.extend(items.iter().map(|item| item.normal));
+            }
+            if let Some(uvs) = &mut raw.uvs {
+                uvs.extend(items.iter().map(|item| item.uv));
             }
         }
         "face" => {
@@ -161,6 +171,7 @@ fn payload_problem(error: &ParseError, element: &ElementDef, header: &Header) ->
 struct Element {
     position: DVec3,
     normal: DVec3,
+    uv: DVec2,
     corners: Vec<i64>,
 }
 
@@ -173,6 +184,8 @@ impl Element {
             "nx" => &mut self.normal.x,
             "ny" => &mut self.normal.y,
             "nz" => &mut self.normal.z,
+            "s" | "u" | "texture_u" => &mut self.uv.x,
+            "t" | "v" | "texture_v" => &mut self.uv.y,
             _ => return PropertyAccessResult::Ignored,
         };
         *place = value;
@@ -212,6 +225,7 @@ impl PropertyAccess for Element {
         Self {
             position: DVec3::ZERO,
             normal: DVec3::ZERO,
+            uv: DVec2::ZERO,
             corners: Vec::new(),
         }
     }
@@ -245,7 +259,7 @@ mod tests {
             "ply\nformat ascii 1.0\ncomment by hand\n{HEADER}0 0 0 1\n1.5 0 0 1\n1.5 2.25 -3 1\n0 2.25 -3 1\n\
              4 0 1 2 3 0.5\n3 2 1 0 0.5"
         );
-        expected(&read(text.as_bytes()).unwrap());
+        expected(&read(text.as_bytes(), false).unwrap());
     }
 
     #[test]
@@ -274,10 +288,10 @@ mod tests {
                 corners.iter().for_each(|corner| put(&corner.to_be_bytes()));
                 put(&0.5_f32.to_be_bytes());
             }
-            expected(&read(&bytes).unwrap());
+            expected(&read(&bytes, false).unwrap());
             // Any cut is an error, never a smaller mesh.
             for end in 0..bytes.len() {
-                assert!(read(&bytes[..end]).is_err(), "cut at {end}");
+                assert!(read(&bytes[..end], false).is_err(), "cut at {end}");
             }
         }
     }
@@ -291,14 +305,18 @@ mod tests {
         );
         (0..count).for_each(|i| text += &format!("{i} 0 1\n"));
         (0..count).for_each(|i| text += &format!("3 0 1 {i}\n"));
-        let raw = read(text.as_bytes()).unwrap();
+        let raw = read(text.as_bytes(), false).unwrap();
         let numbers = 0..count as u32;
         assert!(raw.vertices.iter().map(|v| v.x as u32).eq(numbers.clone()));
         assert!(raw.triangles.iter().map(|t| t[2]).eq(numbers));
 
         // Faces and lines are counted through.
         let last = text.trim_end().rfind('\n').unwrap() + 1;
-        let error = |end: &str| read(format!("{}{end}\n", &text[..last]).as_bytes()).unwrap_err().what;
+        let error = |end: &str| {
+            read(format!("{}{end}\n", &text[..last]).as_bytes(), false)
+                .unwrap_err()
+                .what
+        };
         assert_eq!(error("2 0 1"), format!("has a face with 2 corners: face {}", count - 1));
         let line = 9 + 2 * count;
         assert_eq!(
@@ -313,7 +331,7 @@ mod tests {
             property float nx\nproperty float ny\nproperty float nz\nelement face 1\n\
             property list uchar uint vertex_index\nend_header\n0 0 0 0 0 1\n1 0 0 0 1 0\n0 1 0 1 0 0\n3 0 1 2\n";
         assert_eq!(
-            read(text.as_bytes()).unwrap().normals.unwrap(),
+            read(text.as_bytes(), false).unwrap().normals.unwrap(),
             [DVec3::Z, DVec3::Y, DVec3::X]
         );
     }
@@ -326,14 +344,19 @@ mod tests {
                     "ply\nformat {encoding} 1.0\nelement vertex {vertices}\nproperty float x\nproperty float y\n\
                      property float z\nelement face 1\nproperty list uint uint vertex_indices\nend_header\n"
                 );
-                assert!(read(text.as_bytes()).unwrap_err().what.starts_with("is cut short"));
+                assert!(
+                    read(text.as_bytes(), false)
+                        .unwrap_err()
+                        .what
+                        .starts_with("is cut short")
+                );
             }
             // An element without properties takes no bytes: its count is not believed either.
             let text = format!(
                 "ply\nformat {encoding} 1.0\nelement thing 4000000000\nelement vertex 0\nproperty float x\n\
                  property float y\nproperty float z\nelement face 0\nend_header\n"
             );
-            assert!(read(text.as_bytes()).is_err());
+            assert!(read(text.as_bytes(), false).is_err());
         }
     }
 }

@@ -103,6 +103,7 @@ mod tests {
             vertices: vec![DVec3::X],
             triangles: vec![],
             normals: Some(vec![DVec3::X]),
+            uvs: None,
         };
         apply(&mut raw, DMat4::from_scale(DVec3::new(-2.0, 1.0, 1.0)));
         assert_eq!(raw.vertices, [DVec3::new(-2.0, 0.0, 0.0)]);
@@ -118,6 +119,7 @@ mod tests {
             vertices: vec![slope],
             triangles: vec![],
             normals: Some(vec![normal]),
+            uvs: None,
         };
         apply(&mut raw, matrix);
         assert!(raw.vertices[0].dot(raw.normals.unwrap()[0]).abs() < 1e-15);

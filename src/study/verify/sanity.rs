@@ -55,9 +55,7 @@ fn used(scene: &Scene) -> Vec<bool> {
 }
 
 fn energy(scene: &Scene) -> Row {
-    let rho = |bsdf: &Bsdf| match *bsdf {
-        Bsdf::Diffuse { rho } | Bsdf::Phong { rho, .. } => rho.max_element(),
-    };
+    let rho = Bsdf::largest;
     let most = scene
         .materials
         .iter()
@@ -91,7 +89,7 @@ fn energy(scene: &Scene) -> Row {
 
 fn exponents(scene: &Scene) -> Row {
     let flat = scene.materials.iter().filter(|material| match material.bsdf {
-        Bsdf::Phong { alpha, .. } => alpha < LEAST_EXPONENT,
+        Bsdf::Phong { alpha, .. } | Bsdf::Blend { alpha, .. } => alpha < LEAST_EXPONENT,
         Bsdf::Diffuse { .. } => false,
     });
     let names: Vec<String> = flat.map(|material| format!("\"{}\"", material.name)).collect();
@@ -153,16 +151,21 @@ mod tests {
                 target: DVec3::ZERO,
                 up: DVec3::Y,
                 fov: Fov::X(40.0),
+                lens: None,
             },
             film: FilmSize { width: 4, height: 4 },
             render: RenderTable::default(),
             materials: vec![
                 Material {
                     name: "grey".into(),
+                    one_sided: false,
+                    texture: None,
                     bsdf: Bsdf::Diffuse { rho: DVec3::splat(0.5) },
                 },
                 Material {
                     name: "hot".into(),
+                    one_sided: false,
+                    texture: None,
                     bsdf: Bsdf::Phong {
                         rho: DVec3::new(0.1, 1.1, 0.1),
                         alpha: 1.000_000_01,

@@ -1,0 +1,131 @@
+//! What `explain` says of effects: found and with what evidence, absent, and what each costs.
+
+use serde::Serialize;
+
+use crate::pipeline::Renderer;
+use crate::scene::{Effect, Environment, Features, Scene, Surface};
+use crate::study::effect_costs::Costs;
+
+/// An effect with its evidence.
+#[derive(Serialize)]
+pub struct Found {
+    effect: Effect,
+    evidence: String,
+}
+
+impl Found {
+    /// A line of the explanation.
+    pub fn line(&self) -> String {
+        format!("    {:<15} {}", self.effect.name(), self.evidence)
+    }
+}
+
+/// Their names in a row.
+pub fn names(effects: &[Effect]) -> String {
+    let names: Vec<&str> = effects.iter().map(|effect| effect.name()).collect();
+    if names.is_empty() {
+        "nothing".to_owned()
+    } else {
+        names.join(", ")
+    }
+}
+
+/// The effects that a scene calls for, each with its evidence.
+pub fn found(scene: &Scene, features: &Features) -> Vec<Found> {
+    let effects = features.effects().iter();
+    effects
+        .map(|effect| Found {
+            effect,
+            evidence: evidence(scene, features, effect),
+        })
+        .collect()
+}
+
+fn evidence(scene: &Scene, features: &Features, effect: Effect) -> String {
+    let count = features.count(effect);
+    let of = |count: usize, all: usize, what: &str| format!("{count} of {all} {what}");
+    let materials = scene.materials.iter().filter(|m| m.effects().has(effect)).count();
+    match effect {
+        Effect::Diffuse | Effect::Phong | Effect::Blend | Effect::OneSided | Effect::Textures => format!(
+            "{}, on {count} shapes in sight",
+            of(materials, scene.materials.len(), "materials")
+        ),
+        Effect::Spheres | Effect::SphereLights => of(count, scene.spheres.len(), "spheres"),
+        Effect::Meshes | Effect::MeshLights | Effect::SmoothNormals => of(count, scene.meshes.len(), "meshes"),
+        Effect::Lens => {
+            let lens = scene.camera.lens.map_or((0.0, 0.0), |lens| (lens.radius, lens.focus));
+            format!("radius {}, in focus at {}", lens.0, lens.1)
+        }
+        Effect::Environment => match &scene.environment {
+            Some(Environment::Picture(picture)) => {
+                format!("a picture of {} x {} texels", picture.width, picture.height)
+            }
+            _ => "the same radiance from everywhere".to_owned(),
+        },
+    }
+}
+
+/// The effects that it does not call for.
+pub fn absent(features: &Features) -> Vec<Effect> {
+    Effect::ALL.into_iter().filter(|&e| features.count(e) == 0).collect()
+}
+
+/// Sentences about what is there and does nothing.
+pub fn notes(scene: &Scene, features: &Features) -> Vec<String> {
+    let mut said = Vec::new();
+    if features.unseen > 0 {
+        said.push(format!(
+            "{} of {} spheres and meshes are out of sight of every eye ray: their materials call for nothing",
+            features.unseen, features.bodies
+        ));
+    }
+    let dark = |surface: &Surface| matches!(surface, Surface::Emission(le) if le.max_element() == 0.0);
+    let spheres = scene.spheres.iter().map(|s| &s.surface);
+    let dark = spheres
+        .chain(scene.meshes.iter().map(|m| &m.surface))
+        .filter(|s| dark(s))
+        .count();
+    if dark > 0 {
+        said.push(format!("{dark} emissions are 0: no light is sampled for them"));
+    }
+    for light in scene.lights_below_every_horizon() {
+        said.push(format!(
+            "sphere {} emits, but below the horizon of every surface in sight",
+            light + 1
+        ));
+    }
+    for light in scene.lights_with_nothing_between() {
+        said.push(format!(
+            "nothing stands between the light of sphere {} and any surface",
+            light + 1
+        ));
+    }
+    said
+}
+
+/// The table of costs, line by line.
+pub fn cost_lines(costs: &Costs, renderer: &Renderer) -> Vec<String> {
+    let mut lines = vec![format!(
+        "  cost       {:.1} ns a sample on one thread ({} x {} pixels, {})",
+        costs.ns,
+        costs.film[0],
+        costs.film[1],
+        renderer.kernel()
+    )];
+    for cost in &costs.effects {
+        let (name, change) = (cost.effect.name(), cost.other_ns - costs.ns);
+        lines.push(if cost.present {
+            format!("    without {name:<15} {:6.1} ns ({change:+.1})", cost.other_ns)
+        } else {
+            let bits = match cost.same_bits {
+                Some(true) => "same bits",
+                _ => "OTHER BITS",
+            };
+            format!(
+                "    holding {name:<15} {:6.1} ns ({change:+.1}), unused, {bits}",
+                cost.other_ns
+            )
+        });
+    }
+    lines
+}

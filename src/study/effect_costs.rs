@@ -1,0 +1,141 @@
+//! What effects cost on one's own scene: nanoseconds of one thread per sample, with each effect and without.
+
+use std::time::Instant;
+
+use serde::Serialize;
+
+use crate::pipeline::{Renderer, Settings, SetupError};
+use crate::scene::{Bsdf, Effect, Effects, FilmSize, Scene};
+
+/// Rounds over all variants in turn, so that what else the machine does meets them alike. The least time of each counts.
+const ROUNDS: usize = 7;
+/// About this many samples a round.
+const SAMPLES: u32 = 1 << 17;
+/// The longer side of the film that is measured on.
+const SIDE: u32 = 192;
+
+/// What one effect costs.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Cost {
+    /// Which.
+    pub effect: Effect,
+    /// Whether the scene calls for it.
+    pub present: bool,
+    /// Nanoseconds per sample if it is taken out of the scene (`present`) or held without being called for.
+    pub other_ns: f64,
+    /// Whether the picture had the same bits, where the effect was held without being called for.
+    pub same_bits: Option<bool>,
+}
+
+/// What a scene costs, and each effect that it might do with or without.
+#[derive(Clone, Debug, Serialize)]
+pub struct Costs {
+    /// Nanoseconds per sample with the planned kernel.
+    pub ns: f64,
+    /// Pixels of the film that was measured on.
+    pub film: [u32; 2],
+    /// Effect by effect.
+    pub effects: Vec<Cost>,
+}
+
+/// The scene without an effect; `None` where that would leave another scene altogether.
+fn without(scene: &Scene, effect: Effect) -> Option<Scene> {
+    let mut scene = scene.clone();
+    match effect {
+        Effect::Phong => scene.materials.iter_mut().for_each(|m| {
+            if let Bsdf::Phong { rho, .. } | Bsdf::Blend { rho, .. } = m.bsdf {
+                m.bsdf = Bsdf::Diffuse { rho };
+            }
+        }),
+        Effect::Blend => scene.materials.iter_mut().for_each(|m| {
+            if let Bsdf::Blend { rho, .. } = m.bsdf {
+                m.bsdf = Bsdf::Diffuse { rho };
+            }
+        }),
+        Effect::OneSided => scene.materials.iter_mut().for_each(|m| m.one_sided = false),
+        Effect::SmoothNormals => scene.meshes.iter_mut().for_each(|m| m.normals = None),
+        Effect::Textures => scene.materials.iter_mut().for_each(|m| m.texture = None),
+        Effect::Lens => scene.camera.lens = None,
+        _ => return None,
+    }
+    Some(scene)
+}
+
+/// Measures; takes a second or two.
+///
+/// # Errors
+/// [`SetupError`] where the scene cannot be rendered so.
+pub fn measure(scene: &Scene, settings: Settings) -> Result<Costs, SetupError> {
+    let FilmSize { width, height } = settings.film;
+    let scale = f64::from(SIDE.min(width.max(height))) / f64::from(width.max(height));
+    let shrunk = |side: u32| ((f64::from(side) * scale).round() as u32).max(1);
+    let film = FilmSize {
+        width: shrunk(width),
+        height: shrunk(height),
+    };
+    let settings = Settings {
+        film,
+        threads: 1,
+        ..settings
+    };
+    let plan = Renderer::new(scene, settings)?;
+    let needs = plan.features().effects();
+    let others: Vec<(Effect, Scene, Effects)> = Effect::ALL
+        .into_iter()
+        .filter_map(|effect| {
+            let alone = Effects::of(&[effect]);
+            if !needs.has(effect) {
+                // What no stage of this plan could hold has nothing to be measured.
+                without(scene, effect).map(|_| (effect, scene.clone(), alone))
+            } else {
+                without(scene, effect).map(|scene| (effect, scene, Effects::default()))
+            }
+        })
+        .collect();
+    let passes = (SAMPLES / (film.width * film.height)).max(1).next_power_of_two();
+    let (mut own, mut times) = (f64::INFINITY, vec![f64::INFINITY; others.len()]);
+    let mut same = vec![None; others.len()];
+    for _ in 0..ROUNDS {
+        let (ns, picture) = timed(scene, settings, Effects::default(), passes)?;
+        own = own.min(ns);
+        for (i, (effect, scene, held)) in others.iter().enumerate() {
+            let (ns, shown) = timed(scene, settings, *held, passes)?;
+            times[i] = times[i].min(ns);
+            if !needs.has(*effect) {
+                same[i] = Some(picture == shown);
+            }
+        }
+    }
+    let effects = others.iter().zip(times.iter().zip(&same));
+    Ok(Costs {
+        ns: own,
+        film: [film.width, film.height],
+        effects: effects
+            .map(|((effect, ..), (&other_ns, &same_bits))| Cost {
+                effect: *effect,
+                present: needs.has(*effect),
+                other_ns,
+                same_bits,
+            })
+            .collect(),
+    })
+}
+
+/// Nanoseconds per sample, and the bits of the picture.
+fn timed(scene: &Scene, settings: Settings, held: Effects, passes: u32) -> Result<(f64, Vec<u32>), SetupError> {
+    let mut renderer = Renderer::holding(scene, settings, held)?;
+    // Not the first passes: tables and memory are new.
+    renderer.next_block(1);
+    let begin = Instant::now();
+    while renderer.next_block(1 + passes) < 1 + passes {}
+    let samples = f64::from(passes) * f64::from(settings.film.width) * f64::from(settings.film.height);
+    let ns = begin.elapsed().as_secs_f64() * 1e9 / samples;
+    let bits = renderer
+        .picture()
+        .pixels
+        .iter()
+        .flatten()
+        .map(|x| x.to_bits())
+        .collect();
+    Ok((ns, bits))
+}

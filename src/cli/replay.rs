@@ -67,7 +67,7 @@ fn text(replay: &Replay, kernel: &str) -> String {
     }
     if replay.meshes_untold {
         lines.push(
-            "           meshes that emit were asked too: they are in the radiance, and not told one by one".to_owned(),
+            "           meshes and the environment, if they emit, were asked too: in the radiance, and not told one by one".to_owned(),
         );
     }
     lines.push(format!("radiance   {:?}", replay.radiance));

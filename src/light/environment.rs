@@ -99,12 +99,10 @@ impl LatLong {
         }
         let rows = Discrete::new(&of_rows)?;
         let mut inverse = Vec::with_capacity(texels.len());
-        for row in 0..height {
+        for (row, columns) in columns.iter().enumerate() {
             let solid_angle = std::f64::consts::TAU / width as f64 * (cosine(row) - cosine(row + 1));
             let chance = |column| {
-                let of_row = columns[row]
-                    .as_ref()
-                    .map_or(0.0, |c: &Discrete| f64::from(c.chance(column)));
+                let of_row = columns.as_ref().map_or(0.0, |c: &Discrete| f64::from(c.chance(column)));
                 f64::from(rows.chance(row as u32)) * of_row
             };
             let one_over = |chance: f64| {

@@ -36,7 +36,8 @@ pub struct Replay {
     pub point: Option<Point>,
     /// The directions in which it was asked for: one for each sphere that emits by `light` and `mis`, else one.
     pub asked: Vec<Asked>,
-    /// Whether `light` and `mis` also asked for meshes that emit, which are in the radiance but not told one by one.
+    /// Whether `light` and `mis` also asked for meshes or an environment that emit, which are in the radiance but not told one by
+    /// one.
     pub meshes_untold: bool,
     /// Radiance of the sample: what a render adds to the pixel.
     pub radiance: [f64; 3],

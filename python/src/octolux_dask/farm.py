@@ -29,6 +29,8 @@ TICK = 1.0
 # How long a scheduler has for answering, in seconds.
 ANSWER = 10.0
 
+LOST = "the connection to the scheduler was lost"
+
 
 @contextmanager
 def connected(address: str | None, threads: int) -> Iterator[Client]:
@@ -165,7 +167,7 @@ class Farm:
             answer: task.Answer = future.result()
         except Exception as error:
             if future.cancelled():
-                raise Failure("the connection to the scheduler was lost") from error
+                raise Failure(LOST) from error
             # KilledWorker among others: too many workers died with this shard.
             self._failed(shard, f"{type(error).__name__}: {error}")
             return
@@ -195,4 +197,8 @@ class Farm:
         self._submit(shard)
 
     def _workers(self) -> int:
-        return len(self.client.nthreads())
+        try:
+            return len(self.client.nthreads())
+        except (OSError, RuntimeError) as error:
+            # A scheduler that died, and a client that has given it up.
+            raise Failure(LOST) from error

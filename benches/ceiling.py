@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """How much of Embree's speed a render keeps: its rays a second against bare calls for the very same rays.
 
-    benches/scenes.py triangles 1000000 /tmp
-    benches/ceiling.py /tmp/triangles-1000000.toml scenes/veach-mis.toml
+    benches/scenes.py triangles 1000000 target
+    benches/ceiling.py target/triangles-1000000.toml scenes/veach-mis.toml
 
 Needs `cargo build --release`, gcc, and Python 3.8 or later. `benches/ceiling.c` is built in a temporary directory and loaded
 between the program and Embree, which does not know of it. A round is one render whose processor time is taken from its

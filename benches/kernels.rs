@@ -246,7 +246,7 @@ fn estimators(c: &mut Criterion) {
             kernel!(g, $name, $inputs, L, |x| {
                 let (point, numbers) = shading::<L>(x, $alpha);
                 let all = <L as Lane>::Mask::splat(true);
-                let toss = || Toss {
+                let toss = Toss {
                     heads: numbers.0.top_bit(),
                     pair: Pair(numbers.0.shl(1), numbers.1),
                 };

@@ -90,7 +90,7 @@ fn said<L: Lane>(active: L::Mask, vectors: &[Vec3<L>], numbers: &[L]) -> Said {
 
 fn by_light<L: Lane, D: per_light::Density>(case: &Case, light: &SphereLight, first: usize) -> Said {
     let (point, toss, active) = case.inputs::<L>(first);
-    match per_light::sample::<L, D>(&point, light, || toss, active) {
+    match per_light::sample::<L, D>(&point, light, toss, active) {
         Some(found) => said(found.active, &[found.wi, found.ld], &[found.distance]),
         None => vec![None; L::N],
     }
@@ -108,7 +108,13 @@ fn by_triangle<L: Lane>(case: &Case, triangle: &Triangle, first: usize) -> Said 
     let (point, toss, active) = case.inputs::<L>(first);
     let view = triangle.splat::<L>().seen_from(point.p);
     let worth = (Vec3::splat([3.0, 2.0, 1.0]), L::one());
-    match per_triangle::sample::<L, per_light::Average>(&point, &view, worth, || toss.into(), active) {
+    match per_triangle::sample::<L, per_light::Average>(
+        &point,
+        &view,
+        worth,
+        toss.into(),
+        active & view.rises_above(point.bsdf.n),
+    ) {
         Some(found) => said(found.active, &[found.wi, found.ld], &[found.distance]),
         None => vec![None; L::N],
     }

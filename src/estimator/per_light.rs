@@ -59,10 +59,9 @@ pub struct Contribution<L: Lane> {
 pub fn sample<L: Lane, D: Density>(
     point: &ShadingPoint<L>,
     light: &SphereLight,
-    toss: impl FnOnce() -> Toss<L::Bits>,
+    Toss { heads, pair }: Toss<L::Bits>,
     active: L::Mask,
 ) -> Option<Contribution<L>> {
-    let Toss { heads, pair } = toss();
     let heads = if D::MIXED { heads } else { L::Mask::splat(false) };
     let view = light.seen_from(point.p);
     let tails = active & !heads & may_contribute(point, &view);

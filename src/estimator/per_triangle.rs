@@ -29,6 +29,7 @@ impl<L: Lane> From<Toss<L::Bits>> for Numbers<L> {
 }
 
 /// Draws one direction at each active point for the triangle that it sees and weighs it; `None` where no lane gets light by it.
+/// Ask [`View::rises_above`] first: a triangle below the horizon has nothing to draw.
 ///
 /// `share` is the chance in (0, 1] with which the triangle was picked among those of its light, in each lane. Directions are
 /// drawn as for spheres ([`super::per_light::sample`]).
@@ -37,15 +38,10 @@ pub fn sample<L: Lane, D: Density>(
     point: &ShadingPoint<L>,
     view: &View<L>,
     (le, share): (Vec3<L>, L),
-    numbers: impl FnOnce() -> Numbers<L>,
+    Numbers { heads, u, v }: Numbers<L>,
     active: L::Mask,
 ) -> Option<Contribution<L>> {
     let bsdf = &point.bsdf;
-    let mut active = active & view.rises_above(bsdf.n);
-    if active.none() {
-        return None;
-    }
-    let Numbers { heads, u, v } = numbers();
     let by_brdf = if D::MIXED {
         heads & active
     } else {
@@ -60,7 +56,7 @@ pub fn sample<L: Lane, D: Density>(
         met = (met & !by_brdf) | (by_brdf & view.contains(wi));
     }
     let (cos_theta, above) = point.above(wi);
-    active = active & above & met;
+    let mut active = active & above & met;
     if active.none() {
         return None;
     }

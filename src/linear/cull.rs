@@ -11,8 +11,11 @@ fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
+/// In `f64`: the normal of a triangle is as long as an area, and the square of that leaves `f32` where scenes are 2^28 units
+/// large or 2^-36 small.
 fn length(a: [f32; 3]) -> f32 {
-    dot(a, a).sqrt()
+    let [x, y, z] = a.map(f64::from);
+    (x * x + y * y + z * z).sqrt() as f32
 }
 
 fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {

@@ -232,9 +232,9 @@ fn directions<T: Tracer>(
             toss.pair = numbers.after_toss(address.key, address.pass, pairs::DIRECTION);
         }
         let drawn = if mis {
-            per_light::sample::<f32, per_light::Average>(point, light, || toss, true)
+            per_light::sample::<f32, per_light::Average>(point, light, toss, true)
         } else {
-            per_light::sample::<f32, per_light::ConeOnly>(point, light, || toss, true)
+            per_light::sample::<f32, per_light::ConeOnly>(point, light, toss, true)
         };
         let cone = light.cone(point.p);
         Asked {

@@ -5,6 +5,7 @@
 
 use crate::bsdf::Bsdf;
 use crate::estimator::ShadingPoint;
+use crate::estimator::per_light::Contribution;
 use crate::lane::{Bits, Lane, Mask};
 use crate::math::Vec3;
 
@@ -330,6 +331,20 @@ pub struct QueuedRays<L: Lane> {
     pub value: Vec3<L>,
     /// Where the pixel sums up in its chunk.
     pub index: L::Bits,
+}
+
+impl<L: Lane> QueuedRays<L> {
+    /// The rays that a contribution waits for.
+    #[inline(always)]
+    pub fn to_light(point: &ShadingPoint<L>, address: &Address<L>, found: &Contribution<L>) -> Self {
+        Self {
+            origin: point.p,
+            direction: found.wi,
+            tfar: found.distance,
+            value: found.ld,
+            index: address.index,
+        }
+    }
 }
 
 impl RayQueue {

@@ -120,7 +120,7 @@ pub fn mixtures<L: Lane, D: per_light::Density>(family: &mut Family, lights: &[P
         let all = L::Mask::splat(true);
         for first in (0..draws).step_by(L::N) {
             let pixel = L::Bits::from_fn(|lane| first + lane as u32);
-            let toss = || numbers.toss(numbers.key(pixel), L::Bits::splat(0), i as u32, first);
+            let toss = numbers.toss(numbers.key(pixel), L::Bits::splat(0), i as u32, first);
             if let Some(found) = per_light::sample::<L, D>(&point, &light, toss, all) {
                 let directions = found.active.lanes().map(|lane| wide(found.wi.lane(lane)));
                 directions.for_each(|wi| counts[cell(&edges, polar.of(wi))] += 1.0);

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 use octolux::estimator::per_light::Density;
 use octolux::estimator::per_triangle::{Numbers, sample};
-use octolux::lane::{Bits, Lane, Mask};
+use octolux::lane::{Bits, Lane, Mask, Word};
 use octolux::light::Triangle;
 use octolux::sampling::PassBlock;
 use octolux::scene::SamplerKind;
@@ -190,16 +190,10 @@ pub fn weights<D: Density>() {
             let numbers = PassBlock::new(SamplerKind::Sobol, 5, 0, 1, 2);
             let share = 0.25_f32;
             for pixel in 0..512 {
-                let toss = || {
-                    Numbers::from(numbers.toss(
-                        numbers.key(octolux::lane::Word(pixel)),
-                        octolux::lane::Word(0),
-                        1,
-                        pixel,
-                    ))
-                };
+                let key = numbers.key(Word(pixel));
+                let toss = Numbers::from(numbers.toss(key, Word(0), 1, pixel));
                 let worth = (narrow(wide(le)), share);
-                let Some(found) = sample::<f32, D>(&point, &view, worth, toss, true) else {
+                let Some(found) = sample::<f32, D>(&point, &view, worth, toss, view.rises_above(point.bsdf.n)) else {
                     continue;
                 };
                 let wi = wide(found.wi.lane(0)).normalize();

@@ -56,7 +56,7 @@ pub fn samples_of_lights() {
             let rim = if ratio < 1.0 { 3e-7 / (1.0 - ratio) } else { 0.0 };
             let mut samples = 0;
             for pixel in 0..4096 {
-                let toss = || numbers.toss(numbers.key(Word(pixel)), Word(0), i as u32, pixel);
+                let toss = numbers.toss(numbers.key(Word(pixel)), Word(0), i as u32, pixel);
                 let Some(found) = per_light::sample::<f32, D>(&point, &light, toss, true) else {
                     continue;
                 };
@@ -169,7 +169,7 @@ pub fn nothing_is_dropped() {
         let wi = frame.direction(warp::cone(u, cone.omc), sin_phi, cos_phi);
         let (cos_theta, above) = point.above(wi);
         let counts = above && point.bsdf.eval(wi, cos_theta).shape > 0.0;
-        let found = per_light::sample::<f32, per_light::ConeOnly>(&point, &light, || toss, true);
+        let found = per_light::sample::<f32, per_light::ConeOnly>(&point, &light, toss, true);
         match found {
             Some(found) => assert_eq!(found.wi.lane(0), wi.lane(0)),
             None => assert!(

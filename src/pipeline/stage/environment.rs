@@ -39,21 +39,13 @@ fn under<L: TraceLane, T: Tracer, D: Density, M: Model, B: Beyond>(
 ) {
     let (world, group) = (chunk.world, chunk.tile.number());
     let pair = pairs::light(world.lights.len() + world.triangle_lights.len() + world.mesh_lights.len());
-    queue.clear();
     for at in (0..stream.len()).step_by(L::N) {
         let (active, point, address) = stream.packet::<L, M>(at);
         let toss = chunk.numbers.toss(address.key, address.pass, pair, group);
         let Some(found) = per_environment::sample::<L, D, B>(&point, beyond, toss, active) else {
             continue;
         };
-        let rays = QueuedRays {
-            origin: point.p,
-            direction: found.wi,
-            tfar: found.distance,
-            value: found.ld,
-            index: address.index,
-        };
-        queue.push(found.active, &rays);
+        queue.push(found.active, &QueuedRays::to_light(&point, &address, &found));
     }
     if queue.len() > 0 {
         T::face_all(world, set);

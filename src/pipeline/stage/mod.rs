@@ -32,7 +32,7 @@ pub struct Scratch {
     pub grid: grid::Grid,
     /// Shading points by model of reflection: see [`Model`](super::stream::Model).
     pub hits: [HitStream; 2],
-    /// Rays that wait for their visibility.
+    /// Rays that wait for their visibility; empty between steps, as the next two.
     pub queue: RayQueue,
     /// Rays to triangles of meshes that emit, with the names of these.
     pub aimed: WideQueue,

@@ -37,8 +37,6 @@ impl<D: per_light::Density, M: Model> Stage for PerLight<D, M> {
         prepare::<L, D, M>(chunk, stream);
         for (i, light) in chunk.world.lights.iter().enumerate() {
             let light = &Lamp::new(i, light);
-            // Other stages leave the rays of their last light behind.
-            queue.clear();
             let mut sink = Sink {
                 open: T::face_light::<L>(chunk.world, stream, points, &light.sphere, set),
                 queue: &mut *queue,
@@ -95,14 +93,8 @@ impl Sink<'_> {
             self.answered += found.active.count() as u64;
             return;
         }
-        let rays = QueuedRays {
-            origin: point.p,
-            direction: found.wi,
-            tfar: found.distance,
-            value: found.ld,
-            index: address.index,
-        };
-        self.queue.push(found.active, &rays);
+        self.queue
+            .push(found.active, &QueuedRays::to_light(point, address, found));
     }
 }
 
@@ -192,7 +184,6 @@ impl<D: per_point::Density, M: Model> Stage for PerPoint<D, M> {
     #[inline(always)]
     fn run<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
         let Scratch { hits, queue, set, .. } = scratch;
-        queue.clear();
         let stream = &hits[M::STREAM];
         for at in (0..stream.len()).step_by(L::N) {
             let (active, point, address) = stream.packet::<L, M>(at);

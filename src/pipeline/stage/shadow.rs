@@ -1,4 +1,4 @@
-//! Visibility: queued rays through the accelerator, what they are worth onto the film.
+//! Visibility: queued rays through the accelerator, what they are worth onto the film. Each step leaves its queue empty.
 
 use super::Chunk;
 use crate::embree::{Coherence, NO_SPHERE, Ray, TraceLane};
@@ -15,7 +15,7 @@ use crate::pipeline::tracer::Tracer;
 
 /// Adds the contribution of every ray with nothing but the sphere `light` before its end.
 #[inline(always)]
-pub fn visible<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &RayQueue, set: &Candidates, light: u32) {
+pub fn visible<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut RayQueue, set: &Candidates, light: u32) {
     for at in (0..queue.len()).step_by(L::N) {
         let (active, rays) = queue.packet::<L>(at);
         let ray = segment(&rays, L::Bits::splat(light));
@@ -24,6 +24,7 @@ pub fn visible<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &RayQueue, set
         deposit(chunk.sum, chunk.counters, visible, rays.value, rays.index);
     }
     chunk.counters.shadow_rays += queue.len() as u64;
+    queue.clear();
 }
 
 /// Adds the light that has reached the points of a stream without a ray.
@@ -40,13 +41,14 @@ pub fn arrived<L: Lane>(chunk: &mut Chunk, stream: &HitStream) {
 
 /// Adds the contribution of every ray with nothing before its end but the triangle that its number names.
 #[inline(always)]
-pub fn visible_each<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &WideQueue, set: &Candidates) {
+pub fn visible_each<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut WideQueue, set: &Candidates) {
     for at in (0..queue.len()).step_by(L::N) {
         let (active, rays, aim) = queue.packet::<L>(at);
         let occluded = T::occluded(chunk.world, set, active, &segment(&rays, aim.to_bits()));
         deposit(chunk.sum, chunk.counters, active & !occluded, rays.value, rays.index);
     }
     chunk.counters.shadow_rays += queue.len() as u64;
+    queue.clear();
 }
 
 /// Adds, for every ray that meets the mesh first, its `f_cos` times the radiance, over the density by which `D` has drawn the
@@ -54,7 +56,7 @@ pub fn visible_each<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &WideQueu
 #[inline(always)]
 pub fn looked<L: TraceLane, T: Tracer, D: Density>(
     chunk: &mut Chunk,
-    queue: &WideQueue,
+    queue: &mut WideQueue,
     set: &Candidates,
     light: &MeshLight,
 ) {
@@ -75,11 +77,12 @@ pub fn looked<L: TraceLane, T: Tracer, D: Density>(
         deposit(chunk.sum, chunk.counters, met, value, rays.index);
     }
     chunk.counters.shadow_rays += queue.len() as u64;
+    queue.clear();
 }
 
 /// Adds, for every ray that meets an emitter first, its throughput times the radiance there.
 #[inline(always)]
-pub fn emitted<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &RayQueue, set: &Candidates) {
+pub fn emitted<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut RayQueue, set: &Candidates) {
     for at in (0..queue.len()).step_by(L::N) {
         let (active, rays) = queue.packet::<L>(at);
         let ray = segment(&rays, L::Bits::splat(NO_SPHERE));
@@ -110,6 +113,7 @@ pub fn emitted<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &RayQueue, set
         deposit(chunk.sum, chunk.counters, emits, value, rays.index);
     }
     chunk.counters.shadow_rays += queue.len() as u64;
+    queue.clear();
 }
 
 #[inline(always)]

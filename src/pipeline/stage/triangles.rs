@@ -36,26 +36,20 @@ impl<D: Density, M: Model> Stage for PerTriangle<D, M> {
         }
         T::survey::<L>(world, stream, points);
         for (i, light) in (world.lights.len()..).zip(&world.triangle_lights) {
-            queue.clear();
             let (triangles, le) = (light.triangle.splat::<L>(), Vec3::splat(light.le));
             for at in (0..stream.len()).step_by(L::N) {
                 let (active, point, address) = stream.packet::<L, M>(at);
-                let numbers = || {
-                    let toss = chunk.numbers.toss(address.key, address.pass, pairs::light(i), group);
-                    per_triangle::Numbers::from(toss)
-                };
                 let view = triangles.seen_from(point.p);
-                let Some(found) = per_triangle::sample::<L, D>(&point, &view, (le, L::one()), numbers, active) else {
+                let active = active & view.rises_above(point.bsdf.n);
+                if active.none() {
+                    continue;
+                }
+                let toss = chunk.numbers.toss(address.key, address.pass, pairs::light(i), group);
+                let Some(found) = per_triangle::sample::<L, D>(&point, &view, (le, L::one()), toss.into(), active)
+                else {
                     continue;
                 };
-                let rays = QueuedRays {
-                    origin: point.p,
-                    direction: found.wi,
-                    tfar: found.distance,
-                    value: found.ld,
-                    index: address.index,
-                };
-                queue.push(found.active, &rays);
+                queue.push(found.active, &QueuedRays::to_light(&point, &address, &found));
             }
             if queue.len() > 0 {
                 let ball = Ball::around(&light.triangle.corners);
@@ -86,8 +80,6 @@ impl<D: Density, M: Model> Stage for PerMesh<D, M> {
         }
         T::survey::<L>(world, stream, points);
         for (i, light) in (before..).zip(&world.mesh_lights) {
-            aimed.clear();
-            looks.clear();
             let le = Vec3::splat(light.le);
             for at in (0..stream.len()).step_by(L::N) {
                 let (active, point, address) = stream.packet::<L, M>(at);
@@ -98,29 +90,29 @@ impl<D: Density, M: Model> Stage for PerMesh<D, M> {
                     L::Mask::splat(false)
                 };
                 let by_light = active & !by_brdf;
-                let from = |direction, tfar, value| QueuedRays {
-                    origin: point.p,
-                    direction,
-                    tfar,
-                    value,
-                    index: address.index,
-                };
                 if by_light.any() {
                     let picked = light.pick::<L>(toss.pair, by_light);
                     let (u, v) = picked.numbers;
                     let heads = L::Mask::splat(false);
-                    let numbers = || per_triangle::Numbers { heads, u, v };
+                    let numbers = per_triangle::Numbers { heads, u, v };
                     let view = picked.triangles.seen_from(point.p);
+                    let by_light = by_light & view.rises_above(point.bsdf.n);
                     let worth = (le, picked.share);
                     if let Some(found) = per_triangle::sample::<L, D>(&point, &view, worth, numbers, by_light) {
-                        let rays = from(found.wi, found.distance, found.ld);
+                        let rays = QueuedRays::to_light(&point, &address, &found);
                         aimed.push(found.active, &rays, L::from_bits(picked.aim));
                     }
                 }
                 if by_brdf.any()
                     && let Some(look) = per_triangle::look(&point, toss.pair, by_brdf)
                 {
-                    let rays = from(look.wi, L::splat(f32::INFINITY), look.f_cos);
+                    let rays = QueuedRays {
+                        origin: point.p,
+                        direction: look.wi,
+                        tfar: L::splat(f32::INFINITY),
+                        value: look.f_cos,
+                        index: address.index,
+                    };
                     looks.push(look.active, &rays, look.pdf);
                 }
             }

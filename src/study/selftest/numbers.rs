@@ -27,7 +27,7 @@ fn unsound_corners(point: &ShadingPoint<f32>, light: &SphereLight) -> usize {
         for b in CORNERS {
             let pair = Pair(Word(a), Word(b));
             for heads in [false, true] {
-                let toss = || Toss { heads, pair };
+                let toss = Toss { heads, pair };
                 let found = [
                     per_light::sample::<f32, ConeOnly>(point, light, toss, true),
                     per_light::sample::<f32, Average>(point, light, toss, true),

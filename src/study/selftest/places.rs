@@ -156,7 +156,7 @@ pub fn far_away(_: Effort) -> Checks {
 /// Row 23.
 pub fn scaled(_: Effort) -> Checks {
     let mut checks = Vec::new();
-    for powers in [[-20, -19], [-7, -1], [1, 8], [19, 20]] {
+    for powers in [[-20, -19], [-7, -1], [1, 8], [19, 20], [-30, 30]] {
         let mut different = 0;
         for text in SCENES {
             let scene = bench::scene(text)?;

@@ -108,7 +108,7 @@ fn per_lights<D: per_light::Density>(point: &ShadingPoint<F32x8>, lights: &[Sphe
     let mut sum = F32x8::zero();
     for (i, light) in (0..).zip(lights) {
         let [a, b, coin, _] = numbers(packet, i);
-        let toss = || Toss {
+        let toss = Toss {
             heads: coin.top_bit(),
             pair: Pair(a, b),
         };

@@ -9,6 +9,7 @@ use glam::DVec3;
 
 use super::emitters::{self, Emitters};
 use super::texture::Textured;
+use crate::bsdf::phong;
 use crate::embree::{Accel, Device, EmbreeError, SceneBuilder};
 use crate::lane::Lane;
 use crate::light::{Environment, MeshLight, SphereLight, TriangleLight};
@@ -54,6 +55,8 @@ pub struct SurfaceRecord {
     pub gloss: Option<[f32; 3]>,
     /// 1 for diffuse, above 1 for Phong and blends.
     pub alpha: f32,
+    /// How far its Phong lobe reaches: see [`phong::reach`].
+    pub reach: f32,
     /// Whether its back is black.
     pub one_sided: bool,
     /// Radiance where it emits.
@@ -244,6 +247,7 @@ impl SurfaceRecord {
             rho: [0.0; 3],
             gloss: None,
             alpha: 1.0,
+            reach: phong::reach(1.0),
             one_sided: false,
             le: None,
             ball,
@@ -265,6 +269,7 @@ impl SurfaceRecord {
                 }
             }
         }
+        record.reach = phong::reach(record.alpha);
         record
     }
 }

@@ -49,12 +49,17 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
     let (length, listed) = (grid.len(), grid.lists_passes());
     let [[left, top], _] = chunk.tile.corners();
     let first_pixel = L::Bits::splat(top.wrapping_mul(chunk.film_width).wrapping_add(left));
+    for at in (0..length).step_by(L::N) {
+        let pixel = first_pixel + L::Bits::load(&grid.pixel[at..]);
+        chunk.numbers.key(pixel).store(&mut grid.key[at..]);
+    }
+    grid.repeat_keys();
     let (left, top) = (L::splat(left as f32), L::splat(top as f32));
     let (mut at, mut pass) = (0, chunk.first);
     for done in (0..samples).step_by(L::N) {
         let active = L::Mask::first(samples - done);
         let index = L::Bits::load(&grid.index[at..]);
-        let pixel = first_pixel + L::Bits::load(&grid.pixel[at..]);
+        let key = L::Bits::load(&grid.key[at..]);
         let x = left + L::load(&grid.x[at..]);
         let y = top + L::load(&grid.y[at..]);
         let passes = if listed {
@@ -71,7 +76,6 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
             pass += 1;
         }
 
-        let key = chunk.numbers.key(pixel);
         let (u, v) = chunk.numbers.pair(key, passes, pairs::PIXEL).unit::<L>();
         let (origin, direction) = if has(HELD, Effect::Lens) {
             let (a, b) = chunk.numbers.pair(key, passes, chunk.numbers.last_pair()).unit::<L>();
@@ -85,7 +89,11 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
             tfar: L::splat(f32::INFINITY),
             aims_at: L::Bits::splat(NO_SPHERE),
         };
-        let hit = T::nearest(chunk.world, set, active, &ray, Coherence::Coherent);
+        let hit = if has(HELD, Effect::Lens) {
+            T::nearest(chunk.world, set, active, &ray, Coherence::Coherent)
+        } else {
+            T::nearest_from_origin(chunk.world, set, active, &ray)
+        };
         if let Some(beyond) = &chunk.world.environment {
             let misses = active & !hit.found;
             let radiance = beyond.radiance(direction, misses);
@@ -94,7 +102,7 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
             }
         }
         if hit.found.any() {
-            settle::<L, HELD>(
+            settle::<L, T, HELD>(
                 chunk,
                 hits,
                 &hit,
@@ -113,7 +121,7 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
 
 /// Puts each hit where it belongs.
 #[inline(always)]
-fn settle<L: TraceLane, const HELD: u32>(
+fn settle<L: TraceLane, T: Tracer, const HELD: u32>(
     chunk: &mut Chunk,
     hits: &mut [HitStream; 2],
     hit: &Hit<L>,
@@ -135,7 +143,7 @@ fn settle<L: TraceLane, const HELD: u32>(
     if reflects.none() {
         return;
     }
-    let mut point = shading_point::<L, HELD>(chunk.world, hit, ray, &surfaces);
+    let mut point = shading_point::<L, T, HELD>(chunk.world, hit, ray, &surfaces);
     if has(HELD, Effect::Textures) {
         point.bsdf.rho = point.bsdf.rho.times(texels(chunk.world, hit, &surfaces));
     }

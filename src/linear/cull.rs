@@ -244,7 +244,8 @@ fn support(a: &Bounds, b: &Bounds, x: usize, y: usize, high: [bool; 2]) -> Optio
     let ([px, py], [qx, qy]) = (corner(a), corner(b));
     let inward = high.map(|high| if high { -1.0 } else { 1.0 });
     let (dx, dy) = (inward[0] * (qx - px), inward[1] * (qy - py));
-    if !(dx < 0.0 && dy > 0.0) && !(dx > 0.0 && dy < 0.0) {
+    let opposed = (dx < 0.0 && dy > 0.0) || (dx > 0.0 && dy < 0.0);
+    if !opposed {
         return None;
     }
     let mut normal = [0.0; 3];

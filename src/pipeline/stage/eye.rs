@@ -94,7 +94,9 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
         } else {
             T::nearest_from_origin(chunk.world, set, active, &ray)
         };
-        if let Some(beyond) = &chunk.world.environment {
+        if has(HELD, Effect::Environment)
+            && let Some(beyond) = &chunk.world.environment
+        {
             let misses = active & !hit.found;
             let radiance = beyond.radiance(direction, misses);
             for lane in misses.lanes() {
@@ -136,21 +138,21 @@ fn settle<L: TraceLane, T: Tracer, const HELD: u32>(
             .sum
             .add(address.index.lane(lane) as usize, surface.le.unwrap_or_default());
     }
-    if has(HELD, Effect::OneSided) {
+    if surfaces.call::<HELD>(Effect::OneSided) {
         let back = hit.ng.dot(ray.direction).gt(L::zero());
-        reflects = reflects & !(back & surfaces.those(chunk.world, |surface| surface.one_sided));
+        reflects = reflects & !(back & surfaces.those(chunk.world, |surface| surface.effects.has(Effect::OneSided)));
     }
     if reflects.none() {
         return;
     }
     let mut point = shading_point::<L, T, HELD>(chunk.world, hit, ray, &surfaces);
-    if has(HELD, Effect::Textures) {
+    if surfaces.call::<HELD>(Effect::Textures) {
         point.bsdf.rho = point.bsdf.rho.times(texels(chunk.world, hit, &surfaces));
     }
     let phong = point.bsdf.phong & reflects;
     let mut diffuse = reflects & !phong;
     let mut gloss = point.bsdf.rho;
-    if has(HELD, Effect::Blend) {
+    if surfaces.call::<HELD>(Effect::Blend) {
         // A blend is two surfaces at one point: it goes into both streams, and each lobe is sampled as its model is.
         let blends = surfaces.those(chunk.world, |surface| surface.gloss.is_some()) & phong;
         diffuse = diffuse | blends;

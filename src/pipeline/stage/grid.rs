@@ -84,7 +84,11 @@ impl Grid {
     /// Repeats the keys behind the end as the other columns are.
     pub fn repeat_keys(&mut self) {
         for at in 0..LANES {
-            let row = if self.lists_passes() { self.length - 1 } else { at % self.length };
+            let row = if self.lists_passes() {
+                self.length - 1
+            } else {
+                at % self.length
+            };
             self.key[self.length + at] = self.key[row];
         }
     }

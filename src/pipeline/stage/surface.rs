@@ -22,6 +22,8 @@ pub struct Surfaces<L: Lane> {
     spheres: L::Mask,
     /// Lanes that met an emitter.
     pub emits: L::Mask,
+    /// What any of them calls for.
+    effects: Effects,
     rho: Vec3<L>,
     alpha: L,
     reach: L,
@@ -44,6 +46,7 @@ impl<L: Lane> Surfaces<L> {
                 index,
                 spheres,
                 emits,
+                effects: one.effects,
                 rho: Vec3::splat(one.rho),
                 alpha: L::splat(one.alpha),
                 reach: L::splat(one.reach),
@@ -51,11 +54,13 @@ impl<L: Lane> Surfaces<L> {
             };
         }
         // One loop, and no closures: these would be calls, compiled without the lanes' instructions.
-        let (mut indices, mut columns, mut emits) = ([0; 16], [[0.0; 16]; 8], 0);
+        let (mut indices, mut columns) = ([0; 16], [[0.0; 16]; 8]);
+        let (mut emits, mut effects) = (0, Effects::default());
         L::Bits::select(hit.found, index, L::Bits::splat(first)).store(&mut indices);
         for lane in 0..L::N {
             let one = &world.surfaces[indices[lane] as usize];
             emits |= u32::from(one.le.is_some()) << lane;
+            effects = effects.and(one.effects);
             for k in 0..3 {
                 columns[k][lane] = one.rho[k];
                 columns[3 + k][lane] = one.extent[k];
@@ -68,11 +73,19 @@ impl<L: Lane> Surfaces<L> {
             index: L::Bits::load(&indices),
             spheres,
             emits: L::Mask::from_bitmask(emits),
+            effects,
             rho: Vec3::new(L::load(&red), L::load(&green), L::load(&blue)),
             alpha: L::load(&alpha),
             reach: L::load(&reach),
             extent: Vec3::new(L::load(&x), L::load(&y), L::load(&z)),
         }
+    }
+
+    /// Whether any surface of the packet calls for an effect, of those that the stage holds. An effect that is held for other
+    /// scenes then costs a look at one number a packet.
+    #[inline(always)]
+    pub fn call<const HELD: u32>(&self, effect: Effect) -> bool {
+        has(HELD, effect) && self.effects.has(effect)
     }
 
     /// Lanes whose surface is one of those.
@@ -118,7 +131,7 @@ pub fn shading_point<L: TraceLane, T: Tracer, const HELD: u32>(
         p = Vec3::select(surfaces.spheres, ng.mul_add(radius, center), p);
     }
     ng = face(ng, wo);
-    let n = if has(HELD, Effect::SmoothNormals) {
+    let n = if surfaces.call::<HELD>(Effect::SmoothNormals) {
         smooth_normal(world, hit, surfaces, ng)
     } else {
         ng

@@ -15,7 +15,9 @@ use crate::shape::{Ball, Hit, Ray};
 pub trait Tracer {
     /// Whether the normals of triangles that were met are unit: the line knows them beforehand.
     const UNIT_NORMALS: bool;
-    /// Points that are shaded light by light before the next.
+    /// Packets of eye rays whose hits wait until the next packet is traced: what belongs to them is fetched meanwhile.
+    const WAITING: usize;
+    /// Points that are shaded for all lights before the next points are.
     const BLOCK: usize;
     /// Prepares for the eye rays of a tile.
     fn face_tile(world: &World, tile: &Tile, set: &mut Candidates);
@@ -79,6 +81,8 @@ pub struct InLine;
 
 impl Tracer for ByEmbree {
     const UNIT_NORMALS: bool = false;
+    const WAITING: usize = 1;
+    // A light's rays of a whole stream make the most full packets.
     const BLOCK: usize = CAPACITY;
 
     #[inline(always)]
@@ -110,6 +114,8 @@ impl Tracer for ByEmbree {
 
 impl Tracer for InLine {
     const UNIT_NORMALS: bool = true;
+    const WAITING: usize = 0;
+    // What 256 points and their rays take, 38 kB, stays in the first cache.
     const BLOCK: usize = 256;
 
     fn face_tile(world: &World, tile: &Tile, set: &mut Candidates) {

@@ -184,6 +184,34 @@ fn whether_embree_is_robust_is_told_and_where_it_says_nothing() {
 }
 
 #[test]
+fn a_picture_that_rests_on_few_samples_is_said_to() {
+    let place = Place::new();
+    for (arguments, speckled) in [
+        ("--estimator brdf --spp 16", true),
+        ("--estimator brdf --spp 2048", false),
+        ("--estimator light --spp 16", false),
+        ("--estimator mis --spp 16", false),
+    ] {
+        let output = place.succeeds(&format!(
+            "render in/small.toml --size 48x48 --json -o a.npy {arguments}"
+        ));
+        let stats: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let light = stats["outliers"]["light"].as_f64().unwrap();
+        assert_eq!(light > 0.5, arguments.contains("brdf"), "{arguments}: {stats}");
+        assert_eq!(
+            stderr(&output).contains("is speckled: 1 of "),
+            speckled,
+            "{arguments}: {stats}"
+        );
+    }
+    for arguments in ["--spp 1", "--target-error 0.5"] {
+        let output = place.succeeds(&format!("render in/small.toml --json -o a.npy {arguments}"));
+        let stats: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert!(stats["outliers"].is_null(), "{arguments}: {stats}");
+    }
+}
+
+#[test]
 fn help_and_version_go_to_standard_output() {
     let place = Place::new();
     assert!(stdout(&place.succeeds("--version")).starts_with("octolux 0."));

@@ -15,7 +15,7 @@ docs/hard-cases.md says what each case is and where its form comes from.
 
 Examples:
   octolux selftest
-      all cases, about a minute
+      all cases, half a minute
   octolux selftest --case 24 --case 1
       these two
   octolux selftest --json | jq '.cases[] | select(.passed == false)'

@@ -67,7 +67,7 @@ pub fn emitting_meshes(effort: Effort) -> Checks {
     for text in [
         one.repeat(3),
         one.clone() + &plate(1.0, 4.0 + 1e-9, 1.0),
-        one.replace("[[0, 1, 2, 3]]", "[[0, 1, 2, 3], [0, 1, 2, 3], [2, 0, 3], [1, 2, 3]]"),
+        one.replace("[[0, 1, 2, 3]]", "[[0, 1, 2, 3], [0, 1, 2, 3], [2, 0, 3]]"),
     ] {
         let irradiance = PI * form_factor(1.0, 4.0);
         coincident = coincident.max(rendered(irradiance, &text, &EstimatorKind::ALL, passes)?);

@@ -143,13 +143,19 @@ fn largest_box(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> [f32; 3] {
 }
 
 impl World {
-    /// Builds the tables and the accelerator for pictures of the given size.
+    /// Builds the tables and the accelerator for pictures of the given size; `robust` as for [`SceneBuilder::new`].
     ///
     /// # Errors
     /// [`EmbreeError`] if Embree cannot build.
-    pub fn build(scene: &Scene, film: FilmSize, device: &Device, accel: AccelKind) -> Result<Self, EmbreeError> {
+    pub fn build(
+        scene: &Scene,
+        film: FilmSize,
+        device: &Device,
+        accel: AccelKind,
+        robust: bool,
+    ) -> Result<Self, EmbreeError> {
         let origin = scene.camera.origin;
-        let mut builder = SceneBuilder::new(device, true)?;
+        let mut builder = SceneBuilder::new(device, robust)?;
         let mut line = Line::default();
         let shapes = scene.spheres.len() + scene.meshes.iter().map(|m| m.triangles.len()).sum::<usize>();
         let in_line = accel == AccelKind::Linear || shapes <= FEW;

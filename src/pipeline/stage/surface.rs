@@ -167,7 +167,10 @@ const OFFSET: f32 = 8.0 * f32::EPSILON / 2.0;
 fn leave<L: Lane>(p: Vec3<L>, ng: Vec3<L>, extent: Vec3<L>) -> Vec3<L> {
     let size =
         ng.x.abs() * (p.x.abs() + extent.x) + ng.y.abs() * (p.y.abs() + extent.y) + ng.z.abs() * (p.z.abs() + extent.z);
-    ng.mul_add(size * L::splat(mutate!(OFFSET, OffsetDropped => 0.0)), p)
+    ng.mul_add(
+        size * L::splat(mutate!(mutate!(OFFSET, OffsetDropped => 0.0), OffsetTooShort => OFFSET / 4.0)),
+        p,
+    )
 }
 
 /// What the texture of each lane shows; 1 where there is none.

@@ -54,6 +54,31 @@ fn rendered(place: &Place, status: i32) -> Vec<String> {
 }
 
 #[test]
+fn scenes_that_are_rendered_side_by_side_have_the_bits_of_each_alone() {
+    let place = Place::new();
+    let names = ["small", "other", "third"];
+    names[1..].iter().for_each(|name| place.scene(name));
+    place.succeeds("render in/small.toml in/other.toml in/third.toml --spp 9 -o {name}.npy -o {name}.exr");
+    for name in names {
+        place.succeeds(&format!(
+            "render in/{name}.toml --spp 9 -o alone.npy -o alone.exr --threads 2"
+        ));
+        for ending in ["npy", "exr"] {
+            let bytes = |name: &str| fs::read(place.path().join(format!("{name}.{ending}"))).unwrap();
+            assert!(bytes(name) == bytes("alone"), "{name}.{ending}");
+        }
+    }
+    let output = place.octolux("render in/small.toml in/missing.toml in/other.toml --spp 2 -o 2-{name}.npy --json");
+    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(
+        stdout(&output).lines().count(),
+        2,
+        "a bad scene does not stop the others"
+    );
+    assert!(stderr(&output).contains("missing.toml"), "{}", stderr(&output));
+}
+
+#[test]
 fn a_batch_renders_what_is_missing_or_changed() {
     let place = place();
     let all = [

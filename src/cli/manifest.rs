@@ -9,7 +9,8 @@ use clap::Parser;
 use toml::{Table, Value};
 
 use super::options::switch;
-use super::outputs::{self, Targets};
+use super::outputs;
+use super::several::Wanted;
 use super::{CliError, render};
 
 /// The longest manifest, in bytes.
@@ -26,15 +27,6 @@ const SWITCHES: [&str; 1] = ["robust"];
 
 /// What the batch decides for all.
 const NOT_HERE: [&str; 4] = ["json", "quiet", "threads", "output"];
-
-/// One picture to render.
-#[derive(Debug)]
-pub struct Wanted {
-    /// As the command line of `render` would say it.
-    pub args: render::Args,
-    /// Its files.
-    pub targets: Targets,
-}
 
 #[derive(Parser)]
 #[command(no_binary_name = true)]

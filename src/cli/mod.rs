@@ -27,6 +27,7 @@ mod replay;
 mod report;
 mod schedule;
 mod selftest;
+mod several;
 mod shards;
 mod stats;
 mod study;

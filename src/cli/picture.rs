@@ -6,7 +6,6 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use super::batch::Overall;
 use super::interrupt::Interrupt;
 use super::merge::is_sums;
 use super::outputs::{self, Targets};
@@ -14,6 +13,7 @@ use super::progress::Bar;
 use super::record::Record;
 use super::render::Args;
 use super::schedule::Goal;
+use super::several::Overall;
 use super::stats::{Stats, Times};
 use super::target::{self, Reached};
 use super::{CliError, done, options, report};

@@ -1,4 +1,4 @@
-//! `octolux render`: scenes to pictures, each in turn.
+//! `octolux render`: scenes to pictures.
 
 use std::path::PathBuf;
 
@@ -8,6 +8,7 @@ use super::options::{self, Options};
 use super::outputs;
 use super::picture::Job;
 use super::record::Shard;
+use super::several::{self, Crowd, Wanted};
 use super::{CliError, Exit, replay, report};
 
 const EXAMPLES: &str = "\
@@ -35,7 +36,7 @@ exits at once, writes nothing and leaves older pictures as they were.";
 #[derive(clap::Args, Clone, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// Scene files; several are rendered in turn
+    /// Scene files. Several small ones are rendered side by side, a thread each; with --threads they come in turn
     #[arg(required = true, value_name = "SCENE")]
     pub scenes: Vec<PathBuf>,
     /// A picture to write, .exr, .png or .npy by its ending, or its sums for `octolux merge`, .acc; may be repeated. {name}
@@ -122,6 +123,22 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
         args.checkpoint.as_deref(),
     )?;
     let interrupt = Interrupt::listen(args.quiet)?;
+    if args.scenes.len() > 1 && args.options.threads.is_none() {
+        let wanted = args.scenes.iter().zip(targets).map(|(path, targets)| {
+            let scenes = vec![path.clone()];
+            let args = Args { scenes, ..args.clone() };
+            Wanted { args, targets }
+        });
+        let crowd = Crowd {
+            name: "render",
+            threads: several::all_threads(),
+            quiet: args.quiet,
+            interrupt: &interrupt,
+            done: None,
+            again: true,
+        };
+        return Ok(crowd.render(wanted.collect()));
+    }
     let mut exit = Exit::Well;
     for (path, targets) in args.scenes.iter().zip(&targets) {
         if interrupt.asked() {

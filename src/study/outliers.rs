@@ -57,6 +57,9 @@ impl FirstSamples {
     /// What they are beside the picture of these and all further samples; `samples` says how many each of its pixels has. `None`
     /// where nothing is lit, or nothing came after them.
     pub fn outliers(&self, picture: &Picture, samples: &[u32]) -> Option<Outliers> {
+        if !samples.iter().any(|&n| f64::from(n) > self.samples) {
+            return None;
+        }
         let blocks = self.width.div_ceil(BLOCK);
         let block = |i: usize| i / self.width / BLOCK * blocks + i % self.width / BLOCK;
         let mut means = vec![(0.0, 0.0); blocks * (picture.height as usize).div_ceil(BLOCK)];
@@ -64,31 +67,37 @@ impl FirstSamples {
             let (sum, pixels): &mut (f64, f64) = &mut means[block(i)];
             (*sum, *pixels) = (*sum + light(pixel), *pixels + 1.0);
         }
-        let further = samples.iter().any(|&n| f64::from(n) > self.samples);
-        let relative = (0..self.light.len()).filter_map(|i| {
-            let (n, all, first) = (
-                f64::from(samples[i]),
-                light(&picture.pixels[i]),
-                f64::from(self.light[i]),
-            );
-            let others = (n * all - self.samples * first) / (n - self.samples).max(1.0);
-            let (sum, pixels) = means[block(i)];
-            let mean = others.max(sum / pixels);
-            (mean > 0.0 && (first / mean).is_finite()).then_some(first / mean)
-        });
-        let relative: Vec<f64> = relative.collect();
-        let (lit, total) = (relative.len() as f64, relative.iter().sum::<f64>());
-        if total == 0.0 || !further {
+        // Gone through twice rather than kept: pictures can be large.
+        let relative = || {
+            (0..self.light.len()).filter_map(|i| {
+                let (n, all, first) = (
+                    f64::from(samples[i]),
+                    light(&picture.pixels[i]),
+                    f64::from(self.light[i]),
+                );
+                let others = (n * all - self.samples * first) / (n - self.samples).max(1.0);
+                let (sum, pixels) = means[block(i)];
+                let mean = others.max(sum / pixels);
+                (mean > 0.0 && (first / mean).is_finite()).then_some(first / mean)
+            })
+        };
+        let (mut lit, mut total) = (0.0, 0.0);
+        relative().for_each(|x| (lit, total) = (lit + 1.0, total + x));
+        if total == 0.0 {
             return None;
         }
         let mean = total / lit;
-        let moment = |power| relative.iter().map(|x| (x - mean).powi(power)).sum::<f64>() / lit;
-        let (variance, fourth) = (moment(2), moment(4));
-        let found = relative.iter().filter(|&&x| x >= OUTLIER);
+        let (mut variance, mut fourth, mut found, mut bright) = (0.0, 0.0, 0.0, 0.0);
+        for x in relative() {
+            let square = (x - mean).powi(2);
+            (variance, fourth) = (variance + square / lit, fourth + square * square / lit);
+            if x >= OUTLIER {
+                (found, bright) = (found + 1.0, bright + x);
+            }
+        }
         Some(Outliers {
-            share: found.clone().count() as f64 / lit,
-            // The sum of none is -0.
-            light: (found.sum::<f64>() + 0.0) / total,
+            share: found / lit,
+            light: bright / total,
             // Of so few samples at a time; a sum of n has 3 + (k - 3) / n.
             kurtosis: if variance > 0.0 {
                 3.0 + (fourth / (variance * variance) - 3.0) * self.samples

@@ -134,25 +134,27 @@ impl Line {
             geometry: L::Bits::splat(u32::MAX),
             primitive: L::Bits::splat(u32::MAX),
         };
-        for &i in set.triangles.iter().chain(&set.lights) {
-            let Member {
-                triangle,
-                name: [geometry, primitive],
-                ..
-            } = &self.triangles[i as usize];
-            let met = triangle.intersect(&ray);
-            let nearer = met.found & active & met.t.lt(hit.t);
-            if nearer.none() {
-                continue;
+        for triangles in [&set.triangles, &set.lights] {
+            for &i in triangles {
+                let Member {
+                    triangle,
+                    name: [geometry, primitive],
+                    ..
+                } = &self.triangles[i as usize];
+                let met = triangle.intersect(&ray);
+                let nearer = met.found & active & met.t.lt(hit.t);
+                if nearer.none() {
+                    continue;
+                }
+                hit.found = hit.found | nearer;
+                hit.t = L::select(nearer, met.t, hit.t);
+                hit.u = L::select(nearer, met.u, hit.u);
+                hit.v = L::select(nearer, met.v, hit.v);
+                hit.ng = Vec3::select(nearer, Vec3::splat(triangle.normal), hit.ng);
+                hit.geometry = L::Bits::select(nearer, L::Bits::splat(*geometry), hit.geometry);
+                hit.primitive = L::Bits::select(nearer, L::Bits::splat(*primitive), hit.primitive);
+                ray.tfar = hit.t;
             }
-            hit.found = hit.found | nearer;
-            hit.t = L::select(nearer, met.t, hit.t);
-            hit.u = L::select(nearer, met.u, hit.u);
-            hit.v = L::select(nearer, met.v, hit.v);
-            hit.ng = Vec3::select(nearer, Vec3::splat(triangle.normal), hit.ng);
-            hit.geometry = L::Bits::select(nearer, L::Bits::splat(*geometry), hit.geometry);
-            hit.primitive = L::Bits::select(nearer, L::Bits::splat(*primitive), hit.primitive);
-            ray.tfar = hit.t;
         }
         for &i in &set.balls {
             let ball = &self.balls[i as usize];

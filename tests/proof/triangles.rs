@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
-use octolux::estimator::per_light::Density;
+use octolux::estimator::density::Density;
 use octolux::estimator::per_triangle::{Numbers, sample};
 use octolux::lane::{Bits, Lane, Mask, Word};
 use octolux::light::Triangle;
@@ -14,6 +14,7 @@ use super::Family;
 use super::places::{RHO, narrow, point, wide};
 use super::runs::Estimate;
 use super::stats::chi_square;
+use super::weights::weight_over_f;
 
 /// Triangles seen from the origin, by name: each map, its limits, and what is hard for it.
 pub fn triangles() -> Vec<(&'static str, [DVec3; 3])> {
@@ -179,7 +180,7 @@ pub fn directions<L: Lane>(family: &mut Family, seed: u32, draws: u32) {
 }
 
 /// Samples of each triangle, seen by surfaces of several kinds: `le rho shape / pdf`, written out again in `f64`.
-pub fn weights<D: Density>() {
+pub fn weights<D: Density>(density: D) {
     let le = [2.0, 3.0, 5.0_f32];
     let mut samples = 0;
     for (name, corners) in triangles() {
@@ -193,7 +194,7 @@ pub fn weights<D: Density>() {
                 let key = numbers.key(Word(pixel));
                 let toss = Numbers::from(numbers.toss(key, Word(0), 1, pixel));
                 let worth = (narrow(wide(le)), share);
-                let Some(found) = sample::<f32, D>(&point, &view, worth, toss, view.rises_above(point.bsdf.n)) else {
+                let Some(found) = sample(density, &point, &view, worth, toss, view.rises_above(point.bsdf.n)) else {
                     continue;
                 };
                 let wi = wide(found.wi.lane(0)).normalize();
@@ -218,7 +219,7 @@ pub fn weights<D: Density>() {
                     (lobe * cosine, lobe)
                 };
                 let by_light = f64::from(share) / inverse;
-                let pdf = if D::MIXED { (by_light + lobe) / 2.0 } else { by_light };
+                let pdf = 1.0 / weight_over_f(density.mix(), by_light, lobe, toss.heads);
                 // Grazing directions feel the rounding of the direction itself; a lobe feels it `alpha ln cos` times.
                 let depth = if alpha == 1.0 {
                     0.0

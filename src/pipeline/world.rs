@@ -9,6 +9,7 @@ use glam::DVec3;
 
 use super::emitters::{self, Emitters};
 use super::texture::Textured;
+use crate::bsdf::phong;
 use crate::embree::{Accel, Device, EmbreeError, SceneBuilder};
 use crate::lane::Lane;
 use crate::light::{Environment, MeshLight, SphereLight, TriangleLight};
@@ -54,6 +55,8 @@ pub struct SurfaceRecord {
     pub gloss: Option<[f32; 3]>,
     /// 1 for diffuse, above 1 for Phong and blends.
     pub alpha: f32,
+    /// How far its Phong lobe reaches: see [`phong::reach`].
+    pub reach: f32,
     /// What it calls for.
     pub effects: Effects,
     /// Radiance where it emits.
@@ -140,13 +143,19 @@ fn largest_box(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> [f32; 3] {
 }
 
 impl World {
-    /// Builds the tables and the accelerator for pictures of the given size.
+    /// Builds the tables and the accelerator for pictures of the given size; `robust` as for [`SceneBuilder::new`].
     ///
     /// # Errors
     /// [`EmbreeError`] if Embree cannot build.
-    pub fn build(scene: &Scene, film: FilmSize, device: &Device, accel: AccelKind) -> Result<Self, EmbreeError> {
+    pub fn build(
+        scene: &Scene,
+        film: FilmSize,
+        device: &Device,
+        accel: AccelKind,
+        robust: bool,
+    ) -> Result<Self, EmbreeError> {
         let origin = scene.camera.origin;
-        let mut builder = SceneBuilder::new(device, true)?;
+        let mut builder = SceneBuilder::new(device, robust)?;
         let mut line = Line::default();
         let shapes = scene.spheres.len() + scene.meshes.iter().map(|m| m.triangles.len()).sum::<usize>();
         let in_line = accel == AccelKind::Linear || shapes <= FEW;
@@ -244,6 +253,7 @@ impl SurfaceRecord {
             rho: [0.0; 3],
             gloss: None,
             alpha: 1.0,
+            reach: phong::reach(1.0),
             effects: shape,
             le: None,
             ball,
@@ -265,6 +275,7 @@ impl SurfaceRecord {
                 }
             }
         }
+        record.reach = phong::reach(record.alpha);
         record
     }
 }

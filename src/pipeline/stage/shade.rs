@@ -1,8 +1,9 @@
 //! Shading: from hit streams to rays that carry what they are worth.
 
 use std::marker::PhantomData;
+use std::ops::Range;
 
-use super::{Chunk, Scratch, Stage, pairs, shadow};
+use super::{Chunk, Scratch, Shaft, Stage, pairs, shadow};
 use crate::embree::TraceLane;
 use crate::estimator::density::Density;
 use crate::estimator::{ShadingPoint, per_light, per_point};
@@ -27,7 +28,7 @@ impl<D: Density, M: Model> Stage for PerLight<D, M> {
             hits,
             queue,
             points,
-            set,
+            shafts,
             ..
         } = scratch;
         let stream = &mut hits[M::STREAM];
@@ -36,26 +37,34 @@ impl<D: Density, M: Model> Stage for PerLight<D, M> {
         }
         let density = D::of(chunk.mix);
         T::survey::<L>(chunk.world, stream, points);
-        prepare::<L, D, M>(density, chunk, stream);
-        for (i, light) in chunk.world.lights.iter().enumerate() {
-            let light = &Lamp::new(i, light);
-            let mut sink = Sink {
-                open: T::face_light::<L>(chunk.world, stream, points, &light.sphere, set),
-                queue: &mut *queue,
-                answered: 0,
-            };
-            toward::<L, D, M>(density, chunk, stream, light, &mut sink);
-            if density.mix().both() {
-                // The queue has room for one ray of each point.
-                shadow::visible::<L, T>(chunk, sink.queue, set, light.sphere.sphere);
-            }
-            if density.mix().mixed() {
-                along::<L, D, M>(density, chunk, stream, light, &mut sink);
-            }
-            chunk.counters.shadow_rays += sink.answered;
-            shadow::visible::<L, T>(chunk, queue, set, light.sphere.sphere);
+        let lights = &chunk.world.lights;
+        shafts.resize_with(lights.len(), Shaft::default);
+        for (light, Shaft { open, set }) in lights.iter().zip(&mut *shafts) {
+            *open = T::face_light::<L>(chunk.world, stream, points, light, set);
         }
-        shadow::arrived::<L>(chunk, stream);
+        for first in (0..stream.len()).step_by(T::BLOCK) {
+            let block = first..stream.len().min(first + T::BLOCK);
+            prepare::<L, D, M>(density, chunk, stream, block.clone());
+            for (i, (light, Shaft { open, set })) in lights.iter().zip(&*shafts).enumerate() {
+                let light = &Lamp::new(i, light);
+                let mut sink = Sink {
+                    open: *open,
+                    queue: &mut *queue,
+                    answered: 0,
+                };
+                toward::<L, D, M>(density, chunk, stream, block.clone(), light, &mut sink);
+                if density.mix().both() {
+                    // The queue has room for one ray of each point.
+                    shadow::visible::<L, T>(chunk, sink.queue, set, light.sphere.sphere);
+                }
+                if density.mix().mixed() {
+                    along::<L, D, M>(density, chunk, stream, block.clone(), light, &mut sink);
+                }
+                chunk.counters.shadow_rays += sink.answered;
+                shadow::visible::<L, T>(chunk, queue, set, light.sphere.sphere);
+            }
+            shadow::arrived::<L>(chunk, stream, block);
+        }
     }
 }
 
@@ -106,8 +115,8 @@ impl Sink<'_> {
 
 /// Tosses for each point of a stream and draws the direction of its BRDF, where it may be asked for.
 #[inline(always)]
-fn prepare<L: TraceLane, D: Density, M: Model>(density: D, chunk: &Chunk, stream: &mut HitStream) {
-    for at in (0..stream.len()).step_by(L::N) {
+fn prepare<L: TraceLane, D: Density, M: Model>(density: D, chunk: &Chunk, stream: &mut HitStream, block: Range<usize>) {
+    for at in block.step_by(L::N) {
         stream.set_light::<L>(at, Vec3::zero());
         if density.mix().both() {
             let (_, point, Address { key, pass, .. }) = stream.packet::<L, M>(at);
@@ -141,10 +150,11 @@ fn toward<L: TraceLane, D: Density, M: Model>(
     density: D,
     chunk: &Chunk,
     stream: &mut HitStream,
+    block: Range<usize>,
     light: &Lamp,
     sink: &mut Sink,
 ) {
-    for at in (0..stream.len()).step_by(L::N) {
+    for at in block.step_by(L::N) {
         let mut active = stream.lanes::<L>(at);
         let mix = density.mix();
         if mix.mixed() && !mix.both() {
@@ -176,10 +186,11 @@ fn along<L: TraceLane, D: Density, M: Model>(
     density: D,
     chunk: &Chunk,
     stream: &mut HitStream,
+    block: Range<usize>,
     light: &Lamp,
     sink: &mut Sink,
 ) {
-    for at in (0..stream.len()).step_by(L::N) {
+    for at in block.step_by(L::N) {
         let mut active = stream.lanes::<L>(at);
         if !density.mix().both() {
             active = active & heads::<L, M>(chunk, stream, at, light);

@@ -35,7 +35,6 @@
 //! | `StaleTail` | behind the tail of a stream, old points count | lanes |
 //! | `OneCornerBehind` | a triangle is culled when one corner is out of sight | accelerators |
 //! | `BallsAsPoints` | a ball is culled when its centre is out of sight | accelerators |
-//! | `RoundingForgotten` | the planes of a tile are taken for exact | accelerators |
 //! | `OffsetTooShort` | shading points leave their surface by 2 half-ulps | acne |
 //! | `DensityOfTheNextTexel` | a texel of the environment with the density of its neighbour | density |
 //! | `OnePercentBright` | a study measures `independent` 1 % too bright | study |
@@ -127,7 +126,6 @@ mod tests {
         StaleTail "lanes",
         OneCornerBehind "accelerators",
         BallsAsPoints "accelerators",
-        RoundingForgotten "accelerators",
         OffsetTooShort "acne",
         OppositeForgotten "large plates",
         OnePercentBright "study",
@@ -158,7 +156,7 @@ mod tests {
         ("exact", closed_forms::noise_free_scenes),
         ("oracle", oracle),
         ("lanes", lanes),
-        ("accelerators", accelerators),
+        ("accelerators", || accelerators::random_scenes("random", &[2.0], 6, 1)),
         ("acne", acne),
         ("large plates", large_plates),
         ("study", costs::nothing_is_harmful),
@@ -199,11 +197,6 @@ mod tests {
                 (!hopeless).then_some(64)
             },
         );
-    }
-
-    fn accelerators() {
-        accelerators::random_scenes("random", &[2.0], 6, 1);
-        accelerators::random_scenes("afar", &[1e3], 4, 1);
     }
 
     fn acne() {

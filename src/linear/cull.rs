@@ -69,7 +69,7 @@ impl Line {
             Plane {
                 normal: inward,
                 offset: 0.0,
-                size: length(inward) + mutate!(ROUNDED, RoundingForgotten => 0.0),
+                size: length(inward) + ROUNDED,
             }
         });
         self.select(

@@ -186,8 +186,9 @@ fn a_target_error_is_reached_and_repeats() {
     assert!(read("a.npy") == read("b.npy"));
     let error = one["error"].as_f64().unwrap();
     assert!(error <= 0.02 && error > 0.01, "{error}");
-    assert_eq!((&one["target_error"], &one["replicates"]), (&0.02.into(), &4.into()));
-    assert_eq!(one["spp"].as_u64().unwrap() % 4, 0);
+    assert_eq!(one["target_error"], 0.02);
+    let replicates = one["replicates"].as_u64().unwrap();
+    assert!(replicates >= 4 && one["spp"].as_u64().unwrap() % replicates == 0);
     assert_eq!(one["samples"].as_u64().unwrap(), one["spp"].as_u64().unwrap() * 24 * 18);
     // What was said beside the picture stands in it, too.
     let output = place.succeeds("render in/small.toml --size 24x18 --target-error 0.05 -o a.exr");

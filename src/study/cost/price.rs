@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::bias::{self, Bias};
@@ -9,7 +10,7 @@ use super::curves::{Curves, Weights, distance, variance_figure};
 use super::fit::{Power, Spread};
 use super::knobs::Variant;
 use super::measure::{Run, Runs};
-use super::statistics::{Estimate, Figure, jackknife, mean, median};
+use super::statistics::{Estimate, Figure, bootstrap, mean, median};
 use super::truth::Truth;
 use crate::scene::EstimatorKind;
 use crate::study::student;
@@ -97,7 +98,7 @@ pub struct Price {
     /// Relative bias of the picture's mean off the rims of visible lights; of the defaults against the oracle, else against the
     /// defaults. What rare samples may hide is part of the interval.
     pub bias: Figure,
-    /// Root of the mean squared bias of pixels, relative to `sqrt(r^2 + m^2)` with m the picture's mean: at most this, at 97.5 %.
+    /// Root of the mean squared bias of pixels, relative to `sqrt(s^2 + m^2)` (see [`Weights`]): at most this, at 97.5 %.
     pub hidden_bias_below: f64,
     /// Samples a pixel at which noise falls to the bias; only where there is one.
     pub bias_equals_noise_at: Option<f64>,
@@ -148,7 +149,7 @@ fn estimator(variant: &Variant) -> EstimatorKind {
 pub fn prices(variants: &[Variant], all: &[Runs], truth: &Truth, false_alarms: f64) -> Vec<Price> {
     let weights = Weights::new(truth);
     let curves: Vec<Curves> = all
-        .iter()
+        .par_iter()
         .enumerate()
         .map(|(i, runs)| {
             // Same bits, same distances: they are found for the first.
@@ -263,9 +264,10 @@ impl Judged<'_> {
             hidden_bias_below: bias.squared.figure().high.max(0.0).sqrt() + bias.hidden,
             bias_equals_noise_at: harmful
                 .then(|| {
+                    let all: Vec<usize> = (0..self.curves.relmse.seeds()).collect();
                     self.curves
                         .relmse
-                        .samples_for(squared_bias, self.curves.slope(None), None)
+                        .samples_for(squared_bias, self.curves.slope(&all), &all)
                 })
                 .filter(|n| n.is_finite()),
             verdict,
@@ -287,7 +289,7 @@ impl Judged<'_> {
             .relmse
             .points
             .last()
-            .map_or(0.0, |(_, spread)| spread.variance(None));
+            .map_or(0.0, |(_, spread)| spread.variance());
         apart < 0.01 * noise * self.runs.len() as f64
     }
 
@@ -297,18 +299,15 @@ impl Judged<'_> {
         let Some((n, spread)) = plain.points.last() else {
             return exactly(0.0);
         };
-        let noisy = curve
-            .points
-            .last()
-            .is_some_and(|(_, spread)| spread.variance(None) > 0.0);
-        match (spread.variance(None) > 0.0, noisy) {
+        let noisy = curve.points.last().is_some_and(|(_, spread)| spread.variance() > 0.0);
+        match (spread.variance() > 0.0, noisy) {
             (true, true) => {}
             (false, false) | (true, false) => return exactly(0.0),
             (false, true) => return exactly(f64::INFINITY),
         }
-        jackknife(curve.seeds(), |without| {
-            let slope = self.curves.slope(without);
-            (curve.samples_for(spread.variance(without), slope, without) / f64::from(*n)).ln()
+        bootstrap(curve.seeds(), |drawn| {
+            let slope = self.curves.slope(drawn);
+            (curve.samples_for(spread.variance_of(drawn), slope, drawn) / f64::from(*n)).ln()
         })
     }
 
@@ -317,11 +316,11 @@ impl Judged<'_> {
         else {
             return Figure::exact(1.0);
         };
-        if !(own.variance(None) > 0.0 && plain.variance(None) > 0.0) {
-            return Figure::exact(own.variance(None) / plain.variance(None));
+        if !(own.variance() > 0.0 && plain.variance() > 0.0) {
+            return Figure::exact(own.variance() / plain.variance());
         }
-        jackknife(own.seeds(), |without| {
-            (own.variance(without) / plain.variance(without)).ln()
+        bootstrap(own.seeds(), |drawn| {
+            (own.variance_of(drawn) / plain.variance_of(drawn)).ln()
         })
         .figure()
         .exp()
@@ -352,8 +351,8 @@ impl Judged<'_> {
     }
 
     fn by_error(&self, last: u32) -> Option<ByError> {
-        let law = self.curves.error.law(None)?;
-        let here = self.curves.error.points.last()?.1.variance(None);
+        let law = self.curves.error.law()?;
+        let here = self.curves.error.points.last()?.1.variance();
         Some(ByError(Power::through((f64::from(last), here), law.slope)))
     }
 }

@@ -306,7 +306,8 @@ fn names(
         };
         ends.push((Role::Soft, words.to_owned(), chart.backend_coord(&end)));
     }
-    ends.sort_by_key(|(_, _, (_, y))| *y);
+    // At one height the leftmost stands on top, so that no leader crosses another.
+    ends.sort_by_key(|(_, _, (x, y))| (*y / layout.font / FINE, *x));
     let apart = layout.font * FINE * 13 / 10;
     let bottom = (layout.height - 4 * layout.font) * FINE;
     let mut rows: Vec<i32> = ends.iter().map(|(_, _, (_, y))| *y).collect();

@@ -96,8 +96,8 @@ fn scale() -> Result<String, ImageError> {
     let ramp = img(&png(&colours(&ramp), 256)?, [256, 1], "scale of errors");
     Ok(format!(
         "<div class=\"scale\"><span>≤ {}</span>{ramp}<span>≥ {} of the pixel's own brightness</span></div>\n",
-        words::percent(LEAST),
-        words::percent(MOST)
+        words::exact_percent(LEAST),
+        words::exact_percent(MOST)
     ))
 }
 

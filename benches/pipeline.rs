@@ -29,6 +29,7 @@ fn renderer(scene: &Scene, estimator: EstimatorKind, lanes: usize, threads: usiz
         lanes,
         threads,
         accel: None,
+        robust: true,
     };
     Renderer::new(scene, settings).unwrap_or_else(|error| panic!("{}: {error}", scene.name))
 }

@@ -20,6 +20,7 @@
 //! | `ArcUniformInItsLength` | triangles denser towards a corner | density |
 //! | `PairReused` | all pairs of a sample are one Sobol sequence | numbers |
 //! | `SharedKey` | all pixels have the same numbers | numbers |
+//! | `OppositeForgotten` | triangles with corners at opposite sides are sampled like any others | large plates |
 //! | `HalfTheTriangle` | triangles of half their solid angle | closed form |
 //! | `SharesAlike` | the triangles of a mesh weighed as if each were picked as often | closed form |
 //! | `LightTwice` | the first light counts twice | closed form |
@@ -34,13 +35,17 @@
 //! | `StaleTail` | behind the tail of a stream, old points count | lanes |
 //! | `OneCornerBehind` | a triangle is culled when one corner is out of sight | accelerators |
 //! | `BallsAsPoints` | a ball is culled when its centre is out of sight | accelerators |
+//! | `RoundingForgotten` | the planes of a tile are taken for exact | accelerators |
+//! | `LampAsPoint` | what has points and a light's centre on one side is culled, whatever the light's radius | accelerators |
+//! | `OffsetTooShort` | shading points leave their surface by 2 half-ulps | acne |
+//! | `DensityOfTheNextTexel` | a texel of the environment with the density of its neighbour | density |
 //! | `OnePercentBright` | a study measures `independent` 1 % too bright | study |
 //! | `ErrorOfOneReplicate` | the error of a mean as that of one of its replicates | target |
 //!
 //! "density" is the chi-square of directions against densities, "weight" the samples written out again in `f64`,
 //! "numbers" the independence of random numbers, "closed form" and "exact" are the scenes of `scenes/tests`, "oracle" the
 //! agreement of estimators and oracle, "lanes" the bits of eight lanes and one, "accelerators" the line of shapes against
-//! Embree, "study" its search for biased settings, "target" the error that `--target-error` sees. Most mutants fail several; five are seen by one alone: `HorizonDropped`, `ReachTooShort`, `PairReused`, `CornersSwapped` and `BallsAsPoints`.
+//! Embree, "acne" the surfaces that shadow themselves, "large plates" lights far larger than they are away, "study" its search for biased settings, "target" the error that `--target-error` sees. Most mutants fail several; five are seen by one alone: `HorizonDropped`, `ReachTooShort`, `PairReused`, `CornersSwapped` and `BallsAsPoints`.
 
 /// The plain expression; in a test of mutants, the broken one beside it.
 #[cfg(not(test))]
@@ -79,6 +84,7 @@ mod tests {
     };
     use octolux::scene::{EstimatorKind, FilmSize, SamplerKind};
     use octolux::settings::AccelKind;
+    use octolux::study::selftest::{Effort, panels, places};
 
     const VARIABLE: &str = "OCTOLUX_MUTANT";
 
@@ -122,6 +128,10 @@ mod tests {
         StaleTail "lanes",
         OneCornerBehind "accelerators",
         BallsAsPoints "accelerators",
+        RoundingForgotten "accelerators",
+        LampAsPoint "accelerators",
+        OffsetTooShort "acne",
+        OppositeForgotten "large plates",
         OnePercentBright "study",
         ErrorOfOneReplicate "target",
     }
@@ -142,7 +152,7 @@ mod tests {
     }
 
     /// The checks of the proof, at an effort of a second together.
-    const CHECKS: [(&str, fn()); 10] = [
+    const CHECKS: [(&str, fn()); 12] = [
         ("density", density),
         ("weight", weight),
         ("numbers", || samplers::numbers_of_a_sample(1 << 13)),
@@ -150,7 +160,9 @@ mod tests {
         ("exact", closed_forms::noise_free_scenes),
         ("oracle", oracle),
         ("lanes", lanes),
-        ("accelerators", || accelerators::random_scenes("random", &[2.0], 6, 1)),
+        ("accelerators", accelerators),
+        ("acne", acne),
+        ("large plates", large_plates),
         ("study", costs::nothing_is_harmful),
         ("target", costs::target_errors_are_those_of_the_mean),
     ];
@@ -189,6 +201,23 @@ mod tests {
                 (!hopeless).then_some(64)
             },
         );
+    }
+
+    fn accelerators() {
+        accelerators::random_scenes("random", &[2.0], 6, 1);
+        accelerators::narrow_views(&[1.0, 1e-3, 1e-5]);
+    }
+
+    fn acne() {
+        let lost = ["mesh", "far floor"].map(|name| {
+            places::moved_about(name, &[-6, 0, 5], &[0.0, 1.0, 10.0], Effort { divisor: 2 }).expect("it renders")
+        });
+        assert_eq!(lost, [0, 0]);
+    }
+
+    fn large_plates() {
+        let sigmas = panels::large(Effort { divisor: 32 }).expect("they render");
+        assert!(sigmas < 5.5, "{sigmas}");
     }
 
     fn oracle() {

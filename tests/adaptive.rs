@@ -64,6 +64,7 @@ fn settings(estimator: EstimatorKind, sampler: SamplerKind) -> Settings {
         seed: 3,
         lanes: 8,
         accel: None,
+        robust: true,
         threads: 1,
     }
 }

@@ -92,6 +92,16 @@ fn a_batch_renders_what_is_missing_or_changed() {
     fs::write(&notes, &text[..text.len() - 9]).unwrap();
     assert_eq!(rendered(&place, 0), ["in/small.toml 6"]);
     assert_eq!(rendered(&place, 0), none);
+    // On and off are true and false in TOML.
+    for robust in ["\"off\"", "false"] {
+        let text = format!("[[pictures]]\nscene = \"in/small.toml\"\nspp = 4\naccel = \"embree\"\nrobust = {robust}\n");
+        fs::write(place.path().join("jobs.toml"), text).unwrap();
+        let expected: &[&str] = if robust == "false" { &none } else { &["in/small.toml 4"] };
+        assert_eq!(rendered(&place, 0), expected, "{robust}");
+    }
+    let text = "[[pictures]]\nscene = \"in/small.toml\"\nspp = 4\naccel = \"embree\"\nrobust = true\n";
+    fs::write(place.path().join("jobs.toml"), text).unwrap();
+    assert_eq!(rendered(&place, 0), ["in/small.toml 4"], "another robust");
 }
 
 #[test]

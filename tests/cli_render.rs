@@ -61,7 +61,7 @@ fn the_statistics_have_every_key() {
     assert_eq!(printed, written);
     let keys = "scene width height spp estimator sampler seed lanes threads target_features embree_version commit load_s \
                 build_s render_s write_s samples eye_rays shadow_rays samples_per_s rays_per_s invalid_samples kernel \
-                needs cpu first_pass_s peak_rss_bytes octolux_version interrupted adaptive spp_min spp_mean spp_max";
+                needs cpu first_pass_s peak_rss_bytes octolux_version interrupted adaptive spp_min spp_mean spp_max robust";
     for key in keys.split_whitespace() {
         assert!(printed.get(key).is_some(), "{key}");
     }
@@ -88,6 +88,7 @@ fn an_exr_says_how_it_was_made() {
     for name in [
         "lanes",
         "kernel",
+        "robust",
         "version",
         "commit",
         "embree_version",
@@ -154,6 +155,60 @@ fn explain_tells_the_counts_and_the_plan() {
     let object: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
     assert_eq!((&object["lanes"], &object["width"]), (&1.into(), &5.into()));
     assert!(place.files().is_empty(), "explain writes no file");
+}
+
+#[test]
+fn whether_embree_is_robust_is_told_and_where_it_says_nothing() {
+    let place = Place::new();
+    for (arguments, robust, noted) in [
+        ("--accel embree", Some(true), false),
+        ("--accel embree --robust on", Some(true), false),
+        ("--accel embree --robust off", Some(false), false),
+        ("--accel linear", None, false),
+        ("--robust off", None, true),
+    ] {
+        let output = place.succeeds(&format!("render in/small.toml --json -o a.npy {arguments}"));
+        let stats: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(stats["robust"], serde_json::json!(robust), "{arguments}");
+        let said = stderr(&output);
+        assert_eq!(
+            said.contains("--robust off changes nothing"),
+            noted,
+            "{arguments}: {said}"
+        );
+        let explained = stdout(&place.succeeds(&format!("explain in/small.toml {arguments}")));
+        let words = robust.map_or("without effect", |on| if on { "on: " } else { "off: " });
+        assert!(explained.contains(&format!("  robust     {words}")), "{explained}");
+    }
+    place.refused("render in/small.toml --robust maybe");
+}
+
+#[test]
+fn a_picture_that_rests_on_few_samples_is_said_to() {
+    let place = Place::new();
+    for (arguments, speckled) in [
+        ("--estimator brdf --spp 16", true),
+        ("--estimator brdf --spp 2048", false),
+        ("--estimator light --spp 16", false),
+        ("--estimator mis --spp 16", false),
+    ] {
+        let output = place.succeeds(&format!(
+            "render in/small.toml --size 48x48 --json -o a.npy {arguments}"
+        ));
+        let stats: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let light = stats["outliers"]["light"].as_f64().unwrap();
+        assert_eq!(light > 0.5, arguments.contains("brdf"), "{arguments}: {stats}");
+        assert_eq!(
+            stderr(&output).contains("is speckled: 1 of "),
+            speckled,
+            "{arguments}: {stats}"
+        );
+    }
+    for arguments in ["--spp 1", "--target-error 0.5"] {
+        let output = place.succeeds(&format!("render in/small.toml --json -o a.npy {arguments}"));
+        let stats: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert!(stats["outliers"].is_null(), "{arguments}: {stats}");
+    }
 }
 
 #[test]

@@ -66,6 +66,13 @@ fn parts_that_do_not_fit_are_refused() {
         "foreign.acc: belongs to another render: seed is 9 here and 0 there",
     );
     says(&format!("{} {}", halves[0], thirds[1]), "some would count twice");
+    let plain = "--accel embree --robust off";
+    place.succeeds(&format!("{RENDER} --accel embree --shard 1/2 -o robust.acc"));
+    place.succeeds(&format!("{RENDER} {plain} --shard 2/2 -o plain.acc"));
+    says(
+        "robust.acc plain.acc",
+        "plain.acc: belongs to another render: rays answered by is embree, not robust here and embree there",
+    );
     says(&halves[1], "no part holds passes 0 to 384");
     says(&halves[0], "no part holds passes 384 to 773");
     says(

@@ -4,9 +4,8 @@
 
 mod proof;
 
-use glam::DVec3;
-use octolux::scene::{EstimatorKind, Fov};
-use proof::accelerators::{compare, random_scenes};
+use octolux::scene::EstimatorKind;
+use proof::accelerators::{compare, narrow_views, random_scenes};
 use proof::runs::{load, settings};
 
 #[test]
@@ -47,15 +46,5 @@ fn both_accelerators_paint_what_is_seen_from_afar_alike() {
 /// differ in their last bits.
 #[test]
 fn both_accelerators_see_what_fills_a_narrow_view() {
-    for fov in [10.0, 1.0, 0.1, 0.01, 1e-3, 1e-4, 1e-5_f64] {
-        let mut scene = load("tests/emitter-seen.toml");
-        let origin = DVec3::new(0.3, -0.2, 0.1);
-        let center = origin + 5.0 * DVec3::new(0.48, 0.6, 0.64);
-        (scene.camera.origin, scene.camera.target, scene.camera.fov) = (origin, center, Fov::X(fov));
-        scene.spheres[0].center = center;
-        scene.spheres[0].radius = 5.0 * (fov.to_radians() / 4.0).tan();
-        let name = format!("narrow-{fov}");
-        let (count, files) = compare(&scene, settings(64, 64, EstimatorKind::Light), 4, &name);
-        assert_eq!(count, 0, "{name}: {}", files.join(", "));
-    }
+    narrow_views(&[10.0, 1.0, 0.1, 0.01, 1e-3, 1e-4, 1e-5]);
 }

@@ -29,6 +29,7 @@ fn replayed_passes_add_up_to_the_picture() {
                     lanes: 1,
                     threads: 1,
                     accel: Some(accel),
+                    robust: true,
                 };
                 let fresh = Renderer::new(&scene, settings).unwrap();
                 let mut renderer = Renderer::new(&scene, settings).unwrap();

@@ -30,7 +30,7 @@ fn every_hard_case_holds_at_a_share_of_its_size() {
 #[test]
 fn the_table_has_every_case_once_and_names_what_waits() {
     let numbers: Vec<u32> = CASES.iter().map(|case| case.number).collect();
-    assert_eq!(numbers, (1..=43).collect::<Vec<_>>());
+    assert_eq!(numbers, (1..=44).collect::<Vec<_>>());
     for case in CASES {
         assert!(!case.run.is_err_and(str::is_empty), "{} waits for nothing", case.number);
     }
@@ -70,7 +70,7 @@ fn the_command_tells_figures_bounds_and_what_waits() {
             "{text}"
         );
     }
-    for wrong in ["0", "44", "x", "-1"] {
+    for wrong in ["0", "45", "x", "-1"] {
         assert_eq!(selftest(&["--case", wrong]).0, Some(2), "{wrong}");
     }
 }
@@ -100,6 +100,7 @@ fn no_sample_of_any_scene_is_thrown_away() {
                 lanes: 8,
                 threads: 1,
                 accel: None,
+                robust: true,
             };
             // Not every estimator can sample every light.
             let Ok(mut renderer) = Renderer::new(&scene, settings) else {

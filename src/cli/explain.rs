@@ -73,6 +73,8 @@ struct Explanation {
     notes: Vec<String>,
     kernel: String,
     why: String,
+    /// `None` where no ray goes through Embree.
+    robust: Option<bool>,
     lanes: usize,
     threads: usize,
     spp: u32,
@@ -105,6 +107,7 @@ impl Explanation {
             notes: effects::notes(scene, renderer.features()),
             kernel: renderer.kernel().to_owned(),
             why: renderer.why().to_owned(),
+            robust: renderer.robust(),
             lanes: settings.lanes,
             threads: settings.threads,
             spp: scene.render.spp.unwrap_or(options::DEFAULT_SPP),
@@ -125,6 +128,11 @@ impl Explanation {
             "one ray at a time".to_owned()
         } else {
             format!("{} rays a packet", self.lanes)
+        };
+        let robust = match self.robust {
+            Some(true) => "on: Embree closes the edges between triangles",
+            Some(false) => "off: rays aimed at edges and vertices may slip through meshes",
+            None => "without effect: no ray goes through Embree",
         };
         let lights = self.sphere_lights + self.mesh_lights;
         let mut lines = vec![
@@ -147,6 +155,7 @@ impl Explanation {
         lines.extend([
             format!("  kernel     {}, {rays}, {} threads", self.kernel, self.threads),
             format!("  because    {}", self.why),
+            format!("  robust     {robust}"),
             format!(
                 "  render     {} spp, {}, {}, seed {}",
                 self.spp,

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use clap::Parser;
 use toml::{Table, Value};
 
+use super::options::switch;
 use super::outputs::{self, Targets};
 use super::{CliError, render};
 
@@ -19,6 +20,9 @@ const SCENES: [&str; 2] = ["scene", "scenes"];
 
 /// Keys whose values are files, beside the manifest.
 const FILES: [&str; 3] = ["outputs", "stats", "checkpoint"];
+
+/// Options that are on or off, which TOML also calls true and false.
+const SWITCHES: [&str; 1] = ["robust"];
 
 /// What the batch decides for all.
 const NOT_HERE: [&str; 4] = ["json", "quiet", "threads", "output"];
@@ -108,6 +112,7 @@ fn entry_of(entry: &Table, defaults: &Table, folder: &Path) -> Result<Vec<Wanted
         let option = if key == "outputs" { "output" } else { key };
         for text in texts(key, value)? {
             line.push(match (value, text) {
+                (Value::Boolean(on), _) if SWITCHES.contains(&key.as_str()) => format!("--{option}={}", switch(*on)),
                 (Value::Boolean(false), _) => continue,
                 (Value::Boolean(true), _) => format!("--{option}"),
                 (_, text) if FILES.contains(&key.as_str()) => format!("--{option}={}", folder.join(text).display()),

@@ -20,6 +20,7 @@ use super::{CliError, done, options, report};
 use crate::film::{Film, leaf_passes, sums_file, write_picture};
 use crate::pipeline::{Renderer, Settings};
 use crate::scene::{Effects, available_memory};
+use crate::study::outliers::FirstSamples;
 
 /// One scene of a command.
 #[derive(Clone, Copy)]
@@ -77,6 +78,10 @@ impl<'a> Job<'a> {
                 .map(|_| format!("{}: ", self.path.display()))
                 .unwrap_or_default();
             scene.notes.iter().for_each(|note| report::note(&format!("{of}{note}")));
+            if !settings.robust && renderer.robust().is_none() {
+                let what = "--robust off changes nothing: no ray goes through Embree, as shapes are tested in a line";
+                report::note(&format!("{of}{what}"));
+            }
         }
         let mut render = Render {
             job: self,
@@ -93,6 +98,7 @@ impl<'a> Job<'a> {
             renderer,
             siblings: Vec::new(),
             reached: None,
+            first: None,
             times,
             saved: Instant::now(),
             complete: false,
@@ -145,6 +151,8 @@ struct Render<'a> {
     /// Further replicates, where an error is the goal.
     siblings: Vec<Renderer>,
     reached: Option<Reached>,
+    /// What later samples are held against.
+    first: Option<FirstSamples>,
     record: Record,
     times: Times,
     /// When the state was kept last.
@@ -212,6 +220,7 @@ impl Render<'_> {
             self.times.render_s += seconds;
             if first {
                 self.times.first_pass_s = seconds;
+                self.look();
             }
             self.save_if_due(due);
         }
@@ -236,6 +245,7 @@ impl Render<'_> {
             self.times.render_s += seconds;
             if before == self.passes.start {
                 self.times.first_pass_s = seconds;
+                self.look();
             }
             if after > before {
                 pass_s = seconds / f64::from(after - before);
@@ -247,6 +257,14 @@ impl Render<'_> {
                 self.complete = true;
                 break;
             }
+        }
+    }
+
+    /// Keeps the first samples of every pixel.
+    fn look(&mut self) {
+        let (least, _, most) = self.renderer.film().spread();
+        if self.job.args.shard.is_none() && 0 < least && least == most {
+            self.first = Some(FirstSamples::of(&self.renderer.picture(), most));
         }
     }
 
@@ -280,7 +298,9 @@ impl Render<'_> {
         if let Some(overall) = self.job.overall.filter(|_| self.complete && self.errors.is_empty()) {
             overall.note(self.key(), &self.job.targets.pictures)?;
         }
-        let stats = self.stats();
+        let mut stats = self.stats();
+        let first = self.first.as_ref();
+        stats.outliers = first.and_then(|first| first.outliers(&self.renderer.picture(), &self.renderer.samples()));
         if let Some(path) = &self.job.targets.stats {
             stats.write(path)?;
         }
@@ -288,11 +308,8 @@ impl Render<'_> {
             report::data(&stats.json()?)?;
         }
         if !args.quiet {
-            stats
-                .invalid_samples
-                .warning(&stats.scene)
-                .iter()
-                .for_each(|warning| report::warning(warning));
+            let warnings = [stats.invalid_samples.warning(&stats.scene), stats.speckles()];
+            warnings.iter().flatten().for_each(|warning| report::warning(warning));
         }
         if !args.quiet && !args.json {
             let files = if written.is_empty() {

@@ -64,6 +64,16 @@ pub struct Record {
     pub render_s: f64,
 }
 
+/// Who answers rays, and how.
+fn answered_by(renderer: &Renderer) -> String {
+    let how = if renderer.robust() == Some(false) {
+        ", not robust"
+    } else {
+        ""
+    };
+    format!("{}{how}", renderer.accel().name())
+}
+
 /// The name under which [`Record::identity`] holds Embree's version.
 const EMBREE: &str = "Embree";
 
@@ -74,6 +84,7 @@ impl Record {
             lanes: 0,
             threads: 0,
             accel: None,
+            robust: true,
             ..settings
         };
         let film = settings.film;
@@ -85,10 +96,10 @@ impl Record {
             ("seed", settings.seed.to_string()),
             ("samples a pixel", spp.to_string()),
             ("adaptive", adaptive.to_string()),
-            ("rays answered by", renderer.accel().name().to_owned()),
+            ("rays answered by", answered_by(renderer)),
             (EMBREE, renderer.embree_version().to_owned()),
             ("Octolux", format!("{} ({})", build::VERSION, build::COMMIT)),
-            // Threads and lanes change no bit; whatever else there is may.
+            // Threads and lanes change no bit, and who answers rays is said above; whatever else there is may.
             ("settings", format!("{alike:?}")),
         ];
         Self {

@@ -15,13 +15,14 @@ docs/hard-cases.md says what each case is and where its form comes from.
 
 Examples:
   octolux selftest
-      all cases, about a minute
+      all cases, half a minute
   octolux selftest --case 24 --case 1
       these two
   octolux selftest --json | jq '.cases[] | select(.passed == false)'
       what failed
   octolux selftest --prices
-      what each robust form costs against the textbook's, in time and error
+      what each robust form costs against the textbook's, and Embree's flag
+      (--robust), in time and error
 
 Exit codes: 0 nothing failed, 1 something failed, 2 bad usage.";
 
@@ -95,7 +96,7 @@ struct Report<'a> {
 /// If standard output cannot be written to.
 pub fn run(args: &Args) -> Result<Exit, CliError> {
     if args.prices {
-        let table = prices::measure();
+        let table = prices::measure().map_err(|error| CliError::failed(error.to_string()))?;
         report::data(&if args.json { json(&table)? } else { prices::text(&table) })?;
         return Ok(Exit::Well);
     }

@@ -4,10 +4,12 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use super::options::switch;
 use super::{CliError, build, machine};
 use crate::film::{Attributes, Value, replace};
 use crate::pipeline::{Counters, Renderer, Settings};
 use crate::scene::{EstimatorKind, FilmSize, SamplerKind};
+use crate::study::outliers::Outliers;
 
 /// What `--stats` writes. Names that end in `_s` are seconds of wall-clock time; `_per_s` are taken over `render_s`.
 #[derive(Clone, Debug, Serialize)]
@@ -38,6 +40,8 @@ pub struct Stats {
     pub threads: usize,
     /// The kernel that the plan chose.
     pub kernel: String,
+    /// Whether Embree closed the edges between triangles; `null` where shapes were tested in a line.
+    pub robust: Option<bool>,
     /// What the scene calls for.
     pub needs: Vec<&'static str>,
     pub octolux_version: &'static str,
@@ -66,6 +70,9 @@ pub struct Stats {
     pub rays_per_s: f64,
     /// Contributions that were thrown away, by cause. All zero, or there is a fault to report.
     pub invalid_samples: Invalid,
+    /// How much rests on few samples, the first of each pixel beside all others; `null` where that was not looked at: one pass
+    /// alone, a render taken up again, shards, replicates.
+    pub outliers: Option<Outliers>,
     /// The most memory that the process has held so far; `null` where the system does not say.
     pub peak_rss_bytes: Option<u64>,
 }
@@ -148,6 +155,7 @@ impl Stats {
             lanes: settings.lanes,
             threads: settings.threads,
             kernel: renderer.kernel().to_owned(),
+            robust: renderer.robust(),
             needs: renderer.needs(),
             octolux_version: build::VERSION,
             commit: build::COMMIT,
@@ -170,8 +178,27 @@ impl Stats {
                 inf: invalid_inf,
                 negative: invalid_negative,
             },
+            outliers: None,
             peak_rss_bytes: machine::peak_rss_bytes(),
         }
+    }
+
+    /// What the user has to hear of a picture that rests on few samples.
+    pub fn speckles(&self) -> Option<String> {
+        let outliers = self.outliers.filter(|outliers| outliers.speckle(self.spp_mean))?;
+        let Outliers { share, light, kurtosis } = outliers;
+        let remedy = match self.estimator {
+            EstimatorKind::Uniform | EstimatorKind::Brdf => "--estimator mis or light looks for lights, ",
+            EstimatorKind::Light => "--estimator mis also follows polished surfaces, ",
+            EstimatorKind::Mis => "",
+        };
+        Some(format!(
+            "{}: the picture is speckled: 1 of {:.0} samples brings {:.0} % of the light (kurtosis {kurtosis:.0}). {remedy}more \
+             samples take the specks away slowly; none is clamped",
+            self.scene,
+            1.0 / share,
+            100.0 * light
+        ))
     }
 
     /// Takes in another replicate of the same render.
@@ -207,6 +234,7 @@ impl Stats {
             ("seed", Value::Number(self.seed.into())),
             ("lanes", Value::Number(self.lanes as f64)),
             ("kernel", text(&self.kernel)),
+            ("robust", text(self.robust.map_or("without effect", switch))),
             ("version", text(self.octolux_version)),
             ("commit", text(self.commit)),
             ("target_features", text(self.target_features)),

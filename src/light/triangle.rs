@@ -9,7 +9,9 @@
 //!
 //! - below [`TINY`] steradians points are drawn uniformly over the area: unit vectors to the corners differ too little;
 //! - above [`HUGE`] directions are drawn uniformly over the hemisphere that faces the triangle's plane, and some miss: from
-//!   close by all three corners lie at the horizon, and where between them a direction points is lost to rounding.
+//!   close by all three corners lie at the horizon, and where between them a direction points is lost to rounding;
+//! - so they are where two corners are nearly opposite ([`OPPOSITE`]), which an edge's are from close by: the map cuts the triangle
+//!   by the sum of the two, which is lost (a plate 200 000 times as large as it is far away had half of its light).
 
 use std::f32::consts::PI;
 
@@ -22,6 +24,9 @@ pub const TINY: f32 = 1e-3;
 
 /// Solid angle in steradians above which a triangle is sampled by its hemisphere.
 pub const HUGE: f32 = 6.0;
+
+/// One plus the cosine between two corners below which a triangle is sampled by its hemisphere: `f32` has it to 1e-4 there.
+pub const OPPOSITE: f32 = 1e-3;
 
 /// Where a triangle is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,6 +74,8 @@ pub struct View<L: Lane> {
     height: L,
     /// Solid angle in [0, 2 pi], steradians.
     pub omega: L,
+    /// Whether all of the hemisphere is sampled.
+    huge: L::Mask,
     /// Volume of `units`, and the other two numbers of the map (Peters 2021).
     map: [L; 3],
 }
@@ -98,16 +105,19 @@ impl<L: Lane> Triangles<L> {
         let (ua, ub, uc) = (a * ia, b * ib, c * ic);
         let height = a.dot(self.normal);
         let volume = (self.area + self.area) * height.abs() * ia * ib * ic;
-        let others = ua.dot(uc) + ub.dot(uc);
-        let pair = L::one() + ua.dot(ub);
+        let (ab, bc, ca) = (ua.dot(ub), ub.dot(uc), ua.dot(uc));
+        let (others, pair) = (ca + bc, L::one() + ab);
         let half = angle(volume, pair + others);
+        let omega = mutate!(half + half, HalfTheTriangle => half);
+        let opposite = (L::one() + ab.min(bc).min(ca)).lt(L::splat(mutate!(OPPOSITE, OppositeForgotten => 0.0)));
         View {
             corners: [a, b, c],
             units: [ua, ub, uc],
             normal: self.normal,
             area: self.area,
             height,
-            omega: mutate!(half + half, HalfTheTriangle => half),
+            omega,
+            huge: omega.gt(L::splat(HUGE)) | (opposite & !omega.lt(L::splat(TINY))),
             map: [volume, others, pair],
         }
     }
@@ -127,15 +137,10 @@ impl<L: Lane> View<L> {
         self.omega.lt(L::splat(TINY))
     }
 
-    #[inline(always)]
-    fn huge(&self) -> L::Mask {
-        self.omega.gt(L::splat(HUGE))
-    }
-
     /// Draws unit directions from `u` and `v` in [0, 1). Those of huge triangles may miss: ask [`Self::contains`].
     #[inline(always)]
     pub fn draw(&self, u: L, v: L) -> Vec3<L> {
-        let (tiny, huge) = (self.tiny(), self.huge());
+        let (tiny, huge) = (self.tiny(), self.huge);
         if tiny.all() {
             return self.over_area(u, v);
         }
@@ -188,7 +193,7 @@ impl<L: Lane> View<L> {
     /// One over the density of [`Self::draw`] at `wi`, which meets the triangle at `distance`; in steradians.
     #[inline(always)]
     pub fn inverse_density(&self, wi: Vec3<L>, distance: L) -> L {
-        let (tiny, huge) = (self.tiny(), self.huge());
+        let (tiny, huge) = (self.tiny(), self.huge);
         let mut inverse = L::select(huge, L::splat(2.0 * PI), self.omega);
         if tiny.any() {
             let by_area = self.area * wi.dot(self.normal).abs() / (distance * distance);
@@ -203,20 +208,20 @@ impl<L: Lane> View<L> {
         self.height / wi.dot(self.normal)
     }
 
-    /// Lanes whose direction meets the triangle.
+    /// Lanes whose direction meets the triangle; none meets one whose corners are a single point, once they are rounded.
     #[inline(always)]
     pub fn contains(&self, wi: Vec3<L>) -> L::Mask {
         let [a, b, c] = self.corners;
         let (u, v, w) = (volume(a, b, wi), volume(b, c, wi), volume(c, a, wi));
         let zero = L::zero();
         let inside = (u.ge(zero) & v.ge(zero) & w.ge(zero)) | (u.le(zero) & v.le(zero) & w.le(zero));
-        inside & self.distance(wi).gt(zero)
+        inside & (u + v + w).abs().gt(zero) & self.distance(wi).gt(zero)
     }
 
     /// Lanes whose drawn direction counts: all but those of huge triangles that miss.
     #[inline(always)]
     pub fn met(&self, wi: Vec3<L>) -> L::Mask {
-        let huge = self.huge();
+        let huge = self.huge;
         let there = self.distance(wi).gt(L::zero());
         if huge.any() {
             there & (!huge | self.contains(wi))

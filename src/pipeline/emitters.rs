@@ -49,8 +49,8 @@ impl Emitters {
     }
 
     fn add(&mut self, mesh: &Mesh, origin: DVec3, aims: Aims, le: [f32; 3], geometry: u32) {
-        let corners = |t: &[u32; 3]| t.map(|i| mesh.vertices[i as usize] - origin);
-        let triangles: Vec<Triangle> = mesh.triangles.iter().map(|t| triangle(corners(t))).collect();
+        let corners = |t: &[u32; 3]| t.map(|i| mesh.vertices[i as usize]);
+        let triangles: Vec<Triangle> = mesh.triangles.iter().map(|t| triangle(corners(t), origin)).collect();
         let named = (0..).zip(&triangles).map(|(i, t)| (aims.of(i), *t));
         if Features::samples_each_triangle(mesh) {
             let lights = named.map(|(aim, triangle)| TriangleLight { triangle, le, aim });
@@ -96,10 +96,11 @@ fn area_vector([a, b, c]: [DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a) / 2.0
 }
 
-fn triangle(corners: [DVec3; 3]) -> Triangle {
+/// Its area is that of the file: beside a camera far away, `f64` loses a triangle of 1e-12 of the distance too.
+fn triangle(corners: [DVec3; 3], origin: DVec3) -> Triangle {
     let vector = area_vector(corners);
     Triangle {
-        corners: corners.map(narrow),
+        corners: corners.map(|corner| narrow(corner - origin)),
         normal: narrow(vector.normalize_or_zero()),
         area: vector.length() as f32,
     }

@@ -34,6 +34,8 @@ pub struct Settings {
     pub threads: usize,
     /// Who answers rays; `None` leaves it to the plan.
     pub accel: Option<AccelKind>,
+    /// Whether Embree closes the edges between triangles, for some of its speed. A line of shapes is what it is.
+    pub robust: bool,
 }
 
 /// Why a render cannot start.
@@ -100,7 +102,7 @@ impl Renderer {
         let device = Device::new(settings.threads)?;
         layout_canary(&device)?;
         let begin = Instant::now();
-        let world = World::build(scene, settings.film, &device, plan.accel)?;
+        let world = World::build(scene, settings.film, &device, plan.accel, settings.robust)?;
         let build_seconds = begin.elapsed().as_secs_f64();
         Ok(Self {
             settings,
@@ -155,6 +157,11 @@ impl Renderer {
     /// Who answers rays.
     pub fn accel(&self) -> AccelKind {
         self.plan.accel
+    }
+
+    /// Whether Embree closes the edges between triangles; `None` where it is not asked.
+    pub fn robust(&self) -> Option<bool> {
+        (self.plan.accel == AccelKind::Embree).then_some(self.settings.robust)
     }
 
     /// What the scene calls for, in words.

@@ -33,17 +33,24 @@ macro_rules! eye_rows {
     };
 }
 
-/// The eye stage, from the fewest effects to the most; the last row holds them all.
+/// The eye stage, from the fewest effects to the most; the last row holds them all. Effects share a row where one that is held but
+/// not called for costs less than 1 % of a sample's instructions (`docs/effects/README.md` has the figures).
 const EYE: &[(Effects, Row)] = eye_rows![
     [Diffuse],
     [Diffuse, Phong],
-    [Diffuse, SmoothNormals],
     [Diffuse, Phong, SmoothNormals],
-    [Diffuse, Phong, OneSided],
-    [Diffuse, Phong, Textures],
-    [Diffuse, Phong, Lens],
-    [Diffuse, Phong, Blend],
-    [Diffuse, Phong, Blend, OneSided, SmoothNormals, Textures, Lens],
+    [Diffuse, Phong, SmoothNormals, Blend, OneSided, Textures],
+    [Diffuse, Phong, SmoothNormals, Blend, OneSided, Textures, Environment],
+    [
+        Diffuse,
+        Phong,
+        SmoothNormals,
+        Blend,
+        OneSided,
+        Textures,
+        Environment,
+        Lens
+    ],
 ];
 
 /// The models of reflection, in the order in which their points are shaded.
@@ -72,10 +79,20 @@ pub fn shade(estimator: EstimatorKind, needs: Effects, model: Effect) -> Vec<Row
 
 fn shade_model<M: Model>(estimator: EstimatorKind, needs: Effects) -> Vec<Row> {
     match estimator {
-        EstimatorKind::Uniform => vec![Row::of::<shade::PerPoint<per_point::Sphere, M>>()],
-        EstimatorKind::Brdf => vec![Row::of::<shade::PerPoint<per_point::Lobe, M>>()],
+        EstimatorKind::Uniform => vec![point::<per_point::Sphere, M>(needs)],
+        EstimatorKind::Brdf => vec![point::<per_point::Lobe, M>(needs)],
         EstimatorKind::Light => kinds::<per_light::ConeOnly, M>(needs),
         EstimatorKind::Mis => kinds::<per_light::Average, M>(needs),
+    }
+}
+
+/// One direction for all that emits, with or without an environment.
+fn point<D: per_point::Density, M: Model>(needs: Effects) -> Row {
+    const SKY: Effects = Effects::of(&[Effect::Environment]);
+    if needs.hold(SKY) {
+        Row::of::<shade::PerPoint<D, M, { SKY.bits() }>>()
+    } else {
+        Row::of::<shade::PerPoint<D, M, 0>>()
     }
 }
 

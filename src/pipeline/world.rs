@@ -14,7 +14,7 @@ use crate::lane::Lane;
 use crate::light::{Environment, MeshLight, SphereLight, TriangleLight};
 use crate::linear::{FEW, Line};
 use crate::math::Vec3;
-use crate::scene::{Bsdf, Camera, FilmSize, Fov, Mesh, Scene, Sphere, Surface};
+use crate::scene::{Bsdf, Camera, Effects, FilmSize, Fov, Mesh, Scene, Sphere, Surface};
 use crate::settings::AccelKind;
 use crate::shape::Ball;
 
@@ -54,8 +54,8 @@ pub struct SurfaceRecord {
     pub gloss: Option<[f32; 3]>,
     /// 1 for diffuse, above 1 for Phong and blends.
     pub alpha: f32,
-    /// Whether its back is black.
-    pub one_sided: bool,
+    /// What it calls for.
+    pub effects: Effects,
     /// Radiance where it emits.
     pub le: Option<[f32; 3]>,
     /// The sphere that it is, or one of no size at the camera.
@@ -140,13 +140,19 @@ fn largest_box(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> [f32; 3] {
 }
 
 impl World {
-    /// Builds the tables and the accelerator for pictures of the given size.
+    /// Builds the tables and the accelerator for pictures of the given size; `robust` as for [`SceneBuilder::new`].
     ///
     /// # Errors
     /// [`EmbreeError`] if Embree cannot build.
-    pub fn build(scene: &Scene, film: FilmSize, device: &Device, accel: AccelKind) -> Result<Self, EmbreeError> {
+    pub fn build(
+        scene: &Scene,
+        film: FilmSize,
+        device: &Device,
+        accel: AccelKind,
+        robust: bool,
+    ) -> Result<Self, EmbreeError> {
         let origin = scene.camera.origin;
-        let mut builder = SceneBuilder::new(device, true)?;
+        let mut builder = SceneBuilder::new(device, robust)?;
         let mut line = Line::default();
         let shapes = scene.spheres.len() + scene.meshes.iter().map(|m| m.triangles.len()).sum::<usize>();
         let in_line = accel == AccelKind::Linear || shapes <= FEW;
@@ -168,7 +174,7 @@ impl World {
                 center: [0.0; 3],
                 radius: 0.0,
             };
-            surfaces.push(SurfaceRecord::new(scene, &mesh.surface, none, extent));
+            surfaces.push(SurfaceRecord::new(scene, &mesh.surface, mesh.effects(), none, extent));
             normals.push(mesh.normals.as_ref().map(|normals| {
                 let corners = |triangle: &[u32; 3]| triangle.map(|i| narrow(normals[i as usize]));
                 mesh.triangles.iter().map(corners).collect()
@@ -177,7 +183,7 @@ impl World {
         let spheres = distinct_spheres(scene);
         let mut lights = Vec::new();
         for (i, (sphere, ball)) in spheres.iter().enumerate() {
-            let record = SurfaceRecord::new(scene, &sphere.surface, *ball, [ball.radius; 3]);
+            let record = SurfaceRecord::new(scene, &sphere.surface, sphere.effects(), *ball, [ball.radius; 3]);
             if let Some(le) = record.le
                 && le.iter().any(|&x| x > 0.0)
             {
@@ -239,12 +245,12 @@ impl World {
 }
 
 impl SurfaceRecord {
-    fn new(scene: &Scene, surface: &Surface, ball: Ball, extent: [f32; 3]) -> Self {
+    fn new(scene: &Scene, surface: &Surface, shape: Effects, ball: Ball, extent: [f32; 3]) -> Self {
         let mut record = Self {
             rho: [0.0; 3],
             gloss: None,
             alpha: 1.0,
-            one_sided: false,
+            effects: shape,
             le: None,
             ball,
             extent,
@@ -254,7 +260,7 @@ impl SurfaceRecord {
         match *surface {
             Surface::Emission(le) => record.le = Some(narrow(le)),
             Surface::Material(i) => {
-                record.one_sided = scene.materials[i].one_sided;
+                record.effects = shape.and(scene.materials[i].effects());
                 match scene.materials[i].bsdf {
                     Bsdf::Diffuse { rho } => record.rho = narrow(rho),
                     Bsdf::Phong { rho, alpha } => (record.rho, record.alpha) = (narrow(rho), exponent(alpha)),

@@ -5,7 +5,8 @@
 //! reason; a test reads these sources to keep it so. It is slow, and it tells how exact it is: every pixel comes with
 //! the standard error of its mean.
 //!
-//! Faces of emitters that lie exactly on other faces are a matter of chance, here as in any ray tracer.
+//! Faces of emitters that overlap in one plane are a matter of chance, here as in any ray tracer (the same triangle twice is left
+//! out when a scene is read).
 
 mod brdf;
 mod bvh;

@@ -5,6 +5,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
+use glam::DVec3;
 use toml::de::DeTable;
 
 use super::error::Fault;
@@ -145,6 +146,7 @@ fn scene(text: &str, path: &Path, outside: Outside) -> Result<Scene, Fault> {
         }
     }
 
+    notes.extend(drop_covered(&mut meshes, camera.origin));
     let environment = match root.get("environment") {
         Some(value) => {
             let table = value.table("[environment]".to_owned(), "environment", environment::KEYS)?;
@@ -185,6 +187,31 @@ fn drop_hidden(spheres: &mut Vec<Sphere>) -> Option<String> {
     spheres.retain(|s| seen.insert([s.center.x, s.center.y, s.center.z, s.radius].map(|x| (x + 0.0).to_bits())));
     let hidden = all - spheres.len();
     (hidden > 0).then(|| format!("{hidden} of {all} spheres coincide with an earlier one, which hides them: left out"))
+}
+
+/// Leaves out emitting triangles that lie exactly on an earlier one, once they are rounded to `f32` about the camera: a ray meets
+/// either of the two by chance. Returns a sentence if there are any.
+fn drop_covered(meshes: &mut Vec<Mesh>, origin: DVec3) -> Option<String> {
+    let (mut seen, mut covered) = (HashSet::new(), 0);
+    let emitting = |mesh: &&mut Mesh| matches!(mesh.surface, Surface::Emission(_));
+    for mesh in meshes.iter_mut().filter(emitting) {
+        let (vertices, all) = (&mesh.vertices, mesh.triangles.len());
+        mesh.triangles.retain(|corners| {
+            // The sum makes one zero of the two.
+            let place = |i: u32| {
+                (vertices[i as usize] - origin)
+                    .to_array()
+                    .map(|x| (x as f32 + 0.0).to_bits())
+            };
+            let mut places = corners.map(place);
+            places.sort_unstable();
+            // Of triangles that are a single point to the rays it says nothing that they coincide.
+            places[0] == places[2] || seen.insert(places)
+        });
+        covered += all - mesh.triangles.len();
+    }
+    meshes.retain(|mesh| !mesh.triangles.is_empty());
+    (covered > 0).then(|| format!("{covered} triangles that emit lie on earlier ones, which hide them: left out"))
 }
 
 /// What the TOML reader says, in our form.

@@ -56,6 +56,7 @@ fn without(scene: &Scene, effect: Effect) -> Option<Scene> {
         Effect::SmoothNormals => scene.meshes.iter_mut().for_each(|m| m.normals = None),
         Effect::Textures => scene.materials.iter_mut().for_each(|m| m.texture = None),
         Effect::Lens => scene.camera.lens = None,
+        Effect::Environment => scene.environment = None,
         _ => return None,
     }
     Some(scene)

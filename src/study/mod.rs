@@ -3,6 +3,7 @@
 pub mod cost;
 pub mod effect_costs;
 pub mod error;
+pub mod outliers;
 pub mod page;
 pub mod selftest;
 pub mod significance;

@@ -9,7 +9,7 @@ use octolux::settings::AccelKind;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
-use super::runs::{leave, picture, settings};
+use super::runs::{leave, load, picture, settings};
 
 /// Pixels whose two values differ by more than 1 % in any channel.
 fn apart(a: &Picture, b: &Picture) -> usize {
@@ -123,4 +123,22 @@ pub fn random_scenes(name: &str, distances: &[f64], scenes: u64, most: usize) {
         worst[0].0,
         worst[0].1
     );
+}
+
+/// A ball that fills half of the view, seen through so many degrees, must be the same in every pixel.
+///
+/// # Panics
+/// Where one differs.
+pub fn narrow_views(fovs: &[f64]) {
+    for &fov in fovs {
+        let mut scene = load("tests/emitter-seen.toml");
+        let origin = DVec3::new(0.3, -0.2, 0.1);
+        let center = origin + 5.0 * DVec3::new(0.48, 0.6, 0.64);
+        (scene.camera.origin, scene.camera.target, scene.camera.fov) = (origin, center, Fov::X(fov));
+        scene.spheres[0].center = center;
+        scene.spheres[0].radius = 5.0 * (fov.to_radians() / 4.0).tan();
+        let name = format!("narrow-{fov}");
+        let (count, files) = compare(&scene, settings(64, 64, EstimatorKind::Light), 4, &name);
+        assert_eq!(count, 0, "{name}: {}", files.join(", "));
+    }
 }

@@ -34,6 +34,7 @@ pub fn settings(width: u32, height: u32, estimator: EstimatorKind) -> Settings {
         lanes: 8,
         threads: 1,
         accel: None,
+        robust: true,
     }
 }
 

@@ -47,6 +47,7 @@ fn means(sampler: SamplerKind, first_seed: u32, allocate: Option<Allocate>) -> V
             seed,
             lanes: 8,
             accel: None,
+            robust: true,
             threads: 1,
         };
         let mut renderer = Renderer::new(&scene, settings).unwrap();
@@ -107,6 +108,7 @@ fn the_order_in_which_samples_make_packets_changes_no_bit() {
             seed: 3,
             lanes,
             accel: Some(AccelKind::Embree),
+            robust: true,
             threads: 1,
         };
         let mut renderer = Renderer::new(&scene, settings).unwrap();

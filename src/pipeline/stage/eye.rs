@@ -86,7 +86,9 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
             aims_at: L::Bits::splat(NO_SPHERE),
         };
         let hit = T::nearest(chunk.world, set, active, &ray, Coherence::Coherent);
-        if let Some(beyond) = &chunk.world.environment {
+        if has(HELD, Effect::Environment)
+            && let Some(beyond) = &chunk.world.environment
+        {
             let misses = active & !hit.found;
             let radiance = beyond.radiance(direction, misses);
             for lane in misses.lanes() {
@@ -128,21 +130,21 @@ fn settle<L: TraceLane, const HELD: u32>(
             .sum
             .add(address.index.lane(lane) as usize, surface.le.unwrap_or_default());
     }
-    if has(HELD, Effect::OneSided) {
+    if surfaces.call::<HELD>(Effect::OneSided) {
         let back = hit.ng.dot(ray.direction).gt(L::zero());
-        reflects = reflects & !(back & surfaces.those(chunk.world, |surface| surface.one_sided));
+        reflects = reflects & !(back & surfaces.those(chunk.world, |surface| surface.effects.has(Effect::OneSided)));
     }
     if reflects.none() {
         return;
     }
     let mut point = shading_point::<L, HELD>(chunk.world, hit, ray, &surfaces);
-    if has(HELD, Effect::Textures) {
+    if surfaces.call::<HELD>(Effect::Textures) {
         point.bsdf.rho = point.bsdf.rho.times(texels(chunk.world, hit, &surfaces));
     }
     let phong = point.bsdf.phong & reflects;
     let mut diffuse = reflects & !phong;
     let mut gloss = point.bsdf.rho;
-    if has(HELD, Effect::Blend) {
+    if surfaces.call::<HELD>(Effect::Blend) {
         // A blend is two surfaces at one point: it goes into both streams, and each lobe is sampled as its model is.
         let blends = surfaces.those(chunk.world, |surface| surface.gloss.is_some()) & phong;
         diffuse = diffuse | blends;

@@ -14,8 +14,8 @@ use crate::pipeline::tracer::Tracer;
 /// `light` and `mis`: a direction for every light.
 pub struct PerLight<D, M>(PhantomData<(D, M)>);
 
-/// `uniform` and `brdf`: one direction for the point.
-pub struct PerPoint<D, M>(PhantomData<(D, M)>);
+/// `uniform` and `brdf`: one direction for the point. What the stage holds are the bits of [`Effects`](crate::scene::Effects).
+pub struct PerPoint<D, M, const HELD: u32>(PhantomData<(D, M)>);
 
 impl<D: per_light::Density, M: Model> Stage for PerLight<D, M> {
     /// The light is the outer loop: it is the same for a whole stream, and its shadow rays are as alike as they can be. Each
@@ -179,7 +179,7 @@ fn along<L: TraceLane, D: per_light::Density, M: Model>(
     }
 }
 
-impl<D: per_point::Density, M: Model> Stage for PerPoint<D, M> {
+impl<D: per_point::Density, M: Model, const HELD: u32> Stage for PerPoint<D, M, HELD> {
     /// Where only spheres emit, a direction that misses them all is dropped before it costs a ray.
     #[inline(always)]
     fn run<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
@@ -205,7 +205,7 @@ impl<D: per_point::Density, M: Model> Stage for PerPoint<D, M> {
             queue.push(wanted, &rays);
         }
         T::face_all(chunk.world, set);
-        shadow::emitted::<L, T>(chunk, queue, set);
+        shadow::emitted::<L, T, HELD>(chunk, queue, set);
     }
 }
 

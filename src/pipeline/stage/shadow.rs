@@ -1,6 +1,7 @@
 //! Visibility: queued rays through the accelerator, what they are worth onto the film. Each step leaves its queue empty.
 
 use super::Chunk;
+use super::surface::has;
 use crate::embree::{Coherence, NO_SPHERE, Ray, TraceLane};
 use crate::estimator::per_light::Density;
 use crate::estimator::per_triangle;
@@ -12,6 +13,7 @@ use crate::math::Vec3;
 use crate::pipeline::Counters;
 use crate::pipeline::stream::{HitStream, QueuedRays, RayQueue, WideQueue};
 use crate::pipeline::tracer::Tracer;
+use crate::scene::Effect;
 
 /// Adds the contribution of every ray with nothing but the sphere `light` before its end.
 #[inline(always)]
@@ -80,9 +82,10 @@ pub fn looked<L: TraceLane, T: Tracer, D: Density>(
     queue.clear();
 }
 
-/// Adds, for every ray that meets an emitter first, its throughput times the radiance there.
+/// Adds, for every ray that meets an emitter first, its throughput times the radiance there; where an environment is held, also for
+/// every ray that meets nothing.
 #[inline(always)]
-pub fn emitted<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut RayQueue, set: &Candidates) {
+pub fn emitted<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, queue: &mut RayQueue, set: &Candidates) {
     for at in (0..queue.len()).step_by(L::N) {
         let (active, rays) = queue.packet::<L>(at);
         let ray = segment(&rays, L::Bits::splat(NO_SPHERE));
@@ -104,7 +107,9 @@ pub fn emitted<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut RayQueue,
             L::from_fn(|i| le[i][2]),
         );
         let (mut emits, mut radiance) = (L::Mask::from_bitmask(emits), radiance);
-        if let Some(beyond) = &chunk.world.environment {
+        if has(HELD, Effect::Environment)
+            && let Some(beyond) = &chunk.world.environment
+        {
             let misses = active & !hit.found;
             radiance = Vec3::select(misses, beyond.radiance(rays.direction, misses), radiance);
             emits = emits | misses;

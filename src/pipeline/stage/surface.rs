@@ -21,6 +21,8 @@ pub struct Surfaces<L: Lane> {
     spheres: L::Mask,
     /// Lanes that met an emitter.
     pub emits: L::Mask,
+    /// What any of them calls for.
+    effects: Effects,
     rho: Vec3<L>,
     alpha: L,
     extent: Vec3<L>,
@@ -42,6 +44,7 @@ impl<L: Lane> Surfaces<L> {
                 index,
                 spheres,
                 emits,
+                effects: one.effects,
                 rho: Vec3::splat(one.rho),
                 alpha: L::splat(one.alpha),
                 extent: Vec3::splat(one.extent),
@@ -49,13 +52,16 @@ impl<L: Lane> Surfaces<L> {
         }
         let index = L::Bits::select(hit.found, index, L::Bits::splat(first));
         let record = |lane: usize| &world.surfaces[index.lane(lane) as usize];
-        let emits = (0..L::N)
-            .filter(|&lane| record(lane).le.is_some())
-            .fold(0, |bits, lane| bits | 1 << lane);
+        let (mut emits, mut effects) = (0, Effects::default());
+        for lane in 0..L::N {
+            emits |= u32::from(record(lane).le.is_some()) << lane;
+            effects = effects.and(record(lane).effects);
+        }
         Self {
             index,
             spheres,
             emits: L::Mask::from_bitmask(emits),
+            effects,
             rho: Vec3::new(
                 L::from_fn(|lane| record(lane).rho[0]),
                 L::from_fn(|lane| record(lane).rho[1]),
@@ -68,6 +74,13 @@ impl<L: Lane> Surfaces<L> {
                 L::from_fn(|lane| record(lane).extent[2]),
             ),
         }
+    }
+
+    /// Whether any surface of the packet calls for an effect, of those that the stage holds. An effect that is held for other
+    /// scenes then costs a look at one number a packet.
+    #[inline(always)]
+    pub fn call<const HELD: u32>(&self, effect: Effect) -> bool {
+        has(HELD, effect) && self.effects.has(effect)
     }
 
     /// Lanes whose surface is one of those.
@@ -113,7 +126,7 @@ pub fn shading_point<L: Lane, const HELD: u32>(
         p = Vec3::select(surfaces.spheres, ng.mul_add(radius, center), p);
     }
     ng = face(ng, wo);
-    let n = if has(HELD, Effect::SmoothNormals) {
+    let n = if surfaces.call::<HELD>(Effect::SmoothNormals) {
         smooth_normal(world, hit, surfaces, ng)
     } else {
         ng
@@ -146,7 +159,10 @@ const OFFSET: f32 = 8.0 * f32::EPSILON / 2.0;
 fn leave<L: Lane>(p: Vec3<L>, ng: Vec3<L>, extent: Vec3<L>) -> Vec3<L> {
     let size =
         ng.x.abs() * (p.x.abs() + extent.x) + ng.y.abs() * (p.y.abs() + extent.y) + ng.z.abs() * (p.z.abs() + extent.z);
-    ng.mul_add(size * L::splat(mutate!(OFFSET, OffsetDropped => 0.0)), p)
+    ng.mul_add(
+        size * L::splat(mutate!(mutate!(OFFSET, OffsetDropped => 0.0), OffsetTooShort => OFFSET / 4.0)),
+        p,
+    )
 }
 
 /// What the texture of each lane shows; 1 where there is none.

@@ -25,7 +25,7 @@ pub struct Knob {
 }
 
 /// All knobs, in the order of the report.
-pub const KNOBS: [Knob; 6] = [
+pub const KNOBS: [Knob; 7] = [
     Knob {
         name: "estimator",
         what: "how directions of light are drawn",
@@ -68,6 +68,14 @@ pub const KNOBS: [Knob; 6] = [
         values: |from| {
             let of = |accel: AccelKind| (accel.name().to_owned(), from.with(|s| s.accel = Some(accel)));
             AccelKind::ALL.into_iter().map(of).collect()
+        },
+    },
+    Knob {
+        name: "robust",
+        what: "whether Embree closes the edges between triangles",
+        values: |from| {
+            let of = |(name, robust): (&str, bool)| (name.to_owned(), from.with(|s| s.robust = robust));
+            [("on", true), ("off", false)].map(of).into()
         },
     },
 ];
@@ -115,6 +123,7 @@ impl Variant {
             (knob, "") => knob.to_owned(),
             ("lanes" | "threads", "1") => format!("1 {}", self.knob.trim_end_matches('s')),
             ("lanes" | "threads", count) => format!("{count} {}", self.knob),
+            ("robust", value) => format!("{} {value}", self.knob),
             (_, value) => value.to_owned(),
         }
     }
@@ -134,8 +143,14 @@ impl Variant {
 pub fn variants(settings: Settings, plan_accel: AccelKind) -> Vec<Variant> {
     let defaults = Variant::defaults(settings);
     let from = defaults.choice;
-    // What the plan would choose anyway is no change.
-    let same = |choice: &Choice| *choice == from || *choice == from.with(|s| s.accel = Some(plan_accel));
+    // What the plan would choose anyway is no change, nor is Embree's flag where the shapes stand in a line.
+    let resolved = |choice: &Choice| {
+        choice.with(|s| {
+            let accel = *s.accel.get_or_insert(plan_accel);
+            s.robust |= accel == AccelKind::Linear;
+        })
+    };
+    let same = |choice: &Choice| resolved(choice) == resolved(&from);
     let turned = KNOBS.iter().flat_map(|knob| {
         let values = (knob.values)(from).into_iter().filter(|(_, choice)| !same(choice));
         values.map(|(value, choice)| Variant {
@@ -162,6 +177,7 @@ mod tests {
             lanes: 8,
             threads: 2,
             accel: None,
+            robust: true,
         }
     }
 
@@ -183,6 +199,12 @@ mod tests {
         );
         assert!(labels.contains(&"embree".to_owned()) && !labels.contains(&"linear".to_owned()));
         assert!(all[1..].iter().all(|variant| variant.choice != all[0].choice));
+        assert!(!labels.iter().any(|label| label.starts_with("robust")));
+        let through_embree: Vec<String> = variants(settings(), AccelKind::Embree)
+            .iter()
+            .map(Variant::arguments)
+            .collect();
+        assert_eq!(through_embree.last().unwrap(), " --robust off");
         assert_eq!(all[1].arguments(), " --estimator uniform");
         assert_eq!(all[5].arguments(), " --adaptive");
     }

@@ -69,6 +69,7 @@ pub fn settings(width: u32, height: u32, estimator: EstimatorKind) -> Settings {
         lanes: widest_lanes(),
         threads: 1,
         accel: None,
+        robust: true,
     }
 }
 

@@ -26,10 +26,13 @@ fn against(irradiance: f64, lights: &[SphereLight], kinds: &[EstimatorKind], pac
 }
 
 /// The same of whole renders of the spot of [`bench::spot`], by both accelerators.
-fn rendered(irradiance: f64, lights: &str, passes: u32) -> Result<f64, Trouble> {
+///
+/// # Errors
+/// Where the scene cannot be rendered.
+pub fn rendered(irradiance: f64, lights: &str, kinds: &[EstimatorKind], passes: u32) -> Result<f64, Trouble> {
     let scene = bench::scene(&(bench::spot() + lights))?;
     let mut worst = 0.0_f64;
-    for estimator in EstimatorKind::ALL {
+    for &estimator in kinds {
         for accel in ACCELS {
             let settings = Settings {
                 accel: Some(accel),
@@ -50,7 +53,12 @@ pub fn inside(effort: Effort) -> Checks {
         let (sigmas, bad) = against(PI, &lights, &EstimatorKind::ALL, effort.of(1 << 15));
         (worst, unsound) = (worst.max(sigmas), unsound + bad);
     }
-    let rendered = rendered(PI, &bench::light([0.3, 0.2, 0.1], 10.0, 1.0), effort.of(128))?;
+    let rendered = rendered(
+        PI,
+        &bench::light([0.3, 0.2, 0.1], 10.0, 1.0),
+        &EstimatorKind::ALL,
+        effort.of(128),
+    )?;
     Ok(vec![
         Check::new(
             "E at four places inside of a light against pi L: standard errors",
@@ -145,6 +153,7 @@ pub fn on_the_ground(effort: Effort) -> Checks {
     let rendered = rendered(
         PI * 2.0_f64.powf(-1.5),
         &bench::light([1.0, 1.0, 0.0], 1.0, 1.0),
+        &EstimatorKind::ALL,
         effort.of(128),
     )?;
     Ok(vec![
@@ -186,7 +195,7 @@ pub fn overlapping(effort: Effort) -> Checks {
     let (worst, _) = against(truth, &lights, &EstimatorKind::ALL, effort.of(1 << 14));
     let place = |[x, y, z]: [f64; 3]| [x, z, y];
     let text = bench::light(place(a), 0.5, 2.0) + &bench::light(place(b), 0.6, 1.0);
-    let rendered = rendered(truth, &text, effort.of(128))?;
+    let rendered = rendered(truth, &text, &EstimatorKind::ALL, effort.of(128))?;
     Ok(vec![
         Check::new(
             "two overlapping lights against cubature: standard errors",
@@ -205,8 +214,18 @@ pub fn overlapping(effort: Effort) -> Checks {
 pub fn coincident(effort: Effort) -> Checks {
     let one = bench::light([0.0, 4.0, 0.0], 1.0, 1.0);
     let near = bench::light([0.0, 4.0 + 1e-9, 0.0], 1.0, 1.0);
-    let exact = rendered(PI / 16.0, &[one.as_str(), &one, &one].concat(), effort.of(128))?;
-    let rounded = rendered(PI / 16.0, &[one.as_str(), &near].concat(), effort.of(128))?;
+    let exact = rendered(
+        PI / 16.0,
+        &[one.as_str(), &one, &one].concat(),
+        &EstimatorKind::ALL,
+        effort.of(128),
+    )?;
+    let rounded = rendered(
+        PI / 16.0,
+        &[one.as_str(), &near].concat(),
+        &EstimatorKind::ALL,
+        effort.of(128),
+    )?;
     let lights = [
         one,
         bench::light([2.0, 3.0, 1.0], 0.5, 3.0),
@@ -255,7 +274,7 @@ pub fn nested(effort: Effort) -> Checks {
     let truth = PI / d2 * cosine;
     let (worst, _) = against(truth, &lights, &EstimatorKind::ALL, effort.of(1 << 15));
     let text = bench::light([0.3, 3.0, 0.0], 1.0, 1.0) + &bench::light([0.3, 3.0, 0.0], 0.5, 100.0);
-    let rendered = rendered(truth, &text, effort.of(128))?;
+    let rendered = rendered(truth, &text, &EstimatorKind::ALL, effort.of(128))?;
     let inner = Spot::DIFFUSE.lit(
         &[
             SphereLight {

@@ -7,6 +7,7 @@ use rand_pcg::Pcg64;
 
 use super::bench::{self, ACCELS, Trouble};
 use super::row::{Check, Checks, Effort};
+use super::sheet::{Aim, Sheet};
 use crate::embree::{Coherence, Device, SceneBuilder};
 use crate::lane::{Bits, F32x8, Lane, Mask, Mask8, U32x8};
 use crate::linear::{Candidates, Line};
@@ -15,68 +16,18 @@ use crate::pipeline::Settings;
 use crate::scene::{EstimatorKind, Scene};
 use crate::shape::{NO_SPHERE, Ray};
 
-/// A wavy sheet of `n x n` squares around (0, 0, 5), two triangles each.
-fn sheet(n: u32, rng: &mut Pcg64) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
-    let at = |i: u32| (f64::from(i) / f64::from(n) * 4.0 - 2.0) as f32;
-    let vertices = (0..(n + 1) * (n + 1))
-        .map(|k| [at(k % (n + 1)), at(k / (n + 1)), 5.0 + rng.random_range(-0.05..0.05)])
-        .collect();
-    let faces = (0..n * n).flat_map(|k| {
-        let corner = k / n * (n + 1) + k % n;
-        [
-            [corner, corner + 1, corner + n + 1],
-            [corner + 1, corner + n + 2, corner + n + 1],
-        ]
-    });
-    (vertices, faces.collect())
-}
-
-/// Where rays go.
-#[derive(Clone, Copy)]
-enum Aim {
-    Vertex,
-    Edge,
-    Anywhere,
-}
-
 /// The share of rays from 0 that miss the sheet, though they are aimed into it, by Embree and in a line.
 fn missed(aim: Aim, robust: bool, packets: u32) -> Result<[f64; 2], Trouble> {
     let mut rng = Pcg64::seed_from_u64(25);
-    let n = 12;
-    let (vertices, faces) = sheet(n, &mut rng);
-    let mut builder = SceneBuilder::new(&Device::new(1)?, robust)?;
-    builder.add_mesh(&vertices, &faces)?;
-    let accel = builder.commit()?;
+    let sheet = Sheet::new(12, &mut rng);
+    let accel = sheet.accel(robust)?;
     let mut line = Line::default();
-    line.add_mesh(0, &vertices, &faces, None);
+    line.add_mesh(0, &sheet.vertices, &sheet.faces, None);
     let mut all = Candidates::default();
     line.all(&mut all);
     let mut misses = [0_u32; 2];
     for _ in 0..packets {
-        let target = |rng: &mut Pcg64| -> [f32; 3] {
-            // Not the rim of the sheet: a ray may pass it by.
-            let [x, y]: [u32; 2] = [rng.random_range(1..n), rng.random_range(1..n)];
-            let corner = vertices[(y * (n + 1) + x) as usize];
-            let toward = match aim {
-                Aim::Vertex => corner,
-                Aim::Edge => vertices[(y * (n + 1) + x - 1) as usize],
-                Aim::Anywhere => return [rng.random_range(-1.6..1.6), rng.random_range(-1.6..1.6), 5.0],
-            };
-            let s: f32 = rng.random();
-            std::array::from_fn(|k| corner[k] + s * (toward[k] - corner[k]))
-        };
-        let targets: [[f32; 3]; 8] = std::array::from_fn(|_| target(&mut rng));
-        let ray = Ray {
-            origin: Vec3::zero(),
-            direction: Vec3::new(
-                F32x8::from_fn(|i| targets[i][0]),
-                F32x8::from_fn(|i| targets[i][1]),
-                F32x8::from_fn(|i| targets[i][2]),
-            ),
-            tfar: F32x8::splat(f32::INFINITY),
-            aims_at: U32x8::splat(NO_SPHERE),
-        };
-        let active = Mask8::splat(true);
+        let (ray, active) = (sheet.rays(aim, &mut rng), Mask8::splat(true));
         misses[0] += 8 - accel.intersect(active, &ray, Coherence::Incoherent).found.count() as u32;
         misses[1] += 8 - line.intersect(&all, active, &ray).found.count() as u32;
     }

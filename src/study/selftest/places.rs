@@ -94,18 +94,27 @@ fn acne(scene: &Scene, effort: Effort) -> Result<usize, Trouble> {
     Ok(lost)
 }
 
+/// Samples of a body that shadows itself, scaled by powers of ten and moved by so many times its size.
+///
+/// # Errors
+/// Where the scene cannot be rendered.
+pub fn moved_about(name: &str, scales: &[i32], offsets: &[f64], effort: Effort) -> Result<usize, Trouble> {
+    let (scene, mut lost) = (body(name, 4.0)?, 0);
+    for scale in scales.iter().map(|&power| 10.0_f64.powi(power)) {
+        for offset in offsets {
+            let moved = bench::moved(&scene, scale, DVec3::new(1.0, 0.7, -0.3) * (offset * scale));
+            lost += acne(&moved, effort)?;
+        }
+    }
+    Ok(lost)
+}
+
 /// Row 24.
 pub fn self_intersection(effort: Effort) -> Checks {
     let mut checks = Vec::new();
     for name in BODIES {
-        let (mut places, mut distances, mut far) = (0, 0, 0);
-        let scene = body(name, 4.0)?;
-        for scale in SCALES.map(|power| 10.0_f64.powi(power)) {
-            for offset in OFFSETS {
-                let moved = bench::moved(&scene, scale, DVec3::new(1.0, 0.7, -0.3) * (offset * scale));
-                places += acne(&moved, effort)?;
-            }
-        }
+        let places = moved_about(name, &SCALES, &OFFSETS, effort)?;
+        let (mut distances, mut far) = (0, 0);
         for distance in DISTANCES {
             distances += acne(&body(name, distance)?, effort)?;
         }

@@ -1,4 +1,4 @@
-//! What robust forms cost: nanoseconds a sample and errors, beside the forms of the textbook.
+//! What robust forms cost: nanoseconds a value and errors, beside the forms of the textbook, and Embree's flag on and off.
 
 use std::f64::consts::PI;
 use std::hint::black_box;
@@ -6,7 +6,8 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::truth;
+use super::bench::Trouble;
+use super::{flag, truth};
 use crate::lane::{F32x8, Lane};
 use crate::math::elementary::{exp, ln, powcos};
 use crate::sampling::warp;
@@ -20,13 +21,13 @@ pub struct Price {
     pub form: &'static str,
     /// For which arguments.
     pub range: String,
-    /// Nanoseconds a value, in packets of 8; the least of 15 batches.
+    /// Nanoseconds a value or ray, in packets of 8; the least of 15 batches.
     pub nanoseconds: f64,
-    /// Nanoseconds over those of the textbook's form.
+    /// Nanoseconds over those of the textbook's form, or without the flag.
     pub ratio: f64,
-    /// Largest relative error against `f64`.
+    /// Largest relative error against `f64`; 1 where a ray missed what it must meet.
     pub largest: f64,
-    /// Root mean square of the relative error.
+    /// Root mean square of the same.
     pub rms: f64,
 }
 
@@ -46,7 +47,10 @@ struct Sweep {
 const COUNT: usize = 4096;
 
 /// Every row of the table.
-pub fn measure() -> Vec<Price> {
+///
+/// # Errors
+/// What Embree says.
+pub fn measure() -> Result<Vec<Price>, Trouble> {
     let mut rows = Vec::new();
     for power in [1, 3, 5, 7] {
         let sine = 10.0_f64.powi(-power);
@@ -109,7 +113,8 @@ pub fn measure() -> Vec<Price> {
             .compare(naive_lobe, robust_lobe),
         );
     }
-    rows
+    rows.extend(flag::measure()?);
+    Ok(rows)
 }
 
 /// `1 / 2 pi (1 - sqrt(1 - s^2))`.

@@ -113,6 +113,7 @@ pub fn run(scene: &Scene, options: Options, watch: &dyn Watch) -> Result<Report,
         lanes: crate::pipeline::widest_lanes(),
         threads: options.threads,
         accel: None,
+        robust: true,
     };
     let mut bench = Bench::new(scene, settings, options.budget, watch);
     bench.announce("the scene")?;

@@ -1,0 +1,174 @@
+//! Samples that seldom find a light and are all the brighter for it: how much of a picture rests on them.
+//!
+//! Where a light is found by one sample in `N`, each find is `N` times as bright as the mean, and the kurtosis of a sample is `N`:
+//! a coin's. The mean over `n` samples has a kurtosis of `3 + (N - 3) / n`. So long as that is much, the picture has bright specks
+//! (fireflies), and neither its neighbours nor a standard error tells what the others will be. Nothing here changes a picture.
+//!
+//! Each pixel's first samples are held against what all others show there, so what is bright in each of them, such as a light in
+//! sight, is none.
+
+use serde::Serialize;
+
+use crate::film::Picture;
+
+/// From so many times the mean on a sample is an outlier. Cosines, edges and penumbras make factors of a few.
+const OUTLIER: f64 = 16.0;
+
+/// Pixels along a side of the blocks over which means are taken.
+const BLOCK: usize = 16;
+
+/// The picture is said to be speckled where outliers bring so much of its light and the kurtosis of a pixel is as far above that
+/// of a normal variable: then the error of every second pixel comes from samples that its neighbours do not have.
+const WARNING: (f64, f64) = (0.2, 3.0);
+
+/// What the first samples of all pixels were.
+#[derive(Clone, Debug)]
+pub struct FirstSamples {
+    width: usize,
+    samples: f64,
+    light: Vec<f32>,
+}
+
+/// How much rests on few samples; every figure is relative to what other samples show at the same place.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Outliers {
+    /// The share of samples at least 16 times as bright as the mean around them.
+    pub share: f64,
+    /// The share of light that these bring.
+    pub light: f64,
+    /// Kurtosis of a sample: 3 for a normal variable, `N` where one in `N` brings all.
+    pub kurtosis: f64,
+}
+
+fn light(pixel: &[f32; 3]) -> f64 {
+    pixel.iter().copied().map(f64::from).sum()
+}
+
+impl FirstSamples {
+    /// A picture of `samples` samples in every pixel.
+    pub fn of(picture: &Picture, samples: u32) -> Self {
+        Self {
+            width: picture.width as usize,
+            samples: samples.into(),
+            light: picture.pixels.iter().map(|pixel| light(pixel) as f32).collect(),
+        }
+    }
+
+    /// What they are beside the picture of these and all further samples; `samples` says how many each of its pixels has. `None`
+    /// where nothing is lit, or nothing came after them.
+    pub fn outliers(&self, picture: &Picture, samples: &[u32]) -> Option<Outliers> {
+        let blocks = self.width.div_ceil(BLOCK);
+        let block = |i: usize| i / self.width / BLOCK * blocks + i % self.width / BLOCK;
+        let mut means = vec![(0.0, 0.0); blocks * (picture.height as usize).div_ceil(BLOCK)];
+        for (i, pixel) in picture.pixels.iter().enumerate() {
+            let (sum, pixels): &mut (f64, f64) = &mut means[block(i)];
+            (*sum, *pixels) = (*sum + light(pixel), *pixels + 1.0);
+        }
+        let further = samples.iter().any(|&n| f64::from(n) > self.samples);
+        let relative = (0..self.light.len()).filter_map(|i| {
+            let (n, all, first) = (
+                f64::from(samples[i]),
+                light(&picture.pixels[i]),
+                f64::from(self.light[i]),
+            );
+            let others = (n * all - self.samples * first) / (n - self.samples).max(1.0);
+            let (sum, pixels) = means[block(i)];
+            let mean = others.max(sum / pixels);
+            (mean > 0.0 && (first / mean).is_finite()).then_some(first / mean)
+        });
+        let relative: Vec<f64> = relative.collect();
+        let (lit, total) = (relative.len() as f64, relative.iter().sum::<f64>());
+        if total == 0.0 || !further {
+            return None;
+        }
+        let mean = total / lit;
+        let moment = |power| relative.iter().map(|x| (x - mean).powi(power)).sum::<f64>() / lit;
+        let (variance, fourth) = (moment(2), moment(4));
+        let found = relative.iter().filter(|&&x| x >= OUTLIER);
+        Some(Outliers {
+            share: found.clone().count() as f64 / lit,
+            // The sum of none is -0.
+            light: (found.sum::<f64>() + 0.0) / total,
+            // Of so few samples at a time; a sum of n has 3 + (k - 3) / n.
+            kurtosis: if variance > 0.0 {
+                3.0 + (fourth / (variance * variance) - 3.0) * self.samples
+            } else {
+                3.0
+            },
+        })
+    }
+}
+
+impl Outliers {
+    /// Whether a picture of so many samples a pixel is speckled.
+    pub fn speckle(&self, spp: f64) -> bool {
+        self.light > WARNING.0 && (self.kurtosis - 3.0) / spp > WARNING.1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64;
+
+    use super::*;
+
+    /// Of a film whose samples find a light once in `n`; in the middle row of each 16 a light is seen, twice as bright as the mean.
+    fn found(n: f64, samples: u32) -> Option<Outliers> {
+        let mut rng = Pcg64::seed_from_u64(38);
+        let (width, height) = (200, 150);
+        let (mut first, mut all) = (vec![], vec![]);
+        for i in 0..width * height {
+            let seen = i / width % 16 == 8;
+            let mut sample = || match rng.random::<f64>() * n < 1.0 {
+                _ if seen => 2.0,
+                true => n as f32,
+                false => 0.0,
+            };
+            let values: Vec<f32> = (0..samples).map(|_| sample()).collect();
+            first.push([values[0]; 3]);
+            all.push([values.iter().sum::<f32>() / samples as f32; 3]);
+        }
+        let [first, all] = [first, all].map(|pixels| Picture { width, height, pixels });
+        FirstSamples::of(&first, 1).outliers(&all, &vec![samples; 200 * 150])
+    }
+
+    #[test]
+    fn the_outliers_of_a_coin_are_its_finds() {
+        for (n, samples) in [(100.0, 64), (400.0, 64), (100.0, 8)] {
+            let outliers = found(n, samples).unwrap();
+            let near = |found: f64, truth: f64| (found / truth - 1.0).abs() < 0.3;
+            let hidden = 15.0 / 16.0;
+            assert!(
+                near(outliers.share, hidden / n) && near(outliers.kurtosis, n / hidden),
+                "{outliers:?}"
+            );
+            assert!(outliers.light > 0.7, "{outliers:?}");
+            assert!(outliers.speckle(8.0) && !outliers.speckle(400.0));
+        }
+    }
+
+    #[test]
+    fn what_half_of_all_samples_find_is_no_outlier() {
+        let outliers = found(2.0, 16).unwrap();
+        assert_eq!((outliers.share, outliers.light), (0.0, 0.0));
+        assert!(!outliers.speckle(1.0));
+    }
+
+    #[test]
+    fn nothing_is_said_of_black_pictures_and_of_first_samples_alone() {
+        let picture = |value: f32| Picture {
+            width: 3,
+            height: 1,
+            pixels: vec![[value; 3]; 3],
+        };
+        let first = FirstSamples::of(&picture(1.0), 2);
+        assert_eq!(first.outliers(&picture(1.0), &[2; 3]), None);
+        assert_eq!(
+            FirstSamples::of(&picture(0.0), 1).outliers(&picture(0.0), &[4; 3]),
+            None
+        );
+        let even = first.outliers(&picture(1.0), &[4; 3]).unwrap();
+        assert_eq!((even.share, even.light, even.kurtosis), (0.0, 0.0, 3.0));
+    }
+}

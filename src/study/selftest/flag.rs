@@ -1,0 +1,67 @@
+//! What Embree's flag ROBUST costs, `--robust on` beside `--robust off`.
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use rand::SeedableRng;
+use rand_pcg::Pcg64;
+
+use super::bench::Trouble;
+use super::prices::Price;
+use super::sheet::{Aim, Sheet};
+use crate::embree::{Accel, Coherence};
+use crate::lane::{F32x8, Mask, Mask8};
+use crate::shape::Ray;
+
+/// Squares along each side: 131 072 triangles, more than the caches next to a core hold.
+const SQUARES: u32 = 256;
+
+const PACKETS: usize = 1024;
+
+/// Rays in no order from one point through a closed sheet of triangles, nearest hits, in packets of 8. A ray that misses it is wrong
+/// by 1.
+///
+/// # Errors
+/// What Embree says.
+pub fn measure() -> Result<Vec<Price>, Trouble> {
+    let mut rng = Pcg64::seed_from_u64(25);
+    let sheet = Sheet::new(SQUARES, &mut rng);
+    let accels = [sheet.accel(false)?, sheet.accel(true)?];
+    let ranges = [
+        ("anywhere", Aim::Anywhere),
+        ("edges", Aim::Edge),
+        ("vertices", Aim::Vertex),
+    ];
+    let rows = ranges.into_iter().flat_map(|(range, aim)| {
+        let rays: Vec<Ray<F32x8>> = (0..PACKETS).map(|_| sheet.rays(aim, &mut rng)).collect();
+        let (mut best, mut missed) = ([f64::INFINITY; 2], [0.0; 2]);
+        // In turn, so that both meet the same machine.
+        for _ in 0..15 {
+            for ((accel, best), missed) in accels.iter().zip(&mut best).zip(&mut missed) {
+                let started = Instant::now();
+                *missed = share_missed(accel, &rays);
+                *best = best.min(started.elapsed().as_secs_f64() * 1e9 / (8 * PACKETS) as f64);
+            }
+        }
+        [("off", 0), ("on", 1)].map(|(form, i)| Price {
+            quantity: "Embree, --robust",
+            form,
+            range: range.to_owned(),
+            nanoseconds: best[i],
+            ratio: best[i] / best[0],
+            largest: if missed[i] > 0.0 { 1.0 } else { 0.0 },
+            rms: missed[i].sqrt(),
+        })
+    });
+    Ok(rows.collect())
+}
+
+fn share_missed(accel: &Accel, rays: &[Ray<F32x8>]) -> f64 {
+    let found = |ray: &Ray<F32x8>| {
+        accel
+            .intersect(Mask8::splat(true), black_box(ray), Coherence::Incoherent)
+            .found
+            .count()
+    };
+    1.0 - rays.iter().map(found).sum::<usize>() as f64 / (8 * rays.len()) as f64
+}

@@ -1,0 +1,115 @@
+//! Row 44: rows 5, 9 and 18 to 21 once more, for meshes that emit.
+
+use std::f64::consts::PI;
+
+use super::bench::{SIGMAS, Trouble};
+use super::emitters::rendered;
+use super::row::{Check, Checks, Effort};
+use crate::scene::EstimatorKind;
+
+/// A mesh that emits.
+fn mesh(vertices: &[[f64; 3]], faces: &str, radiance: f64) -> String {
+    format!(
+        "[[meshes]]\nemission = [{radiance:?}, {radiance:?}, {radiance:?}]\nvertices = {vertices:?}\nfaces = {faces}\n"
+    )
+}
+
+/// A square of sides `2 half` right over the spot.
+fn plate(half: f64, height: f64, radiance: f64) -> String {
+    let corners = [[-half, -half], [half, -half], [half, half], [-half, half]];
+    mesh(&corners.map(|[x, z]| [x, height, z]), "[[0, 1, 2, 3]]", radiance)
+}
+
+/// What it brings to the spot, over pi and its radiance: four times the form factor of a quarter (Howell 2001, configuration B-4).
+fn form_factor(half: f64, height: f64) -> f64 {
+    let x = half / height;
+    let root = x.hypot(1.0);
+    4.0 / PI * (x / root) * (x / root).atan()
+}
+
+/// A cube of sides `2 half`.
+fn cube(center: [f64; 3], half: f64, radiance: f64) -> String {
+    let corner = |i: usize| std::array::from_fn(|k| center[k] + if i >> k & 1 == 1 { half } else { -half });
+    let vertices: Vec<[f64; 3]> = (0..8).map(corner).collect();
+    let faces = "[[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]]";
+    mesh(&vertices, faces, radiance)
+}
+
+/// The largest number of standard errors under plates from ten to ten million times as large as they are far away.
+///
+/// # Errors
+/// Where a scene cannot be rendered.
+pub fn large(effort: Effort) -> Result<f64, Trouble> {
+    let mut worst = 0.0_f64;
+    for half in [40.0, 400.0, 4e3, 4e5, 4e7] {
+        let irradiance = PI * form_factor(half, 4.0);
+        let text = plate(half, 4.0, 1.0);
+        worst = worst.max(rendered(irradiance, &text, &EstimatorKind::ALL, effort.of(64))?);
+    }
+    Ok(worst)
+}
+
+/// Row 44.
+pub fn emitting_meshes(effort: Effort) -> Checks {
+    let passes = effort.of(64);
+    let (mut inside, mut small) = (0.0_f64, 0.0_f64);
+    for half in [10.0, 1e3, 1e7] {
+        let text = cube([0.3, 0.2, 0.1], half, 1.0);
+        inside = inside.max(rendered(PI, &text, &EstimatorKind::ALL, passes)?);
+    }
+    for half in [1e-3, 1e-6, 1e-9, 1e-12_f64] {
+        let text = plate(half, 4.0, 1.0 / (half * half));
+        let kinds = [EstimatorKind::Light, EstimatorKind::Mis];
+        small = small.max(rendered(4.0 / 16.0, &text, &kinds, passes)?);
+    }
+    let one = plate(1.0, 4.0, 1.0);
+    let mut coincident = 0.0_f64;
+    for text in [
+        one.repeat(3),
+        one.clone() + &plate(1.0, 4.0 + 1e-9, 1.0),
+        one.replace("[[0, 1, 2, 3]]", "[[0, 1, 2, 3], [0, 1, 2, 3], [2, 0, 3]]"),
+    ] {
+        let irradiance = PI * form_factor(1.0, 4.0);
+        coincident = coincident.max(rendered(irradiance, &text, &EstimatorKind::ALL, passes)?);
+    }
+    let place = [0.0, 4.0, 0.0];
+    let (outer, below) = (cube(place, 1.0, 1.0), PI * form_factor(1.0, 3.0));
+    let mut nested = 0.0_f64;
+    for (text, irradiance) in [
+        (cube(place, 0.5, 100.0) + &outer, below),
+        (super::bench::light(place, 0.9, 100.0) + &outer, below),
+        (
+            super::bench::light(place, 2.0, 1.0) + &cube(place, 1.0, 100.0),
+            PI * 4.0 / 16.0,
+        ),
+    ] {
+        nested = nested.max(rendered(irradiance, &text, &EstimatorKind::ALL, passes)?);
+    }
+    Ok(vec![
+        Check::new(
+            "plates 10 to 10^7 times as large as they are far away: standard errors",
+            large(effort)?,
+            SIGMAS,
+        ),
+        Check::new(
+            "camera and scene inside of cubes of 10 to 10^7: standard errors",
+            inside,
+            SIGMAS,
+        ),
+        Check::new(
+            "plates of 1e-3 to 1e-12, less than an ulp, `light` and `mis`: standard errors",
+            small,
+            SIGMAS,
+        ),
+        Check::new(
+            "plates in one place, 1e-9 apart, faces twice, against one: standard errors",
+            coincident,
+            SIGMAS,
+        ),
+        Check::new(
+            "cube in a cube, sphere in a cube, cube in a sphere: standard errors",
+            nested,
+            SIGMAS,
+        ),
+    ])
+}

@@ -1,0 +1,81 @@
+//! A sheet of triangles that no ray aimed into it should pass, and rays that try.
+
+use rand::RngExt;
+use rand_pcg::Pcg64;
+
+use super::bench::Trouble;
+use crate::embree::{Accel, Device, SceneBuilder};
+use crate::lane::{Bits, F32x8, Lane, U32x8};
+use crate::math::Vec3;
+use crate::shape::{NO_SPHERE, Ray};
+
+/// Where rays go.
+#[derive(Clone, Copy)]
+pub enum Aim {
+    Vertex,
+    Edge,
+    Anywhere,
+}
+
+/// A wavy sheet of `n x n` squares around (0, 0, 5), two triangles each.
+pub struct Sheet {
+    n: u32,
+    pub vertices: Vec<[f32; 3]>,
+    pub faces: Vec<[u32; 3]>,
+}
+
+impl Sheet {
+    pub fn new(n: u32, rng: &mut Pcg64) -> Self {
+        let at = |i: u32| (f64::from(i) / f64::from(n) * 4.0 - 2.0) as f32;
+        let vertices = (0..(n + 1) * (n + 1))
+            .map(|k| [at(k % (n + 1)), at(k / (n + 1)), 5.0 + rng.random_range(-0.05..0.05)])
+            .collect();
+        let faces = (0..n * n).flat_map(|k| {
+            let corner = k / n * (n + 1) + k % n;
+            [
+                [corner, corner + 1, corner + n + 1],
+                [corner + 1, corner + n + 2, corner + n + 1],
+            ]
+        });
+        let faces = faces.collect();
+        Self { n, vertices, faces }
+    }
+
+    /// It in Embree's hands.
+    ///
+    /// # Errors
+    /// What Embree says.
+    pub fn accel(&self, robust: bool) -> Result<Accel, Trouble> {
+        let mut builder = SceneBuilder::new(&Device::new(1)?, robust)?;
+        builder.add_mesh(&self.vertices, &self.faces)?;
+        Ok(builder.commit()?)
+    }
+
+    /// Eight rays from 0 that have to meet it.
+    pub fn rays(&self, aim: Aim, rng: &mut Pcg64) -> Ray<F32x8> {
+        let targets: [[f32; 3]; 8] = std::array::from_fn(|_| self.target(aim, rng));
+        Ray {
+            origin: Vec3::zero(),
+            direction: Vec3::new(
+                F32x8::from_fn(|i| targets[i][0]),
+                F32x8::from_fn(|i| targets[i][1]),
+                F32x8::from_fn(|i| targets[i][2]),
+            ),
+            tfar: F32x8::splat(f32::INFINITY),
+            aims_at: U32x8::splat(NO_SPHERE),
+        }
+    }
+
+    fn target(&self, aim: Aim, rng: &mut Pcg64) -> [f32; 3] {
+        // Not the rim of the sheet: a ray may pass it by.
+        let [x, y]: [u32; 2] = [rng.random_range(1..self.n), rng.random_range(1..self.n)];
+        let corner = self.vertices[(y * (self.n + 1) + x) as usize];
+        let toward = match aim {
+            Aim::Vertex => corner,
+            Aim::Edge => self.vertices[(y * (self.n + 1) + x - 1) as usize],
+            Aim::Anywhere => return [rng.random_range(-1.6..1.6), rng.random_range(-1.6..1.6), 5.0],
+        };
+        let s: f32 = rng.random();
+        std::array::from_fn(|k| corner[k] + s * (toward[k] - corner[k]))
+    }
+}

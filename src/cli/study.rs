@@ -190,8 +190,10 @@ mod tests {
             lanes: 8,
             threads: 2,
             accel: None,
+            robust: true,
         };
-        let variants = cost::knobs::variants(settings, crate::settings::AccelKind::Linear);
+        // `--robust` is a knob of Embree alone.
+        let variants = cost::knobs::variants(settings, crate::settings::AccelKind::Embree);
         let render = super::super::render::Args::augment_args(clap::Command::new("render"));
         for knob in &cost::knobs::KNOBS {
             let option = render

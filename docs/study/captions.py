@@ -35,7 +35,7 @@ def time(seconds):
 def last(price):
     """`0.017 in 129 ms`."""
     point = price["points"][-1]
-    return f"{two_digits(point['relmse']['value'])} in {time(point['seconds']['value'])}"
+    return f"{two_digits(point['relative_mse']['value'])} in {time(point['seconds']['value'])}"
 
 
 def slope(price):
@@ -55,7 +55,7 @@ def caption(folder, name, alt, sentence):
     slopes = f"{study['circumstances']['sampler']} {slope(study['prices'][0])}"
     if "independent" in prices:
         slopes += f", independent {slope(prices['independent'])}"
-    text = f"*{name}*: {sentence} relMSE after {spp} samples a pixel: {figures}. Slopes: {slopes}."
+    text = f"*{name}*: {sentence} Relative MSE after {spp} samples a pixel: {figures}. Slopes: {slopes}."
     return f"![{alt}](docs/study/{folder}/error-over-time.svg)\n\n{textwrap.fill(text, 130)}\n"
 
 

@@ -4,17 +4,15 @@ use super::fit::{Curve, Spread};
 use super::measure::Runs;
 use super::statistics::{Figure, bootstrap};
 use super::truth::Truth;
-use crate::study::error::RELMSE_FLOOR;
 
 /// Weights of every value, each for one question.
 #[derive(Clone, Debug)]
 pub struct Weights {
-    /// A weighted mean of squares is a relMSE.
-    pub relmse: Vec<[f64; 3]>,
-    /// No pixel drowns the others: none counts on the rims of visible lights, and elsewhere `1 / (s^2 + m^2)` with s^2 the mean of
-    /// r^2 over the pixel and its neighbours and m the mean of the picture. relMSE itself gives a dark pixel that a bright edge
-    /// touches ten thousand times the weight of its neighbours. Without the neighbours the noise of Veach's scene would be that
-    /// of 50 pixels beside the reflections of its smallest light, with them it is that of 700.
+    /// A weighted mean of squares is the relative mean squared error of a study. No pixel drowns the others: none counts on the
+    /// rims of visible lights, and elsewhere `1 / (s^2 + m^2)` with s^2 the mean of r^2 over the pixel and its neighbours and m the
+    /// mean of the picture. The usual relMSE gives a dark pixel that a bright edge touches ten thousand times the weight of its
+    /// neighbours. Without the neighbours the noise of Veach's scene would be that of 50 pixels beside the reflections of its
+    /// smallest light, with them it is that of 700.
     pub calm: Vec<[f64; 3]>,
     /// A weighted mean of squares is the square of the error that `--target-error` means.
     pub error: Vec<[f64; 3]>,
@@ -34,11 +32,6 @@ impl Weights {
             }
         };
         Self {
-            relmse: truth
-                .mean
-                .iter()
-                .map(|r| r.map(|r| 1.0 / (r * r + RELMSE_FLOOR)))
-                .collect(),
             calm: near.iter().zip(&truth.rims).map(calm).collect(),
             error: vec![[1.0 / square; 3]; truth.mean.len()],
         }
@@ -62,9 +55,7 @@ fn around(truth: &Truth) -> Vec<[f64; 3]> {
 
 /// The spread of a setting by several weights.
 pub struct Curves {
-    /// As relMSE weighs, of a typical pair of seeds.
-    pub relmse: Curve,
-    /// For slopes.
+    /// The relative mean squared error, without bias.
     pub calm: Curve,
     /// As `--target-error` weighs.
     pub error: Curve,
@@ -74,23 +65,14 @@ impl Curves {
     /// From the looks of all runs of a setting.
     pub fn new(runs: &Runs, weights: &Weights) -> Self {
         Self {
-            relmse: typical(curve(runs, &weights.relmse)),
             calm: curve(runs, &weights.calm),
             error: curve(runs, &weights.error),
         }
     }
 
-    /// How relMSE falls with samples, from some of the seeds.
+    /// How it falls with samples, from some of the seeds.
     pub fn slope(&self, drawn: &[usize]) -> f64 {
         self.calm.law_of(drawn).map_or(-1.0, |law| law.slope)
-    }
-}
-
-/// The curve of a typical pair of seeds.
-fn typical(curve: Curve) -> Curve {
-    let points = curve.points.into_iter().map(|(n, spread)| (n, spread.typical()));
-    Curve {
-        points: points.collect(),
     }
 }
 
@@ -108,14 +90,17 @@ fn curve(runs: &Runs, weights: &[[f64; 3]]) -> Curve {
 
 /// The weighted mean of squared differences.
 pub fn distance(a: &[[f32; 3]], b: &[[f32; 3]], weights: &[[f64; 3]]) -> f64 {
-    let mut sum = 0.0;
-    for ((a, b), weights) in a.iter().zip(b).zip(weights) {
-        for c in 0..3 {
-            let difference = f64::from(a[c]) - f64::from(b[c]);
-            sum += weights[c] * difference * difference;
-        }
-    }
-    sum / (3 * a.len()) as f64
+    let differences = a.iter().zip(b);
+    weighted(
+        differences.map(|(a, b)| std::array::from_fn(|c| f64::from(a[c]) - f64::from(b[c]))),
+        weights,
+    )
+}
+
+/// The weighted mean of squares.
+pub fn weighted(values: impl Iterator<Item = [f64; 3]>, weights: &[[f64; 3]]) -> f64 {
+    let pixel = |(v, w): ([f64; 3], &[f64; 3])| w[0] * v[0] * v[0] + w[1] * v[1] * v[1] + w[2] * v[2] * v[2];
+    values.zip(weights).map(pixel).sum::<f64>() / (3 * weights.len()) as f64
 }
 
 /// A variance with an interval that is even in logarithms: variances are skewed.

@@ -9,8 +9,6 @@ use super::statistics::{Estimate, bootstrap};
 #[derive(Clone, Debug)]
 pub struct Spread {
     seeds: usize,
-    /// The median over pairs stands for the mean.
-    typical: bool,
     /// Row by row, symmetric.
     distances: Vec<f64>,
 }
@@ -25,18 +23,7 @@ impl Spread {
                 distances[b * seeds + a] = distances[a * seeds + b];
             }
         }
-        Self {
-            seeds,
-            typical: false,
-            distances,
-        }
-    }
-
-    /// The same, of a typical pair instead of the mean over pairs: a few samples that are far off in one picture, which no
-    /// number of seeds tames, then say nothing about all of them.
-    #[must_use]
-    pub fn typical(self) -> Self {
-        Self { typical: true, ..self }
+        Self { seeds, distances }
     }
 
     /// Pictures.
@@ -55,14 +42,8 @@ impl Spread {
             let others = drawn[..k].iter().filter(move |&&b| b != a);
             others.map(move |b| self.distances[a * self.seeds + b])
         });
-        let mut pairs: Vec<f64> = pairs.collect();
-        let count = pairs.len();
-        if self.typical {
-            pairs.sort_by(f64::total_cmp);
-            0.25 * (pairs[(count - 1) / 2] + pairs[count / 2])
-        } else {
-            pairs.iter().sum::<f64>() / (2 * count) as f64
-        }
+        let (sum, count) = pairs.fold((0.0, 0), |(sum, count), pair| (sum + pair, count + 1));
+        sum / f64::from(2 * count)
     }
 }
 
@@ -205,9 +186,6 @@ mod tests {
         assert!((spread.variance_of(&[0, 1, 2]) - 1.0).abs() < 1e-12);
         // A picture beside itself is no pair: of 0 1 1 2 2 there are 8, with squares 1 1 4 4 1 1 1 1.
         assert!((spread.variance_of(&[0, 1, 1, 2, 2]) - 0.5 * 14.0 / 8.0).abs() < 1e-12);
-        // Squared distances 1 1 4 9 16 25: half of 6.5, and without the last 1 1 4.
-        let typical = spread.typical();
-        assert_eq!((typical.variance(), typical.variance_of(&[0, 1, 2])), (3.25, 0.5));
     }
 
     #[test]

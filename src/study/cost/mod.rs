@@ -25,7 +25,7 @@ use serde::Serialize;
 use crate::pipeline::{Renderer, Settings, SetupError};
 use crate::scene::{FilmSize, Scene};
 use crate::settings::AccelKind;
-use crate::study::error::{Errors, relmse_of_reference};
+use crate::study::error::Errors;
 use crate::study::verify::Watch;
 use knobs::Variant;
 use measure::{Effort, Runs};
@@ -69,8 +69,8 @@ pub enum StudyError {
 pub struct Quality {
     /// Samples a pixel.
     pub spp: u32,
-    /// Its own relMSE, from its standard errors.
-    pub relmse: f64,
+    /// Its own relative mean squared error, from its standard errors.
+    pub relative_mse: f64,
     /// It came out of the cache.
     pub cached: bool,
 }
@@ -267,7 +267,7 @@ pub fn analyse(
         seed: effort.seed,
         reference: Quality {
             spp: truth.spp,
-            relmse: relmse_of_reference(&truth.mean, &truth.stderr),
+            relative_mse: curves::weighted(truth.stderr.iter().copied(), &curves::Weights::new(&truth).calm),
             cached: truth.cached,
         },
         lines: lines(variants, all, &truth),
@@ -313,9 +313,9 @@ impl Study {
         self.first_by(|price| price.seconds_for_error(error))
     }
 
-    /// The same for a relMSE.
-    pub fn cheapest_by_relmse(&self, relmse: f64) -> &Price {
-        self.first_by(|price| price.seconds_for_relmse(relmse))
+    /// The same for a relative mean squared error.
+    pub fn cheapest_by_mse(&self, mse: f64) -> &Price {
+        self.first_by(|price| price.seconds_for_mse(mse))
     }
 
     fn first_by(&self, seconds: impl Fn(&Price) -> f64) -> &Price {

@@ -59,8 +59,8 @@ pub struct Point {
     pub spp: u32,
     /// Seconds of rendering: median and interval.
     pub seconds: Figure,
-    /// relMSE of a typical render: half the median distance of two seeds, and squared bias where there is one.
-    pub relmse: Figure,
+    /// The relative mean squared error (see [`Weights`]): half the mean distance of two seeds, and squared bias where there is one.
+    pub relative_mse: Figure,
     /// The error that `--target-error` means: root of the mean variance of pixels over the mean of the picture.
     pub error: Figure,
 }
@@ -89,7 +89,7 @@ pub struct Price {
     pub rays_per_second: Figure,
     /// Time of a pass over that of the defaults.
     pub time_ratio: Figure,
-    /// relMSE over that of the defaults at the same samples a pixel.
+    /// Relative mean squared error over that of the defaults at the same samples a pixel.
     pub noise_ratio: Figure,
     /// Time that the defaults need for their last error, over the time that this needs for the same.
     pub speed_up: Figure,
@@ -126,8 +126,8 @@ impl Price {
         self.pass_seconds.value * self.by_error.map_or(1.0, |law| law.samples(error))
     }
 
-    /// Seconds until relMSE is there; infinite where bias forbids it.
-    pub fn seconds_for_relmse(&self, relmse: f64) -> f64 {
+    /// Seconds until a relative mean squared error is there; infinite where bias forbids it.
+    pub fn seconds_for_mse(&self, mse: f64) -> f64 {
         let (Some(last), Some(slope)) = (self.points.last(), self.slope) else {
             return self.pass_seconds.value;
         };
@@ -136,8 +136,8 @@ impl Price {
         } else {
             0.0
         };
-        let law = Power::through((f64::from(last.spp), last.relmse.value - bias), slope.value);
-        self.pass_seconds.value * law.reaches(relmse - bias).max(1.0)
+        let law = Power::through((f64::from(last.spp), last.relative_mse.value - bias), slope.value);
+        self.pass_seconds.value * law.reaches(mse - bias).max(1.0)
     }
 }
 
@@ -177,7 +177,7 @@ pub fn prices(variants: &[Variant], all: &[Runs], truth: &Truth, false_alarms: f
             curves: &curves[i],
             plain: &curves[0],
             bias,
-            weights: &weights.relmse,
+            weights: &weights.calm,
             alpha,
         }
         .price(i == 0)
@@ -264,9 +264,9 @@ impl Judged<'_> {
             hidden_bias_below: bias.squared.figure().high.max(0.0).sqrt() + bias.hidden,
             bias_equals_noise_at: harmful
                 .then(|| {
-                    let all: Vec<usize> = (0..self.curves.relmse.seeds()).collect();
+                    let all: Vec<usize> = (0..self.curves.calm.seeds()).collect();
                     self.curves
-                        .relmse
+                        .calm
                         .samples_for(squared_bias, self.curves.slope(&all), &all)
                 })
                 .filter(|n| n.is_finite()),
@@ -286,7 +286,7 @@ impl Judged<'_> {
             .sum();
         let noise = self
             .plain
-            .relmse
+            .calm
             .points
             .last()
             .map_or(0.0, |(_, spread)| spread.variance());
@@ -295,7 +295,7 @@ impl Judged<'_> {
 
     /// Logarithm of the samples that this needs for the last error of the defaults, over those that they need.
     fn log_samples(&self) -> Estimate {
-        let (curve, plain) = (&self.curves.relmse, &self.plain.relmse);
+        let (curve, plain) = (&self.curves.calm, &self.plain.calm);
         let Some((n, spread)) = plain.points.last() else {
             return exactly(0.0);
         };
@@ -312,8 +312,7 @@ impl Judged<'_> {
     }
 
     fn noise_ratio(&self) -> Figure {
-        let (Some((_, own)), Some((_, plain))) = (self.curves.relmse.points.last(), self.plain.relmse.points.last())
-        else {
+        let (Some((_, own)), Some((_, plain))) = (self.curves.calm.points.last(), self.plain.calm.points.last()) else {
             return Figure::exact(1.0);
         };
         if !(own.variance() > 0.0 && plain.variance() > 0.0) {
@@ -327,15 +326,15 @@ impl Judged<'_> {
     }
 
     fn points(&self, squared_bias: f64) -> Vec<Point> {
-        let point = |(look, (spp, relmse)): (usize, &(u32, Spread))| {
+        let point = |(look, (spp, spread)): (usize, &(u32, Spread))| {
             let seconds: Vec<f64> = self.runs.iter().map(|run| run.looks[look].seconds).collect();
             let error = variance_figure(&self.curves.error.points[look].1);
-            let spread = variance_figure(relmse);
+            let spread = variance_figure(spread);
             let root = |x: f64| x.max(0.0).sqrt();
             Point {
                 spp: *spp,
                 seconds: median(&seconds),
-                relmse: Figure {
+                relative_mse: Figure {
                     value: spread.value + squared_bias,
                     low: spread.low + squared_bias,
                     high: spread.high + squared_bias,
@@ -347,7 +346,7 @@ impl Judged<'_> {
                 },
             }
         };
-        self.curves.relmse.points.iter().enumerate().map(point).collect()
+        self.curves.calm.points.iter().enumerate().map(point).collect()
     }
 
     fn by_error(&self, last: u32) -> Option<ByError> {

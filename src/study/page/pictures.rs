@@ -36,13 +36,13 @@ pub fn strip(study: &Study) -> Result<String, ImageError> {
         let error = png(&colours(&frame.error(&study.truth)), width)?;
         let _ = writeln!(
             html,
-            "<figure>{}{}<figcaption><b>{}</b> {} samples a pixel in {}<br>relMSE {}</figcaption></figure>",
+            "<figure>{}{}<figcaption><b>{}</b> {} samples a pixel in {}<br>relative MSE {}</figcaption></figure>",
             img(&picture, [width, height], &format!("{} after equal time", frame.label)),
             img(&error, [width, height], &format!("error of {}", frame.label)),
             escape(&frame.label),
             frame.spp,
             words::seconds(frame.seconds),
-            words::number(frame.relmse),
+            words::number(frame.relative_mse),
         );
     }
     html += "</div>\n";

@@ -81,7 +81,7 @@ pub fn prices(study: &Study) -> String {
             "setting",
             "time of a pass",
             "million rays / s",
-            "relMSE at equal samples",
+            "relative MSE at equal samples",
             "speed-up at equal error",
             "bias of brightness",
             "verdict",
@@ -181,10 +181,10 @@ pub fn phases(study: &Study) -> String {
 pub fn circumstances(study: &Study, c: &Circumstances) -> String {
     let load = c.load.map_or_else(|| "unknown".to_owned(), |load| format!("{load:.2}"));
     let reference = format!(
-        "independent f64 oracle, {} samples a pixel{}, own relMSE {}",
+        "independent f64 oracle, {} samples a pixel{}, own relative MSE {}",
         study.reference.spp,
         if study.reference.cached { " (cached)" } else { "" },
-        words::number(study.reference.relmse)
+        words::number(study.reference.relative_mse)
     );
     let pairs = [
         ("command", format!("<code>{}</code>", escape(&c.command))),

@@ -159,9 +159,12 @@ pub struct Headline {
     pub beside: Vec<String>,
 }
 
-/// The relMSE of the headline: the power of ten next to what the defaults reached.
+/// The relative mean squared error of the headline: the power of ten next to what the defaults reached.
 pub fn level(study: &Study) -> f64 {
-    let reached = study.prices[0].points.last().map_or(1e-3, |point| point.relmse.value);
+    let reached = study.prices[0]
+        .points
+        .last()
+        .map_or(1e-3, |point| point.relative_mse.value);
     if reached > 0.0 {
         10.0_f64.powf(reached.log10().round())
     } else {
@@ -183,18 +186,19 @@ pub fn whole_film(study: &Study) -> f64 {
 pub fn headline(study: &Study) -> Headline {
     let level = level(study);
     let whole = whole_film(study);
-    let time = |price: &Price| seconds(whole * price.seconds_for_relmse(level));
-    let (default, best) = (&study.prices[0], study.cheapest_by_relmse(level));
-    let asked = format!("relMSE {}", exact(level));
-    let faster = default.seconds_for_relmse(level) / best.seconds_for_relmse(level);
+    let time = |price: &Price| seconds(whole * price.seconds_for_mse(level));
+    let (default, best) = (&study.prices[0], study.cheapest_by_mse(level));
+    let asked = format!("a relative MSE of {}", exact(level));
+    let faster = default.seconds_for_mse(level) / best.seconds_for_mse(level);
+    let first = asked.replacen('a', "A", 1);
     let answer = if best.variant.knob.is_empty() || faster < 1.05 {
         format!(
-            "{asked} takes {} with the default settings, and nothing is cheaper.",
+            "{first} takes {} with the default settings, and nothing is cheaper.",
             time(default)
         )
     } else {
         format!(
-            "{asked} takes {} with {}, and {} with the default settings.",
+            "{first} takes {} with {}, and {} with the default settings.",
             time(best),
             name(best),
             time(default)

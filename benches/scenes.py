@@ -141,6 +141,7 @@ KINDS = {"triangles": triangles, "spheres": spheres, "lights": lights}
 def write(kind, number, folder):
     """Writes a scene with the files that it names and returns its path."""
     folder = pathlib.Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{kind}-{number}.toml"
     path.write_text(KINDS[kind](number, folder))
     return path

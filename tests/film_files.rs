@@ -71,6 +71,21 @@ fn samples_are_a_layer_behind_the_colours() {
     assert_eq!(stored, samples);
 }
 
+/// A hash map gives two files of ten attributes the same order once in 10! times.
+#[test]
+fn exr_files_of_one_picture_are_the_same_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = |name: &str| {
+        let path = folder.path().join(name);
+        write_picture(&path, &sample(), &settings()).unwrap();
+        fs::read(path).unwrap()
+    };
+    let first = bytes("first.exr");
+    for i in 0..4 {
+        assert!(bytes(&format!("{i}.exr")) == first, "file {i} differs from the first");
+    }
+}
+
 #[test]
 fn exr_keeps_its_settings() {
     use exr::prelude::*;

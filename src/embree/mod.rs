@@ -9,6 +9,7 @@ mod device;
 mod fences;
 pub(crate) mod ffi;
 mod packet;
+mod prefetch;
 mod scene;
 mod spheres;
 
@@ -16,4 +17,5 @@ pub use crate::shape::{Ball, Hit, NO_SPHERE, Ray};
 pub use canary::layout_canary;
 pub use device::{Device, EmbreeError};
 pub use packet::{Coherence, TraceLane};
+pub use prefetch::prefetch;
 pub use scene::{Accel, SceneBuilder};

@@ -11,7 +11,7 @@ use super::tree::Tree;
 use super::{Noise, Picture};
 use crate::scene::FilmSize;
 
-/// Pixels along a side of a tile. With 8 passes a tile makes streams of 2048 rays, which stay in the second cache.
+/// Pixels along a side of a tile. With 16 passes a tile makes streams of 4096 rays, which stay in the second cache.
 pub const TILE: u32 = 16;
 
 /// A part of the film: its pixels in the order in which packets take them.

@@ -2,6 +2,7 @@
 //! shape that could be met is never left out.
 
 use super::{Candidates, Line, Member};
+use crate::math::Vec3;
 use crate::shape::{Ball, NO_SPHERE, Triangle};
 
 /// A plane's share of rounding: what is nearer to it than this part of the largest number involved counts as both sides.
@@ -18,6 +19,11 @@ fn length(a: [f32; 3]) -> f32 {
     (x * x + y * y + z * z).sqrt() as f32
 }
 
+/// At least the length, without a root: for margins, which may be too large.
+fn norm1(a: [f32; 3]) -> f32 {
+    a[0].abs() + a[1].abs() + a[2].abs()
+}
+
 fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [
         a[1] * b[2] - a[2] * b[1],
@@ -31,7 +37,7 @@ fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
 struct Plane {
     normal: [f32; 3],
     offset: f32,
-    /// The length of the normal; more where the normal itself is rounded by more than its [`MARGIN`].
+    /// The [`norm1`] of the normal; more where the normal itself is rounded by more than its [`MARGIN`].
     size: f32,
 }
 
@@ -41,16 +47,16 @@ const ROUNDED: f32 = 8.0 * f32::EPSILON / 2.0 / MARGIN;
 
 impl Plane {
     /// Whether the shape lies wholly on the other side.
-    fn excludes(&self, triangle: &Triangle) -> bool {
-        let margin = |c| MARGIN * (self.size * length(c) + self.offset.abs());
-        let behind = |&c: &[f32; 3]| dot(self.normal, c) < self.offset - margin(c);
-        let mut corners = triangle.corners.iter();
+    fn excludes(&self, member: &Member) -> bool {
+        let limit = self.offset - MARGIN * (self.size * member.reach + self.offset.abs());
+        let behind = |&c: &[f32; 3]| dot(self.normal, c) < limit;
+        let mut corners = member.triangle.corners.iter();
         mutate!(corners.all(behind), OneCornerBehind => corners.any(behind))
     }
 
     fn excludes_ball(&self, ball: &Ball) -> bool {
         let reach = length(self.normal) * mutate!(ball.radius, BallsAsPoints => 0.0) * (1.0 + MARGIN);
-        let margin = MARGIN * (self.size * length(ball.center) + self.offset.abs());
+        let margin = MARGIN * (self.size * norm1(ball.center) + self.offset.abs());
         dot(self.normal, ball.center) + reach < self.offset - margin
     }
 }
@@ -69,12 +75,12 @@ impl Line {
             Plane {
                 normal: inward,
                 offset: 0.0,
-                size: length(inward) + ROUNDED,
+                size: norm1(inward) + ROUNDED,
             }
         });
         self.select(
             set,
-            |triangle| !planes.iter().any(|p| p.excludes(triangle)),
+            |member| !planes.iter().any(|p| p.excludes(member)),
             |ball| !planes.iter().any(|p| p.excludes_ball(ball)),
         );
     }
@@ -99,7 +105,7 @@ impl Line {
             let excluded = aimed
                 || around.apart(&member.bounds)
                 || member.beside(light, points.bounds.sides(member))
-                || planes().iter().flatten().any(|plane| plane.excludes(&member.triangle));
+                || planes().iter().flatten().any(|plane| plane.excludes(member));
             if !excluded {
                 self.take(i, set);
             }
@@ -136,6 +142,9 @@ impl Member {
             bounds: Bounds::of_triangle(&triangle),
             offset: dot(triangle.normal, corners[0]),
             length: length(triangle.normal),
+            reach: corners.map(norm1).into_iter().fold(0.0, f32::max),
+            from_origin: triangle.from_origin(),
+            unit: Vec3::<f32>::splat(triangle.normal).unit().lane(0),
             triangle,
             name,
             aim,
@@ -149,7 +158,7 @@ impl Member {
         }
         let center = dot(self.triangle.normal, light.center) - self.offset;
         let reach = self.length * light.radius * (1.0 + MARGIN)
-            + MARGIN * (self.length * length(light.center) + self.offset.abs());
+            + MARGIN * (self.length * norm1(light.center) + self.offset.abs());
         (low > 0.0 && center > reach) || (high < 0.0 && center < -reach)
     }
 }
@@ -220,43 +229,31 @@ impl Bounds {
 fn shaft(a: &Bounds, b: &Bounds) -> [Option<Plane>; 12] {
     let mut planes = [None; 12];
     for (axis, slots) in planes.chunks_exact_mut(4).enumerate() {
-        let (x, y) = ((axis + 1) % 3, (axis + 2) % 3);
         for (corner, slot) in slots.iter_mut().enumerate() {
-            let pick = |b: &Bounds| {
-                [
-                    if corner & 1 == 0 { b.low[x] } else { b.high[x] },
-                    if corner & 2 == 0 { b.low[y] } else { b.high[y] },
-                ]
-            };
-            *slot = support(pick(a), pick(b), a, b, x, y);
+            *slot = support(a, b, (axis + 1) % 3, (axis + 2) % 3, [corner & 1 != 0, corner & 2 != 0]);
         }
     }
     planes
 }
 
-/// The plane along the third axis through `p` and `q` in the plane of the axes `x` and `y`, if both boxes lie on one side.
-fn support(p: [f32; 2], q: [f32; 2], a: &Bounds, b: &Bounds, x: usize, y: usize) -> Option<Plane> {
-    let mut normal = [0.0; 3];
-    (normal[x], normal[y]) = (p[1] - q[1], q[0] - p[0]);
-    let offset = normal[x] * p[0] + normal[y] * p[1];
-    let lowest = |b: &Bounds, sign: f32| {
-        let (nx, ny) = (sign * normal[x], sign * normal[y]);
-        nx * if nx > 0.0 { b.low[x] } else { b.high[x] } + ny * if ny > 0.0 { b.low[y] } else { b.high[y] }
-    };
-    if normal == [0.0; 3] {
+/// The plane along the third axis through the corners of both boxes at the `high` or low end of the axes `x` and `y`. Both boxes
+/// are on its inner side if one of them reaches farther out along `x` and the other along `y`, and only then.
+fn support(a: &Bounds, b: &Bounds, x: usize, y: usize, high: [bool; 2]) -> Option<Plane> {
+    let end = |bounds: &Bounds, axis: usize, high: bool| if high { bounds.high[axis] } else { bounds.low[axis] };
+    let corner = |bounds: &Bounds| [end(bounds, x, high[0]), end(bounds, y, high[1])];
+    let ([px, py], [qx, qy]) = (corner(a), corner(b));
+    let inward = high.map(|high| if high { -1.0 } else { 1.0 });
+    let (dx, dy) = (inward[0] * (qx - px), inward[1] * (qy - py));
+    let opposed = (dx < 0.0 && dy > 0.0) || (dx > 0.0 && dy < 0.0);
+    if !opposed {
         return None;
     }
-    for sign in [1.0, -1.0] {
-        let low = lowest(a, sign).min(lowest(b, sign));
-        let largest = [p[0], p[1], q[0], q[1]].iter().fold(0.0_f32, |m, v| m.max(v.abs()));
-        let slack = MARGIN * length(normal) * largest;
-        if low >= sign * offset - slack {
-            return Some(Plane {
-                normal: normal.map(|n| sign * n),
-                size: length(normal),
-                offset: low.min(sign * offset),
-            });
-        }
-    }
-    None
+    let mut normal = [0.0; 3];
+    (normal[x], normal[y]) = (inward[0] * dy.abs(), inward[1] * dx.abs());
+    let offset = |u: f32, v: f32| normal[x] * u + normal[y] * v;
+    Some(Plane {
+        normal,
+        offset: offset(px, py).min(offset(qx, qy)),
+        size: norm1(normal),
+    })
 }

@@ -58,6 +58,12 @@ impl<L: Lane> Vec3<L> {
         self * (L::one() / self.length())
     }
 
+    /// As [`Self::normalize`], of any length: no square overflows or is lost.
+    #[inline(always)]
+    pub fn unit(self) -> Self {
+        (self * (L::one() / self.max_abs())).normalize()
+    }
+
     /// `self * scale + offset`, each component rounded once.
     #[inline(always)]
     pub fn mul_add(self, scale: L, offset: Self) -> Self {

@@ -10,7 +10,7 @@ use crate::lane::{Bits, Lane, Mask};
 use crate::math::Vec3;
 
 /// The most numbers in a column: the samples of a chunk.
-pub const CAPACITY: usize = 2048;
+pub const CAPACITY: usize = 4096;
 
 /// A push writes a whole packet, also when few of its lanes count.
 const STRIDE: usize = CAPACITY + 16;

@@ -9,6 +9,7 @@ use glam::DVec3;
 
 use super::emitters::{self, Emitters};
 use super::texture::Textured;
+use crate::bsdf::phong;
 use crate::embree::{Accel, Device, EmbreeError, SceneBuilder};
 use crate::lane::Lane;
 use crate::light::{Environment, MeshLight, SphereLight, TriangleLight};
@@ -54,6 +55,8 @@ pub struct SurfaceRecord {
     pub gloss: Option<[f32; 3]>,
     /// 1 for diffuse, above 1 for Phong and blends.
     pub alpha: f32,
+    /// How far its Phong lobe reaches: see [`phong::reach`].
+    pub reach: f32,
     /// What it calls for.
     pub effects: Effects,
     /// Radiance where it emits.
@@ -250,6 +253,7 @@ impl SurfaceRecord {
             rho: [0.0; 3],
             gloss: None,
             alpha: 1.0,
+            reach: phong::reach(1.0),
             effects: shape,
             le: None,
             ball,
@@ -271,6 +275,7 @@ impl SurfaceRecord {
                 }
             }
         }
+        record.reach = phong::reach(record.alpha);
         record
     }
 }

@@ -6,4 +6,4 @@ mod triangle;
 
 pub use ball::Ball;
 pub use ray::{Aims, Hit, NO_SPHERE, Ray};
-pub use triangle::Triangle;
+pub use triangle::{FromOrigin, Triangle};

@@ -1,7 +1,7 @@
 //! Rays against a triangle.
 
 use super::Ray;
-use crate::lane::Lane;
+use crate::lane::{Lane, Mask};
 use crate::math::Vec3;
 
 /// A triangle, the same for all lanes.
@@ -30,11 +30,18 @@ fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
 /// triangles with an edge in common leave no gap.
 #[inline(always)]
 fn side<L: Lane>(from: Vec3<L>, to: Vec3<L>, direction: Vec3<L>) -> L {
+    edge(from, to).dot(direction)
+}
+
+/// Twice the normal of the plane through the origin and an edge, as long as the triangle between them is large.
+#[inline(always)]
+fn edge<L: Lane>(from: Vec3<L>, to: Vec3<L>) -> Vec3<L> {
     let (sum, edge) = (from + to, to - from);
-    let x = sum.y * edge.z - sum.z * edge.y;
-    let y = sum.z * edge.x - sum.x * edge.z;
-    let z = sum.x * edge.y - sum.y * edge.x;
-    Vec3::new(x, y, z).dot(direction)
+    Vec3::new(
+        sum.y * edge.z - sum.z * edge.y,
+        sum.z * edge.x - sum.x * edge.z,
+        sum.x * edge.y - sum.y * edge.x,
+    )
 }
 
 /// Where rays meet a triangle.
@@ -44,10 +51,60 @@ pub struct Meeting<L: Lane> {
     pub found: L::Mask,
     /// Distance in lengths of the direction.
     pub t: L,
-    /// First barycentric coordinate, of the second corner.
-    pub u: L,
-    /// Second barycentric coordinate, of the third corner.
-    pub v: L,
+    sides: [L; 3],
+}
+
+impl<L: Lane> Meeting<L> {
+    /// The barycentric coordinates of the second corner and of the third. Apart, for they cost a division that few callers need.
+    #[inline(always)]
+    pub fn barycentrics(&self) -> (L, L) {
+        let [u, v, w] = self.sides;
+        let scale = L::one() / (u + v + w);
+        (u * scale, v * scale)
+    }
+}
+
+/// A triangle as rays from the origin meet it: what depends on the triangle alone is done, with the bits that
+/// [`Triangle::intersect`] has for such rays.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FromOrigin {
+    sides: [[f32; 3]; 3],
+    normal: [f32; 3],
+    offset: f32,
+}
+
+impl FromOrigin {
+    /// Where rays from the origin meet the triangle from either side, edges included.
+    #[inline(always)]
+    pub fn intersect<L: Lane>(&self, direction: Vec3<L>, tfar: L) -> Meeting<L> {
+        let [u, v, w] = self.sides;
+        let sides = [
+            Vec3::splat(u).dot(direction),
+            Vec3::splat(v).dot(direction),
+            Vec3::splat(w).dot(direction),
+        ];
+        meeting(sides, L::splat(self.offset), Vec3::splat(self.normal), direction, tfar)
+    }
+}
+
+#[inline(always)]
+fn meeting<L: Lane>([u, v, w]: [L; 3], offset: L, normal: Vec3<L>, direction: Vec3<L>, tfar: L) -> Meeting<L> {
+    let zero = L::zero();
+    let inside = (u.ge(zero) & v.ge(zero) & w.ge(zero)) | (u.le(zero) & v.le(zero) & w.le(zero));
+    let sides = [u, v, w];
+    if inside.none() {
+        return Meeting {
+            found: inside,
+            t: tfar,
+            sides,
+        };
+    }
+    let t = offset / normal.dot(direction);
+    Meeting {
+        found: inside & t.ge(zero) & t.le(tfar),
+        t,
+        sides,
+    }
 }
 
 impl Triangle {
@@ -69,22 +126,23 @@ impl Triangle {
             Vec3::splat(b) - ray.origin,
             Vec3::splat(c) - ray.origin,
         );
-        let (u, v, w) = (
+        let sides = [
             side(c, a, ray.direction),
             side(a, b, ray.direction),
             side(b, c, ray.direction),
-        );
-        let zero = L::zero();
-        let inside = (u.ge(zero) & v.ge(zero) & w.ge(zero)) | (u.le(zero) & v.le(zero) & w.le(zero));
+        ];
         let normal = Vec3::splat(self.normal);
-        let t = normal.dot(a) / normal.dot(ray.direction);
-        let found = inside & t.ge(zero) & t.le(ray.tfar);
-        let scale = L::one() / (u + v + w);
-        Meeting {
-            found,
-            t,
-            u: u * scale,
-            v: v * scale,
+        meeting(sides, normal.dot(a), normal, ray.direction, ray.tfar)
+    }
+
+    /// The triangle for rays from the origin.
+    pub fn from_origin(&self) -> FromOrigin {
+        let [a, b, c] = self.corners.map(Vec3::<f32>::splat);
+        let normal = Vec3::splat(self.normal);
+        FromOrigin {
+            sides: [edge(c, a), edge(a, b), edge(b, c)].map(|side| side.lane(0)),
+            normal: self.normal,
+            offset: normal.dot(a),
         }
     }
 }
@@ -113,8 +171,9 @@ mod tests {
             let origin = [0.3, -0.2, 0.1];
             let met = triangle.intersect(&ray(origin, minus(aim, origin)));
             assert!(met.found && (met.t - 1.0).abs() < 1e-6, "{met:?}");
+            let (met_u, met_v) = met.barycentrics();
             assert!(
-                (met.u - u).abs() < 1e-5 && (met.v - v).abs() < 1e-5,
+                (met_u - u).abs() < 1e-5 && (met_v - v).abs() < 1e-5,
                 "{met:?}, not {u}, {v}"
             );
         }

@@ -2,11 +2,12 @@
 
 use super::surface::{Surfaces, has, shading_point, texels};
 use super::{Chunk, Scratch, Stage, pairs};
-use crate::embree::{Coherence, Hit, NO_SPHERE, Ray, TraceLane};
+use crate::embree::{Coherence, Hit, NO_SPHERE, Ray, TraceLane, prefetch};
 use crate::lane::{Bits, Mask};
 use crate::math::Vec3;
 use crate::pipeline::stream::{Address, Diffuse, HitStream, Model, Phong};
 use crate::pipeline::tracer::Tracer;
+use crate::pipeline::world::World;
 use crate::sampling::warp;
 use crate::scene::Effect;
 
@@ -49,79 +50,121 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
     let (length, listed) = (grid.len(), grid.lists_passes());
     let [[left, top], _] = chunk.tile.corners();
     let first_pixel = L::Bits::splat(top.wrapping_mul(chunk.film_width).wrapping_add(left));
+    for at in (0..length).step_by(L::N) {
+        let pixel = first_pixel + L::Bits::load(&grid.pixel[at..]);
+        chunk.numbers.key(pixel).store(&mut grid.key[at..]);
+    }
+    grid.repeat_keys();
     let (left, top) = (L::splat(left as f32), L::splat(top as f32));
     let (mut at, mut pass) = (0, chunk.first);
-    for done in (0..samples).step_by(L::N) {
-        let active = L::Mask::first(samples - done);
-        let index = L::Bits::load(&grid.index[at..]);
-        let pixel = first_pixel + L::Bits::load(&grid.pixel[at..]);
-        let x = left + L::load(&grid.x[at..]);
-        let y = top + L::load(&grid.y[at..]);
-        let passes = if listed {
-            L::Bits::splat(chunk.first) + L::Bits::load(&grid.pass[at..])
-        } else if at + L::N <= length {
-            L::Bits::splat(pass)
-        } else {
-            let last = chunk.first + chunk.passes - 1;
-            L::Bits::from_fn(|lane| (pass + ((at + lane) / length) as u32).min(last))
-        };
-        at += L::N;
-        while at >= length {
-            at -= length;
-            pass += 1;
-        }
-
-        let key = chunk.numbers.key(pixel);
-        let (u, v) = chunk.numbers.pair(key, passes, pairs::PIXEL).unit::<L>();
-        let (origin, direction) = if has(HELD, Effect::Lens) {
-            let (a, b) = chunk.numbers.pair(key, passes, chunk.numbers.last_pair()).unit::<L>();
-            chunk.world.camera.through_lens((x + u, y + v), warp::disk(a, b))
-        } else {
-            (Vec3::zero(), chunk.world.camera.direction(x + u, y + v))
-        };
-        let ray = Ray {
-            origin,
-            direction,
-            tfar: L::splat(f32::INFINITY),
-            aims_at: L::Bits::splat(NO_SPHERE),
-        };
-        let hit = T::nearest(chunk.world, set, active, &ray, Coherence::Coherent);
-        if has(HELD, Effect::Environment)
-            && let Some(beyond) = &chunk.world.environment
-        {
-            let misses = active & !hit.found;
-            let radiance = beyond.radiance(direction, misses);
-            for lane in misses.lanes() {
-                chunk.sum.add(index.lane(lane) as usize, radiance.lane(lane));
+    let mut waiting = None;
+    for done in (0..samples + T::WAITING * L::N).step_by(L::N) {
+        let mut seen = None;
+        if done < samples {
+            let active = L::Mask::first(samples - done);
+            let index = L::Bits::load(&grid.index[at..]);
+            let key = L::Bits::load(&grid.key[at..]);
+            let x = left + L::load(&grid.x[at..]);
+            let y = top + L::load(&grid.y[at..]);
+            let passes = if listed {
+                L::Bits::splat(chunk.first) + L::Bits::load(&grid.pass[at..])
+            } else if at + L::N <= length {
+                L::Bits::splat(pass)
+            } else {
+                let last = chunk.first + chunk.passes - 1;
+                L::Bits::from_fn(|lane| (pass + ((at + lane) / length) as u32).min(last))
+            };
+            at += L::N;
+            while at >= length {
+                at -= length;
+                pass += 1;
             }
+
+            let (u, v) = chunk.numbers.pair(key, passes, pairs::PIXEL).unit::<L>();
+            let (origin, direction) = if has(HELD, Effect::Lens) {
+                let (a, b) = chunk.numbers.pair(key, passes, chunk.numbers.last_pair()).unit::<L>();
+                chunk.world.camera.through_lens((x + u, y + v), warp::disk(a, b))
+            } else {
+                (Vec3::zero(), chunk.world.camera.direction(x + u, y + v))
+            };
+            let ray = Ray {
+                origin,
+                direction,
+                tfar: L::splat(f32::INFINITY),
+                aims_at: L::Bits::splat(NO_SPHERE),
+            };
+            let hit = if has(HELD, Effect::Lens) {
+                T::nearest(chunk.world, set, active, &ray, Coherence::Coherent)
+            } else {
+                T::nearest_from_origin(chunk.world, set, active, &ray)
+            };
+            let address = Address {
+                index,
+                key,
+                pass: passes,
+            };
+            seen = Some(Seen {
+                active,
+                ray,
+                hit,
+                address,
+            });
         }
-        if hit.found.any() {
-            settle::<L, HELD>(
-                chunk,
-                hits,
-                &hit,
-                &ray,
-                &Address {
-                    index,
-                    key,
-                    pass: passes,
-                },
-            );
+        if T::WAITING > 0 {
+            if has(HELD, Effect::SmoothNormals)
+                && let Some(seen) = &seen
+            {
+                fetch_normals(chunk.world, &seen.hit);
+            }
+            seen = std::mem::replace(&mut waiting, seen);
+        }
+        if let Some(seen) = seen {
+            settle::<L, T, HELD>(chunk, hits, &seen);
         }
     }
     chunk.counters.eye_rays += samples as u64;
     chunk.counters.samples += samples as u64;
 }
 
-/// Puts each hit where it belongs.
+/// A packet of rays and what they have met.
+struct Seen<L: TraceLane> {
+    active: L::Mask,
+    ray: Ray<L>,
+    hit: Hit<L>,
+    address: Address<L>,
+}
+
+/// Has the normals of the triangles that were met on their way into the cache.
 #[inline(always)]
-fn settle<L: TraceLane, const HELD: u32>(
-    chunk: &mut Chunk,
-    hits: &mut [HitStream; 2],
-    hit: &Hit<L>,
-    ray: &Ray<L>,
-    address: &Address<L>,
-) {
+fn fetch_normals<L: TraceLane>(world: &World, hit: &Hit<L>) {
+    for lane in hit.found.lanes() {
+        if let Some(Some(normals)) = world.normals.get(hit.geometry.lane(lane) as usize) {
+            prefetch(&normals[hit.primitive.lane(lane) as usize]);
+        }
+    }
+}
+
+/// Puts each hit where it belongs, and what lies beyond the scene onto the film.
+#[inline(always)]
+fn settle<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, hits: &mut [HitStream; 2], seen: &Seen<L>) {
+    let Seen {
+        active,
+        ray,
+        hit,
+        address,
+    } = seen;
+    if has(HELD, Effect::Environment)
+        && let Some(beyond) = &chunk.world.environment
+    {
+        let misses = *active & !hit.found;
+        let radiance = beyond.radiance(ray.direction, misses);
+        for lane in misses.lanes() {
+            chunk.sum.add(address.index.lane(lane) as usize, radiance.lane(lane));
+        }
+    }
+    if hit.found.none() {
+        return;
+    }
     let surfaces = Surfaces::of(chunk.world, hit);
     let mut reflects = hit.found & !surfaces.emits;
     for lane in (hit.found & surfaces.emits).lanes() {
@@ -137,7 +180,7 @@ fn settle<L: TraceLane, const HELD: u32>(
     if reflects.none() {
         return;
     }
-    let mut point = shading_point::<L, HELD>(chunk.world, hit, ray, &surfaces);
+    let mut point = shading_point::<L, T, HELD>(chunk.world, hit, ray, &surfaces);
     if surfaces.call::<HELD>(Effect::Textures) {
         point.bsdf.rho = point.bsdf.rho.times(texels(chunk.world, hit, &surfaces));
     }

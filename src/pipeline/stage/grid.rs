@@ -27,6 +27,8 @@ pub struct Grid {
     pub index: Vec<u32>,
     /// What is to be added to the number of the tile's first pixel on the film.
     pub pixel: Vec<u32>,
+    /// What stands for the pixel among random numbers; for the eye stage to fill, chunk by chunk.
+    pub key: Vec<u32>,
     /// Of samples only.
     pub pass: Vec<u32>,
     length: usize,
@@ -62,6 +64,7 @@ impl Grid {
                 (Order::Passes, false) => (0..tile.area()).for_each(|at| self.push(chunk, at)),
             }
             self.length = self.x.len();
+            self.key.resize(self.length.next_multiple_of(LANES) + LANES, 0);
             self.shape = shape;
             for at in 0..LANES {
                 let last = self.length - 1;
@@ -75,6 +78,18 @@ impl Grid {
             self.length
         } else {
             self.length * chunk.passes as usize
+        }
+    }
+
+    /// Repeats the keys behind the end as the other columns are.
+    pub fn repeat_keys(&mut self) {
+        for at in 0..LANES {
+            let row = if self.lists_passes() {
+                self.length - 1
+            } else {
+                at % self.length
+            };
+            self.key[self.length + at] = self.key[row];
         }
     }
 

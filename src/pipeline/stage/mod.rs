@@ -42,6 +42,17 @@ pub struct Scratch {
     pub points: Points,
     /// Shapes that rays at hand may meet.
     pub set: Candidates,
+    /// The ways from the points of a stream to each light.
+    pub shafts: Vec<Shaft>,
+}
+
+/// What may be in the way of rays from the points of a stream to a light.
+#[derive(Debug, Default)]
+pub struct Shaft {
+    /// Nothing at all: the rays need not be asked for.
+    pub open: bool,
+    /// The shapes that may be.
+    pub set: Candidates,
 }
 
 impl Default for Scratch {
@@ -54,6 +65,7 @@ impl Default for Scratch {
             looks: WideQueue::new(),
             points: Points::default(),
             set: Candidates::default(),
+            shafts: Vec::new(),
         }
     }
 }

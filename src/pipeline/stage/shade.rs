@@ -1,8 +1,9 @@
 //! Shading: from hit streams to rays that carry what they are worth.
 
 use std::marker::PhantomData;
+use std::ops::Range;
 
-use super::{Chunk, Scratch, Stage, pairs, shadow};
+use super::{Chunk, Scratch, Shaft, Stage, pairs, shadow};
 use crate::embree::TraceLane;
 use crate::estimator::{ShadingPoint, per_light, per_point};
 use crate::lane::{Lane, Mask};
@@ -26,7 +27,7 @@ impl<D: per_light::Density, M: Model> Stage for PerLight<D, M> {
             hits,
             queue,
             points,
-            set,
+            shafts,
             ..
         } = scratch;
         let stream = &mut hits[M::STREAM];
@@ -34,22 +35,30 @@ impl<D: per_light::Density, M: Model> Stage for PerLight<D, M> {
             return;
         }
         T::survey::<L>(chunk.world, stream, points);
-        prepare::<L, D, M>(chunk, stream);
-        for (i, light) in chunk.world.lights.iter().enumerate() {
-            let light = &Lamp::new(i, light);
-            let mut sink = Sink {
-                open: T::face_light::<L>(chunk.world, stream, points, &light.sphere, set),
-                queue: &mut *queue,
-                answered: 0,
-            };
-            toward::<L, D, M>(chunk, stream, light, &mut sink);
-            if D::MIXED {
-                along::<L, D, M>(chunk, stream, light, &mut sink);
-            }
-            chunk.counters.shadow_rays += sink.answered;
-            shadow::visible::<L, T>(chunk, queue, set, light.sphere.sphere);
+        let lights = &chunk.world.lights;
+        shafts.resize_with(lights.len(), Shaft::default);
+        for (light, Shaft { open, set }) in lights.iter().zip(&mut *shafts) {
+            *open = T::face_light::<L>(chunk.world, stream, points, light, set);
         }
-        shadow::arrived::<L>(chunk, stream);
+        for first in (0..stream.len()).step_by(T::BLOCK) {
+            let block = first..stream.len().min(first + T::BLOCK);
+            prepare::<L, D, M>(chunk, stream, block.clone());
+            for (i, (light, Shaft { open, set })) in lights.iter().zip(&*shafts).enumerate() {
+                let light = &Lamp::new(i, light);
+                let mut sink = Sink {
+                    open: *open,
+                    queue: &mut *queue,
+                    answered: 0,
+                };
+                toward::<L, D, M>(chunk, stream, block.clone(), light, &mut sink);
+                if D::MIXED {
+                    along::<L, D, M>(chunk, stream, block.clone(), light, &mut sink);
+                }
+                chunk.counters.shadow_rays += sink.answered;
+                shadow::visible::<L, T>(chunk, queue, set, light.sphere.sphere);
+            }
+            shadow::arrived::<L>(chunk, stream, block);
+        }
     }
 }
 
@@ -100,8 +109,8 @@ impl Sink<'_> {
 
 /// Tosses for each point of a stream and draws the direction of its BRDF, where it may be asked for.
 #[inline(always)]
-fn prepare<L: TraceLane, D: per_light::Density, M: Model>(chunk: &Chunk, stream: &mut HitStream) {
-    for at in (0..stream.len()).step_by(L::N) {
+fn prepare<L: TraceLane, D: per_light::Density, M: Model>(chunk: &Chunk, stream: &mut HitStream, block: Range<usize>) {
+    for at in block.step_by(L::N) {
         stream.set_light::<L>(at, Vec3::zero());
         if D::MIXED {
             let (mask, point, Address { key, pass, .. }) = stream.packet::<L, M>(at);
@@ -130,10 +139,11 @@ fn heads<L: Lane, M: Model>(chunk: &Chunk, stream: &HitStream, at: usize, light:
 fn toward<L: TraceLane, D: per_light::Density, M: Model>(
     chunk: &Chunk,
     stream: &mut HitStream,
+    block: Range<usize>,
     light: &Lamp,
     sink: &mut Sink,
 ) {
-    for at in (0..stream.len()).step_by(L::N) {
+    for at in block.step_by(L::N) {
         let mut active = stream.lanes::<L>(at);
         if D::MIXED {
             active = active & !heads::<L, M>(chunk, stream, at, light);
@@ -159,10 +169,11 @@ fn toward<L: TraceLane, D: per_light::Density, M: Model>(
 fn along<L: TraceLane, D: per_light::Density, M: Model>(
     chunk: &Chunk,
     stream: &mut HitStream,
+    block: Range<usize>,
     light: &Lamp,
     sink: &mut Sink,
 ) {
-    for at in (0..stream.len()).step_by(L::N) {
+    for at in block.step_by(L::N) {
         let mut active = stream.lanes::<L>(at) & heads::<L, M>(chunk, stream, at, light);
         if active.none() {
             continue;

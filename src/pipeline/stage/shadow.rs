@@ -1,5 +1,7 @@
 //! Visibility: queued rays through the accelerator, what they are worth onto the film. Each step leaves its queue empty.
 
+use std::ops::Range;
+
 use super::Chunk;
 use super::surface::has;
 use crate::embree::{Coherence, NO_SPHERE, Ray, TraceLane};
@@ -31,8 +33,8 @@ pub fn visible<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut RayQueue,
 
 /// Adds the light that has reached the points of a stream without a ray.
 #[inline(always)]
-pub fn arrived<L: Lane>(chunk: &mut Chunk, stream: &HitStream) {
-    for at in (0..stream.len()).step_by(L::N) {
+pub fn arrived<L: Lane>(chunk: &mut Chunk, stream: &HitStream, block: Range<usize>) {
+    for at in block.step_by(L::N) {
         let light = stream.light::<L>(at);
         let total = light.x + light.y + light.z;
         let dark = total.ge(L::zero()) & total.le(L::zero());

@@ -1,11 +1,12 @@
 //! What an eye ray meets: the surface of each lane, and the shading point there.
 
 use crate::bsdf::Bsdf;
-use crate::embree::{Hit, Ray};
+use crate::embree::{Hit, Ray, TraceLane};
 use crate::estimator::ShadingPoint;
 use crate::lane::{Bits, Lane, Mask};
 use crate::math::Vec3;
 use crate::pipeline::texture::Fetched;
+use crate::pipeline::tracer::Tracer;
 use crate::pipeline::world::{SurfaceRecord, World};
 use crate::scene::{Effect, Effects};
 
@@ -25,6 +26,7 @@ pub struct Surfaces<L: Lane> {
     effects: Effects,
     rho: Vec3<L>,
     alpha: L,
+    reach: L,
     extent: Vec3<L>,
 }
 
@@ -47,32 +49,35 @@ impl<L: Lane> Surfaces<L> {
                 effects: one.effects,
                 rho: Vec3::splat(one.rho),
                 alpha: L::splat(one.alpha),
+                reach: L::splat(one.reach),
                 extent: Vec3::splat(one.extent),
             };
         }
-        let index = L::Bits::select(hit.found, index, L::Bits::splat(first));
-        let record = |lane: usize| &world.surfaces[index.lane(lane) as usize];
+        // One loop, and no closures: these would be calls, compiled without the lanes' instructions.
+        let (mut indices, mut columns) = ([0; 16], [[0.0; 16]; 8]);
         let (mut emits, mut effects) = (0, Effects::default());
+        L::Bits::select(hit.found, index, L::Bits::splat(first)).store(&mut indices);
         for lane in 0..L::N {
-            emits |= u32::from(record(lane).le.is_some()) << lane;
-            effects = effects.and(record(lane).effects);
+            let one = &world.surfaces[indices[lane] as usize];
+            emits |= u32::from(one.le.is_some()) << lane;
+            effects = effects.and(one.effects);
+            for k in 0..3 {
+                columns[k][lane] = one.rho[k];
+                columns[3 + k][lane] = one.extent[k];
+            }
+            columns[6][lane] = one.alpha;
+            columns[7][lane] = one.reach;
         }
+        let [red, green, blue, x, y, z, alpha, reach] = columns;
         Self {
-            index,
+            index: L::Bits::load(&indices),
             spheres,
             emits: L::Mask::from_bitmask(emits),
             effects,
-            rho: Vec3::new(
-                L::from_fn(|lane| record(lane).rho[0]),
-                L::from_fn(|lane| record(lane).rho[1]),
-                L::from_fn(|lane| record(lane).rho[2]),
-            ),
-            alpha: L::from_fn(|lane| record(lane).alpha),
-            extent: Vec3::new(
-                L::from_fn(|lane| record(lane).extent[0]),
-                L::from_fn(|lane| record(lane).extent[1]),
-                L::from_fn(|lane| record(lane).extent[2]),
-            ),
+            rho: Vec3::new(L::load(&red), L::load(&green), L::load(&blue)),
+            alpha: L::load(&alpha),
+            reach: L::load(&reach),
+            extent: Vec3::new(L::load(&x), L::load(&y), L::load(&z)),
         }
     }
 
@@ -98,7 +103,7 @@ impl<L: Lane> Surfaces<L> {
 
 /// Point, normals and model of each lane that met a surface.
 #[inline(always)]
-pub fn shading_point<L: Lane, const HELD: u32>(
+pub fn shading_point<L: TraceLane, T: Tracer, const HELD: u32>(
     world: &World,
     hit: &Hit<L>,
     ray: &Ray<L>,
@@ -110,11 +115,11 @@ pub fn shading_point<L: Lane, const HELD: u32>(
         p = p + ray.origin;
     }
     // The normal of a triangle is as long as its area: of small ones the square of that would be denormal.
-    let largest = hit.ng.max_abs();
-    let mut ng = (hit.ng * (L::one() / largest)).normalize();
+    let mut ng = if T::UNIT_NORMALS { hit.ng } else { hit.ng.unit() };
     if surfaces.spheres.any() {
         // A sphere smaller than the spacing of numbers can be met at its very centre.
-        ng = Vec3::select(surfaces.spheres & !largest.gt(L::zero()), wo, ng);
+        let outward = Vec3::select(hit.ng.max_abs().gt(L::zero()), hit.ng.unit(), wo);
+        ng = Vec3::select(surfaces.spheres, outward, ng);
         // Back onto the sphere: the error of a distance grows as distance over radius.
         let ball = |lane: usize| &surfaces.record(world, lane).ball;
         let center = Vec3::new(
@@ -132,7 +137,10 @@ pub fn shading_point<L: Lane, const HELD: u32>(
         ng
     };
     let bsdf = if has(HELD, Effect::Phong) {
-        Bsdf::new(n, wo, surfaces.rho, surfaces.alpha)
+        Bsdf {
+            reach: surfaces.reach,
+            ..Bsdf::new(n, wo, surfaces.rho, surfaces.alpha)
+        }
     } else {
         Bsdf::diffuse(n, surfaces.rho)
     };

@@ -221,10 +221,12 @@ const FARTHEST: f64 = 1e12;
 /// A sentence where the scene as a whole is so large or so small that packets lose it.
 fn out_of_range(spheres: &[Sphere], meshes: &[Mesh], origin: DVec3) -> Option<String> {
     let of_spheres = spheres.iter().map(|s| (s.center - origin).length() + s.radius);
-    let vertices = meshes.iter().flat_map(|mesh| &mesh.vertices);
-    let reach = of_spheres
-        .chain(vertices.map(|&v| (v - origin).length()))
-        .fold(0.0, f64::max);
+    let of_mesh = |mesh: &Mesh| {
+        let corners = mesh.triangles.iter().flatten();
+        let reach = corners.map(|&corner| (mesh.vertices[corner as usize] - origin).length());
+        reach.fold(0.0, f64::max)
+    };
+    let reach = of_spheres.chain(meshes.iter().map(of_mesh)).fold(0.0, f64::max);
     let said = if reach > FARTHEST {
         "give lengths in a larger unit, or bring in what is so far away"
     } else if 0.0 < reach && reach < 1.0 / FARTHEST {

@@ -18,8 +18,9 @@ pub fn number(value: f64) -> String {
     } else if size >= 99.5 {
         format!("{value:.0}")
     } else {
-        // Two digits behind the first that counts.
-        let digits = (1 - size.log10().floor() as i32).clamp(0, 5) as usize;
+        // Two digits that count, of the rounded number: 9.99 is 10.
+        let rounded: f64 = format!("{size:.1e}").parse().unwrap_or(size);
+        let digits = (1 - rounded.log10().floor() as i32).clamp(0, 5) as usize;
         format!("{value:.digits$}")
     }
 }
@@ -273,6 +274,8 @@ mod tests {
         for (value, text) in [
             (0.0, "0"),
             (1.0, "1.0"),
+            (9.99, "10"),
+            (0.9999, "1.0"),
             (12.34, "12"),
             (123.4, "123"),
             (0.01234, "0.012"),

@@ -35,8 +35,6 @@
 //! | `StaleTail` | behind the tail of a stream, old points count | lanes |
 //! | `OneCornerBehind` | a triangle is culled when one corner is out of sight | accelerators |
 //! | `BallsAsPoints` | a ball is culled when its centre is out of sight | accelerators |
-//! | `RoundingForgotten` | the planes of a tile are taken for exact | accelerators |
-//! | `LampAsPoint` | what has points and a light's centre on one side is culled, whatever the light's radius | accelerators |
 //! | `OffsetTooShort` | shading points leave their surface by 2 half-ulps | acne |
 //! | `DensityOfTheNextTexel` | a texel of the environment with the density of its neighbour | density |
 //! | `OnePercentBright` | a study measures `independent` 1 % too bright | study |
@@ -128,8 +126,6 @@ mod tests {
         StaleTail "lanes",
         OneCornerBehind "accelerators",
         BallsAsPoints "accelerators",
-        RoundingForgotten "accelerators",
-        LampAsPoint "accelerators",
         OffsetTooShort "acne",
         OppositeForgotten "large plates",
         OnePercentBright "study",
@@ -160,7 +156,7 @@ mod tests {
         ("exact", closed_forms::noise_free_scenes),
         ("oracle", oracle),
         ("lanes", lanes),
-        ("accelerators", accelerators),
+        ("accelerators", || accelerators::random_scenes("random", &[2.0], 6, 1)),
         ("acne", acne),
         ("large plates", large_plates),
         ("study", costs::nothing_is_harmful),
@@ -201,11 +197,6 @@ mod tests {
                 (!hopeless).then_some(64)
             },
         );
-    }
-
-    fn accelerators() {
-        accelerators::random_scenes("random", &[2.0], 6, 1);
-        accelerators::narrow_views(&[1.0, 1e-3, 1e-5]);
     }
 
     fn acne() {

@@ -41,7 +41,8 @@ def last(price):
 def slope(price):
     """`−1.21 ± 0.04`."""
     low, high = (price["slope"][end] for end in ("low", "high"))
-    return f"{price['slope']['value']:.2f} ± {(high - low) / 2:.2f}".replace("-", "−")
+    reach = "∞" if low is None or high is None else f"{(high - low) / 2:.2f}"
+    return f"{price['slope']['value']:.2f} ± {reach}".replace("-", "−")
 
 
 def caption(folder, name, alt, sentence):

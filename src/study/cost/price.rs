@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::bias::{self, Bias};
-use super::curves::{Curves, Weights, distance, variance_figure};
+use super::curves::{Curves, Weights, distance, far, variance_figure};
 use super::fit::{Power, Spread};
 use super::knobs::Variant;
 use super::measure::{Run, Runs};
@@ -93,7 +93,7 @@ pub struct Price {
     pub noise_ratio: Figure,
     /// Time that the defaults need for their last error, over the time that this needs for the same.
     pub speed_up: Figure,
-    /// The speed-up reaches beyond what was measured, along the fitted slope.
+    /// The speed-up reaches beyond what was measured, along the fitted slope, or -1 where that is flatter.
     pub extrapolated: bool,
     /// Relative bias of the picture's mean off the rims of visible lights; of the defaults against the oracle, else against the
     /// defaults. What rare samples may hide is part of the interval.
@@ -136,7 +136,7 @@ impl Price {
         } else {
             0.0
         };
-        let law = Power::through((f64::from(last.spp), last.relative_mse.value - bias), slope.value);
+        let law = Power::through((f64::from(last.spp), last.relative_mse.value - bias), far(slope.value));
         self.pass_seconds.value * law.reaches(mse - bias).max(1.0)
     }
 }
@@ -352,7 +352,7 @@ impl Judged<'_> {
     fn by_error(&self, last: u32) -> Option<ByError> {
         let law = self.curves.error.law()?;
         let here = self.curves.error.points.last()?.1.variance();
-        Some(ByError(Power::through((f64::from(last), here), law.slope)))
+        Some(ByError(Power::through((f64::from(last), here), far(law.slope))))
     }
 }
 

@@ -70,7 +70,7 @@ pub fn draw(prices: &[&Price], layout: Layout, about: About) -> Result<String, F
     {
         let root = SVGBackend::with_string(&mut svg, size).into_drawing_area();
         let (x, y) = ranges(prices);
-        let left = 4 * layout.font;
+        let left = 5 * layout.font;
         let mut chart = ChartBuilder::on(&root)
             .margin_top(layout.font * FINE)
             .margin_right(layout.right * FINE)
@@ -202,7 +202,7 @@ fn grid(
     for at in ticks(y) {
         chart.draw_series([PathElement::new(vec![(x.0, at), (x.1, at)], line)])?;
         let (px, py) = chart.backend_coord(&(x.0, at));
-        let label = if at.fract() == 0.0 && at < -1.5 {
+        let label = if at.fract() == 0.0 && at < -3.5 {
             format!("10{}", words::superscript(&format!("{at:.0}")))
         } else {
             // Shortest form of a number with one digit that counts.

@@ -41,7 +41,7 @@ pub fn strip(study: &Study) -> Result<String, ImageError> {
             img(&error, [width, height], &format!("error of {}", frame.label)),
             escape(&frame.label),
             frame.spp,
-            words::seconds(frame.seconds),
+            words::seconds(frame.seconds).replace(' ', "\u{a0}"),
             words::number(frame.relative_mse),
         );
     }

@@ -18,8 +18,9 @@ pub fn number(value: f64) -> String {
     } else if size >= 99.5 {
         format!("{value:.0}")
     } else {
-        // Two digits behind the first that counts.
-        let digits = (1 - size.log10().floor() as i32).clamp(0, 5) as usize;
+        // Two digits that count, of the rounded number: 9.99 is 10.
+        let rounded: f64 = format!("{size:.1e}").parse().unwrap_or(size);
+        let digits = (1 - rounded.log10().floor() as i32).clamp(0, 5) as usize;
         format!("{value:.digits$}")
     }
 }
@@ -53,6 +54,8 @@ pub fn superscript(number: &str) -> String {
 pub fn seconds(value: f64) -> String {
     if !value.is_finite() {
         "never".to_owned()
+    } else if value >= 3.6e6 {
+        "more than 1000 h".to_owned()
     } else if value >= 7200.0 {
         format!("{} h", number(value / 3600.0))
     } else if value >= 120.0 {
@@ -190,18 +193,20 @@ pub fn headline(study: &Study) -> Headline {
     let (default, best) = (&study.prices[0], study.cheapest_by_mse(level));
     let asked = format!("a relative MSE of {}", exact(level));
     let faster = default.seconds_for_mse(level) / best.seconds_for_mse(level);
+    // The first sentence stands large, where a line may end at any blank: none between a number and its unit.
+    let time_unbroken = |price: &Price| time(price).replace(' ', "\u{a0}");
     let first = asked.replacen('a', "A", 1);
     let answer = if best.variant.knob.is_empty() || faster < 1.05 {
         format!(
             "{first} takes {} with the default settings, and nothing is cheaper.",
-            time(default)
+            time_unbroken(default)
         )
     } else {
         format!(
             "{first} takes {} with {}, and {} with the default settings.",
-            time(best),
+            time_unbroken(best),
             name(best),
-            time(default)
+            time_unbroken(default)
         )
     };
     let mut beside = vec![estimators(study, &asked, &time)];
@@ -247,8 +252,9 @@ fn biases(study: &Study) -> String {
 pub fn summary(study: &Study, scene: &Path) -> String {
     let Headline { answer, beside } = headline(study);
     format!(
-        "{}: {answer}\n{}\n{} settings, {} seeds, up to {} samples a pixel at {} x {}, {:.0} s\n",
+        "{}: {}\n{}\n{} settings, {} seeds, up to {} samples a pixel at {} x {}, {:.0} s\n",
         scene.display(),
+        answer.replace('\u{a0}', " "),
         beside.join("\n"),
         study.prices.len(),
         study.seeds,
@@ -268,6 +274,8 @@ mod tests {
         for (value, text) in [
             (0.0, "0"),
             (1.0, "1.0"),
+            (9.99, "10"),
+            (0.9999, "1.0"),
             (12.34, "12"),
             (123.4, "123"),
             (0.01234, "0.012"),
@@ -290,6 +298,7 @@ mod tests {
             (61.0, "61 s"),
             (600.0, "10 min"),
             (7200.0, "2.0 h"),
+            (1e12, "more than 1000 h"),
             (f64::INFINITY, "never"),
         ] {
             assert_eq!(seconds(value), text);

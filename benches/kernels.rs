@@ -17,6 +17,7 @@ use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
 use octolux::bsdf::{Bsdf, diffuse, phong};
+use octolux::estimator::density::{Average, ConeOnly, Mix, Projected};
 use octolux::estimator::{ShadingPoint, per_light, per_point};
 use octolux::lane::{Bits, F32x8, Lane, Mask};
 use octolux::light::SphereLight;
@@ -242,7 +243,7 @@ fn bsdfs(c: &mut Criterion) {
 fn estimators(c: &mut Criterion) {
     let g = &mut c.benchmark_group("kernels: estimators");
     macro_rules! per_light {
-        ($name:expr, $density:ty, $alpha:expr, $inputs:expr) => {
+        ($name:expr, $density:expr, $alpha:expr, $inputs:expr) => {
             kernel!(g, $name, $inputs, L, |x| {
                 let (point, numbers) = shading::<L>(x, $alpha);
                 let all = <L as Lane>::Mask::splat(true);
@@ -250,7 +251,7 @@ fn estimators(c: &mut Criterion) {
                     heads: numbers.0.top_bit(),
                     pair: Pair(numbers.0.shl(1), numbers.1),
                 };
-                per_light::sample::<L, $density>(&point, &LIGHT, toss, all).map_or([L::zero(); 7], |c| {
+                per_light::sample($density, &point, &LIGHT, toss, all).map_or([L::zero(); 7], |c| {
                     [c.wi.x, c.wi.y, c.wi.z, c.distance, c.ld.x, c.ld.y, c.ld.z]
                 })
             })
@@ -282,22 +283,19 @@ fn estimators(c: &mut Criterion) {
         }
         inputs
     };
-    per_light!("light, diffuse", per_light::ConeOnly, 1.0, points(0.5));
-    per_light!("light, Phong 1000", per_light::ConeOnly, 1000.0, points(0.5));
-    per_light!("mis, diffuse", per_light::Average, 1.0, points(0.5));
-    per_light!("mis, Phong 1000", per_light::Average, 1000.0, points(0.5));
+    per_light!("light, diffuse", ConeOnly, 1.0, points(0.5));
+    per_light!("light, Phong 1000", ConeOnly, 1000.0, points(0.5));
+    per_light!("mis2-power, diffuse", Mix::Power, 1.0, points(0.5));
+    per_light!("projected, diffuse", Projected, 1.0, points(0.5));
+    per_light!("mis, diffuse", Average, 1.0, points(0.5));
+    per_light!("mis, Phong 1000", Average, 1000.0, points(0.5));
     per_light!(
         "mis, Phong 1000, one technique a packet",
-        per_light::Average,
+        Average,
         1000.0,
         alternating()
     );
-    per_light!(
-        "mis, Phong 1000, lobe far from the light",
-        per_light::Average,
-        1000.0,
-        points(8.0)
-    );
+    per_light!("mis, Phong 1000, lobe far from the light", Average, 1000.0, points(8.0));
     per_point!("uniform, diffuse", per_point::Sphere, 1.0);
     per_point!("uniform, Phong 1000", per_point::Sphere, 1000.0);
     per_point!("brdf, diffuse", per_point::Lobe, 1.0);

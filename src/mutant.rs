@@ -9,6 +9,8 @@
 //! | `MissingCosine` | a Phong lobe without the foreshortening of its surface | weight |
 //! | `DoubledDensity` | cones that say they are half as large | weight |
 //! | `MixtureWithoutHalf` | the mixture's density as the sum of two, not their average | weight |
+//! | `HeuristicTurned` | the power heuristic gives each technique the weight of the other | weight |
+//! | `HorizonArcForgotten` | of a light that sets, the part under the arc of the horizon is forgotten | weight |
 //! | `HemisphereForSphere` | `uniform` weighed as if it drew from a hemisphere | weight |
 //! | `HorizonDropped` | directions below the surface count (in a picture the surface blocks them) | weight |
 //! | `FlippedMask` | BRDF directions count where they miss the light | density |
@@ -35,8 +37,6 @@
 //! | `StaleTail` | behind the tail of a stream, old points count | lanes |
 //! | `OneCornerBehind` | a triangle is culled when one corner is out of sight | accelerators |
 //! | `BallsAsPoints` | a ball is culled when its centre is out of sight | accelerators |
-//! | `RoundingForgotten` | the planes of a tile are taken for exact | accelerators |
-//! | `LampAsPoint` | what has points and a light's centre on one side is culled, whatever the light's radius | accelerators |
 //! | `OffsetTooShort` | shading points leave their surface by 2 half-ulps | acne |
 //! | `DensityOfTheNextTexel` | a texel of the environment with the density of its neighbour | density |
 //! | `OnePercentBright` | a study measures `independent` 1 % too bright | study |
@@ -75,11 +75,11 @@ mod tests {
     use std::process::Command;
     use std::sync::LazyLock;
 
-    use octolux::estimator::per_light::{Average, ConeOnly};
+    use octolux::estimator::density::{Average, ConeOnly};
     use octolux::lane::F32x8;
     use octolux::pipeline::Settings;
     use octolux::proof::{
-        self, Family, accelerators, agreement, closed_forms, costs, environments, pictures, samplers, strategies,
+        self, Family, accelerators, agreement, caps, closed_forms, costs, environments, pictures, samplers, strategies,
         triangles, weights,
     };
     use octolux::scene::{EstimatorKind, FilmSize, SamplerKind};
@@ -102,6 +102,8 @@ mod tests {
         MissingCosine "weight",
         DoubledDensity "weight",
         MixtureWithoutHalf "weight",
+        HeuristicTurned "weight",
+        HorizonArcForgotten "weight",
         HemisphereForSphere "weight",
         HorizonDropped "weight",
         FlippedMask "density",
@@ -128,8 +130,6 @@ mod tests {
         StaleTail "lanes",
         OneCornerBehind "accelerators",
         BallsAsPoints "accelerators",
-        RoundingForgotten "accelerators",
-        LampAsPoint "accelerators",
         OffsetTooShort "acne",
         OppositeForgotten "large plates",
         OnePercentBright "study",
@@ -160,7 +160,7 @@ mod tests {
         ("exact", closed_forms::noise_free_scenes),
         ("oracle", oracle),
         ("lanes", lanes),
-        ("accelerators", accelerators),
+        ("accelerators", || accelerators::random_scenes("random", &[2.0], 6, 1)),
         ("acne", acne),
         ("large plates", large_plates),
         ("study", costs::nothing_is_harmful),
@@ -177,8 +177,8 @@ mod tests {
         ];
         let mut family = Family::new("density");
         strategies::lobes::<F32x8>(&mut family, &[1.0, 1.5, 300.0], 1 << 14);
-        strategies::mixtures::<F32x8, Average>(&mut family, &LIGHTS, 1, 1 << 14);
-        strategies::mixtures::<F32x8, ConeOnly>(&mut family, &LIGHTS, 2, 1 << 14);
+        strategies::mixtures::<F32x8, _>(Average, &mut family, &LIGHTS, 1, 1 << 14);
+        strategies::mixtures::<F32x8, _>(ConeOnly, &mut family, &LIGHTS, 2, 1 << 14);
         triangles::directions::<F32x8>(&mut family, 3, 1 << 12);
         environments::directions::<F32x8>(&mut family, 4, 1 << 12);
         family.judge();
@@ -186,6 +186,7 @@ mod tests {
 
     fn weight() {
         weights::samples_of_lights();
+        caps::every_sample_is_the_answer();
         weights::samples_of_points();
         weights::nothing_is_dropped();
     }
@@ -201,11 +202,6 @@ mod tests {
                 (!hopeless).then_some(64)
             },
         );
-    }
-
-    fn accelerators() {
-        accelerators::random_scenes("random", &[2.0], 6, 1);
-        accelerators::narrow_views(&[1.0, 1e-3, 1e-5]);
     }
 
     fn acne() {

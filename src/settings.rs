@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// Which density the directions of light are drawn from (`ARCHITECTURE.md` has the formulas).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, clap::ValueEnum)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "kebab-case")]
 pub enum EstimatorKind {
     /// The whole sphere of directions, `1 / 4 pi`.
     Uniform,
@@ -14,6 +14,12 @@ pub enum EstimatorKind {
     Brdf,
     /// The average of `light` and `brdf`: the balance heuristic in one sample.
     Mis,
+    /// One direction of `light` and one of `brdf`, weighed by the balance heuristic.
+    Mis2Balance,
+    /// One direction of `light` and one of `brdf`, weighed by the power heuristic.
+    Mis2Power,
+    /// As `light`; sphere lights on diffuse surfaces in proportion to the cosine as well.
+    Projected,
 }
 
 /// Where random numbers come from.
@@ -50,8 +56,21 @@ impl AccelKind {
 }
 
 impl EstimatorKind {
-    /// All four, in the order of the hand-out.
-    pub const ALL: [Self; 4] = [Self::Uniform, Self::Light, Self::Brdf, Self::Mis];
+    /// The four of the hand-out in its order, then those beyond it.
+    pub const ALL: [Self; 7] = [
+        Self::Uniform,
+        Self::Light,
+        Self::Brdf,
+        Self::Mis,
+        Self::Mis2Balance,
+        Self::Mis2Power,
+        Self::Projected,
+    ];
+
+    /// Whether a pass draws directions for every light, or one for the point alone.
+    pub const fn per_light(self) -> bool {
+        !matches!(self, Self::Uniform | Self::Brdf)
+    }
 
     /// The name that scene files and the command line use.
     pub const fn name(self) -> &'static str {
@@ -60,6 +79,9 @@ impl EstimatorKind {
             Self::Light => "light",
             Self::Brdf => "brdf",
             Self::Mis => "mis",
+            Self::Mis2Balance => "mis2-balance",
+            Self::Mis2Power => "mis2-power",
+            Self::Projected => "projected",
         }
     }
 }

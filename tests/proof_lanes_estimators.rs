@@ -5,6 +5,7 @@ mod proof;
 
 use octolux::bsdf::Bsdf;
 use octolux::embree::TraceLane;
+use octolux::estimator::density::{Average, ConeOnly, Density, Mix, Projected};
 use octolux::estimator::{ShadingPoint, per_light, per_point, per_triangle};
 use octolux::lane::{Bits, Lane, Mask};
 use octolux::light::{SphereLight, Triangle};
@@ -88,9 +89,9 @@ fn said<L: Lane>(active: L::Mask, vectors: &[Vec3<L>], numbers: &[L]) -> Said {
         .collect()
 }
 
-fn by_light<L: Lane, D: per_light::Density>(case: &Case, light: &SphereLight, first: usize) -> Said {
+fn by_light<L: Lane, D: Density>(density: D, case: &Case, light: &SphereLight, first: usize) -> Said {
     let (point, toss, active) = case.inputs::<L>(first);
-    match per_light::sample::<L, D>(&point, light, toss, active) {
+    match per_light::sample(density, &point, light, toss, active) {
         Some(found) => said(found.active, &[found.wi, found.ld], &[found.distance]),
         None => vec![None; L::N],
     }
@@ -108,7 +109,8 @@ fn by_triangle<L: Lane>(case: &Case, triangle: &Triangle, first: usize) -> Said 
     let (point, toss, active) = case.inputs::<L>(first);
     let view = triangle.splat::<L>().seen_from(point.p);
     let worth = (Vec3::splat([3.0, 2.0, 1.0]), L::one());
-    match per_triangle::sample::<L, per_light::Average>(
+    match per_triangle::sample(
+        Average,
         &point,
         &view,
         worth,
@@ -124,12 +126,14 @@ fn by_triangle<L: Lane>(case: &Case, triangle: &Triangle, first: usize) -> Said 
 struct Estimates<'a>(&'a Case, &'a SphereLight, &'a Triangle);
 
 impl InLanes for Estimates<'_> {
-    type Said = [Option<Vec<u32>>; 5];
+    type Said = [Option<Vec<u32>>; 7];
     fn run<L: TraceLane>(&self, first: usize) -> Vec<Self::Said> {
         let Self(case, light, triangle) = *self;
         let mut said = [
-            by_light::<L, per_light::ConeOnly>(case, light, first),
-            by_light::<L, per_light::Average>(case, light, first),
+            by_light::<L, _>(ConeOnly, case, light, first),
+            by_light::<L, _>(Average, case, light, first),
+            by_light::<L, _>(Mix::Power, case, light, first),
+            by_light::<L, _>(Projected, case, light, first),
             by_point::<L, per_point::Sphere>(case, first),
             by_point::<L, per_point::Lobe>(case, first),
             by_triangle::<L>(case, triangle, first),

@@ -5,7 +5,7 @@
 
 mod proof;
 
-use octolux::estimator::per_light::{Average, ConeOnly};
+use octolux::estimator::density::{Average, ConeOnly};
 use octolux::lane::{F32x8, Lane};
 use proof::Family;
 use proof::places::LIGHTS;
@@ -25,8 +25,8 @@ fn lobes_are_sampled_with_the_density_that_they_report() {
 #[test]
 fn lights_and_mixtures_are_sampled_with_the_density_that_weighs_them() {
     fn both<L: Lane>(family: &mut Family, seed: u32) {
-        mixtures::<L, Average>(family, &LIGHTS, seed, DRAWS);
-        mixtures::<L, ConeOnly>(family, &LIGHTS, seed + 1, DRAWS);
+        mixtures::<L, _>(Average, family, &LIGHTS, seed, DRAWS);
+        mixtures::<L, _>(ConeOnly, family, &LIGHTS, seed + 1, DRAWS);
     }
     let mut family = Family::new("mixtures");
     both::<f32>(&mut family, 21);

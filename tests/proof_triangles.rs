@@ -3,7 +3,7 @@
 
 mod proof;
 
-use octolux::estimator::per_light::{Average, ConeOnly};
+use octolux::estimator::density::{Average, ConeOnly, Mix};
 use octolux::lane::F32x8;
 use proof::Family;
 use proof::triangles::{directions, weights};
@@ -18,6 +18,8 @@ fn directions_to_triangles_have_the_density_beside_them_and_it_integrates_to_the
 
 #[test]
 fn a_sample_of_a_triangle_weighs_f_cos_over_pdf() {
-    weights::<ConeOnly>();
-    weights::<Average>();
+    weights(ConeOnly);
+    weights(Average);
+    weights(Mix::Balance);
+    weights(Mix::Power);
 }

@@ -40,7 +40,7 @@ fn the_report_is_whole() {
     ] {
         assert!(labels.contains(&label), "{label}: {labels:?}");
     }
-    assert!(report["seeds"].as_u64().unwrap() >= 8);
+    assert!(report["seeds"].as_u64().unwrap() >= 16);
     for key in ["commit", "cpu", "target_features", "command", "threads", "load"] {
         assert!(!report["circumstances"][key].is_null(), "{key}");
     }
@@ -54,12 +54,22 @@ fn the_report_is_whole() {
         assert!(!same || price["same_bits"] == true, "{price}");
     }
 
-    // One line a look at a run, and every setting with as many seeds.
+    // One line a look at a run, and every setting with as many seeds; what has the bits of the defaults may sit out some.
     let csv = fs::read_to_string(place.path().join("report/study.csv")).unwrap();
     let lines: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
     let looks = prices[0]["points"].as_array().unwrap().len();
     let seeds = report["seeds"].as_u64().unwrap() as usize;
-    assert_eq!(lines.len(), 1 + prices.len() * seeds * looks);
+    let mut all = 1;
+    for price in prices {
+        let count = lines
+            .iter()
+            .filter(|line| line[0] == price["label"].as_str().unwrap())
+            .count();
+        let settled = price["same_bits"] == true && count >= 16 * looks && count.is_multiple_of(looks);
+        assert!(count == seeds * looks || settled, "{count}: {price}");
+        all += count;
+    }
+    assert_eq!(lines.len(), all);
     assert!(lines.iter().all(|line| line.len() == lines[0].len()));
 
     let page = fs::read_to_string(place.path().join("report/study.html")).unwrap();
@@ -186,8 +196,9 @@ fn a_target_error_is_reached_and_repeats() {
     assert!(read("a.npy") == read("b.npy"));
     let error = one["error"].as_f64().unwrap();
     assert!(error <= 0.02 && error > 0.01, "{error}");
-    assert_eq!((&one["target_error"], &one["replicates"]), (&0.02.into(), &4.into()));
-    assert_eq!(one["spp"].as_u64().unwrap() % 4, 0);
+    assert_eq!(one["target_error"], 0.02);
+    let replicates = one["replicates"].as_u64().unwrap();
+    assert!(replicates >= 4 && one["spp"].as_u64().unwrap().is_multiple_of(replicates));
     assert_eq!(one["samples"].as_u64().unwrap(), one["spp"].as_u64().unwrap() * 24 * 18);
     // What was said beside the picture stands in it, too.
     let output = place.succeeds("render in/small.toml --size 24x18 --target-error 0.05 -o a.exr");

@@ -195,9 +195,14 @@ impl Render<'_> {
         let quiet = self.job.args.quiet || self.job.overall.is_some();
         let pixels = u64::from(self.settings.film.width) * u64::from(self.settings.film.height);
         let bar = |spp: u32| Bar::start(&name, Goal::Passes(spp), pixels, progress.clone(), quiet);
-        self.siblings = target::siblings(&self.renderer, self.settings.seed);
-        let reached = target::render(&mut self.renderer, &mut self.siblings, asked, &mut self.times, bar);
-        self.reached = Some(reached);
+        self.reached = target::render(
+            &mut self.renderer,
+            &mut self.siblings,
+            self.settings.seed,
+            asked,
+            &mut self.times,
+            bar,
+        );
         self.complete = !progress.stop_requested();
     }
 

@@ -50,7 +50,8 @@ pub struct Args {
     #[arg(long, value_name = "SECONDS", value_parser = options::seconds, allow_negative_numbers = true)]
     pub time: Option<f64>,
     /// Render until the noise is so small a share of the picture, such as 0.01: the root of the mean variance of the pixels over
-    /// the mean of all. Four renders of different seeds, whose mean is the picture, measure it
+    /// the mean of all. Renders of different seeds measure it, and their mean is the picture: four, or more where few pixels
+    /// make the noise, until it is known to 15 % at two standard errors
     #[arg(long, value_name = "E", value_parser = options::error, allow_negative_numbers = true,
           conflicts_with_all = ["spp", "time", "adaptive", "snapshots", "checkpoint", "shard"])]
     pub target_error: Option<f64>,

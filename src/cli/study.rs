@@ -177,6 +177,45 @@ fn write(folder: &Path, study: &Study, scene: &Scene, circumstances: &Circumstan
 mod tests {
     use super::*;
 
+    /// Knobs are options of `render`, and what an option offers but no knob turns would be missing from every report: new
+    /// estimators, samplers and accelerators have to come by themselves.
+    #[test]
+    fn knobs_turn_every_value_that_render_offers() {
+        use clap::Args as _;
+        let settings = crate::pipeline::Settings {
+            film: crate::scene::FilmSize { width: 8, height: 8 },
+            estimator: crate::scene::EstimatorKind::Mis,
+            sampler: crate::scene::SamplerKind::Sobol,
+            seed: 0,
+            lanes: 8,
+            threads: 2,
+            accel: None,
+            robust: true,
+        };
+        // `--robust` is a knob of Embree alone.
+        let variants = cost::knobs::variants(settings, crate::settings::AccelKind::Embree);
+        let render = super::super::render::Args::augment_args(clap::Command::new("render"));
+        for knob in &cost::knobs::KNOBS {
+            let option = render
+                .get_arguments()
+                .find(|option| option.get_long() == Some(knob.name));
+            let option = option.unwrap_or_else(|| panic!("--{} is no option of render", knob.name));
+            let turned = |name: &str| variants.iter().any(|v| v.knob == knob.name && v.value == name);
+            let offered = match option.get_action().takes_values() {
+                true => option.get_possible_values(),
+                false => Vec::new(),
+            };
+            let left_out: Vec<_> = offered.iter().filter(|value| !turned(value.get_name())).collect();
+            // The defaults need no turning.
+            assert_eq!(
+                left_out.len(),
+                usize::from(!offered.is_empty()),
+                "--{}: {left_out:?}",
+                knob.name
+            );
+        }
+    }
+
     #[test]
     fn what_a_shell_would_take_apart_is_quoted() {
         assert_eq!(quoted("scenes/veach-mis.toml"), "scenes/veach-mis.toml");

@@ -3,12 +3,14 @@
 //! `L_o = ∫ L_e V f max(n·wi, 0) dwi`. One sample of it is, for a direction `wi` drawn with density `pdf`,
 //! `L_e V f_cos / pdf`. Two shapes of that:
 //!
-//! - [`per_light`]: `light` and `mis` draw one direction for every light. It counts that light alone, so its radiance is
-//!   known before any ray is traced and only its visibility is missing.
+//! - [`per_light`]: `light`, `mis`, `mis2-balance`, `mis2-power` and `projected` draw one direction for every light, or two. It
+//!   counts that light alone, so its radiance is known before any ray is traced and only its visibility is missing.
+//!   [`density`] says how directions of the light and of the BRDF are combined.
 //! - [`per_point`]: `uniform` and `brdf` draw one direction for the point. Whatever it meets first brings the radiance.
 //!
 //! Both know neither scene nor accelerator: they are functions of points, directions and random numbers.
 
+pub mod density;
 pub mod per_environment;
 pub mod per_light;
 pub mod per_point;

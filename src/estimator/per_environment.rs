@@ -1,7 +1,8 @@
 //! `light` and `mis` under what lies beyond the scene: a direction for the whole sky.
 
 use super::ShadingPoint;
-use super::per_light::{Contribution, Density};
+use super::density::Density;
+use super::per_light::Contribution;
 use crate::lane::{Lane, Mask};
 use crate::light::environment::Beyond;
 use crate::math::elementary::sin_cos_turn;
@@ -12,13 +13,14 @@ use crate::sampling::Toss;
 /// distance; otherwise as for spheres ([`super::per_light::sample`]).
 #[inline(always)]
 pub fn sample<L: Lane, D: Density, B: Beyond>(
+    density: D,
     point: &ShadingPoint<L>,
     beyond: &B,
     toss: Toss<L::Bits>,
     active: L::Mask,
 ) -> Option<Contribution<L>> {
     let bsdf = &point.bsdf;
-    let by_brdf = if D::MIXED {
+    let by_brdf = if density.mix().mixed() {
         toss.heads & active
     } else {
         L::Mask::splat(false)
@@ -45,6 +47,6 @@ pub fn sample<L: Lane, D: Density, B: Beyond>(
         active,
         wi,
         distance: L::splat(f32::INFINITY),
-        ld: le.times(bsdf.rho) * D::weight(omega, lobe).or_zero(active),
+        ld: le.times(bsdf.rho) * density.mix().weight(omega, lobe, by_brdf).or_zero(active),
     })
 }

@@ -2,43 +2,15 @@
 //! lights share. It costs as much as that of a cone and mostly meets no light at all: drawn for each light anew it took a third
 //! of the time of shading, and gained nothing, since a direction seldom meets two lights.
 
+use std::f32::consts::FRAC_1_PI;
+
 use super::ShadingPoint;
-use crate::bsdf::Lobe;
+use super::density::Density;
 use crate::lane::{Lane, Mask};
-use crate::light::{Cone, SphereLight, View};
+use crate::light::{Cap, Cone, SphereLight, View};
 use crate::math::elementary::sin_cos_turn;
 use crate::math::{Frame, Vec3};
 use crate::sampling::{Pair, Toss, warp};
-
-/// Which density directions are drawn from.
-pub trait Density {
-    /// Whether the BRDF has half of it.
-    const MIXED: bool;
-    /// `f_cos / pdf` without the reflectance, where `omega` is one over the light's own density, in steradians.
-    fn weight<L: Lane>(omega: L, lobe: Lobe<L>) -> L;
-}
-
-/// `1 / Ω`: uniform in the cone of the light.
-pub struct ConeOnly;
-
-/// `(p_light + p_brdf) / 2`: the balance heuristic of two strategies in one sample (the hand-out, section 6).
-pub struct Average;
-
-impl Density for ConeOnly {
-    const MIXED: bool = false;
-    #[inline(always)]
-    fn weight<L: Lane>(omega: L, lobe: Lobe<L>) -> L {
-        omega * lobe.shape
-    }
-}
-impl Density for Average {
-    const MIXED: bool = true;
-    /// With one division: `2 Ω f_cos / (1 + Ω p_brdf)`.
-    #[inline(always)]
-    fn weight<L: Lane>(omega: L, lobe: Lobe<L>) -> L {
-        mutate!(omega + omega, MixtureWithoutHalf => omega) * lobe.shape / omega.mul_add(lobe.pdf, L::one())
-    }
-}
 
 /// One unoccluded contribution of a light, and what has to be asked before it counts.
 #[derive(Clone, Copy, Debug)]
@@ -53,21 +25,26 @@ pub struct Contribution<L: Lane> {
     pub ld: Vec3<L>,
 }
 
-/// One sample of the density: a direction of the BRDF where the coin shows heads and `D` is an average, else of the cone. What a
+/// One sample of the density: a direction of the BRDF where the coin shows heads and both kinds count, else of the light. What a
 /// render does in two steps, since its packets mostly follow one technique, and lights share the direction of the BRDF.
 #[inline(always)]
 pub fn sample<L: Lane, D: Density>(
+    density: D,
     point: &ShadingPoint<L>,
     light: &SphereLight,
     Toss { heads, pair }: Toss<L::Bits>,
     active: L::Mask,
 ) -> Option<Contribution<L>> {
-    let heads = if D::MIXED { heads } else { L::Mask::splat(false) };
+    let heads = if density.mix().mixed() {
+        heads
+    } else {
+        L::Mask::splat(false)
+    };
     let view = light.seen_from(point.p);
     let tails = active & !heads & may_contribute(point, &view);
-    let tails = by_cone::<L, D>(point, light, &view, pair, tails);
+    let tails = by_light(density, point, light, &view, pair, tails);
     let heads = active & heads & light.may_meet(point.p, along_lobe(point, pair));
-    let heads = by_brdf::<L, D>(point, light, along_lobe(point, pair), heads);
+    let heads = by_brdf(density, point, light, along_lobe(point, pair), heads);
     match (tails, heads) {
         (Some(a), Some(b)) => Some(Contribution {
             active: a.active | b.active,
@@ -79,10 +56,11 @@ pub fn sample<L: Lane, D: Density>(
     }
 }
 
-/// Draws one direction in the cone of `light`, as it is viewed from each active point, and weighs it; `None` where no lane gets
-/// light by it. Ask [`may_contribute`] first: it is cheaper.
+/// Draws one direction to `light`, as it is viewed from each active point, and weighs it; `None` where no lane gets light by it. Ask
+/// [`may_contribute`] first: it is cheaper.
 #[inline(always)]
-pub fn by_cone<L: Lane, D: Density>(
+pub fn by_light<L: Lane, D: Density>(
+    density: D,
     point: &ShadingPoint<L>,
     light: &SphereLight,
     view: &View<L>,
@@ -91,11 +69,43 @@ pub fn by_cone<L: Lane, D: Density>(
 ) -> Option<Contribution<L>> {
     let cone = view.cone();
     let (u, v) = numbers.unit::<L>();
+    if D::PROJECTED {
+        return by_cap(point, light, &cone, (u, v), active);
+    }
     let t = warp::cone(u, cone.omc);
     let (sin_phi, cos_phi) = sin_cos_turn(v);
     let wi = Frame::about(cone.axis).direction(t, sin_phi, cos_phi);
     let (cos_theta, above) = point.above(wi);
-    weigh::<L, D>(point, light, &cone, t, wi, cos_theta, active & above)
+    let technique = (active & above, L::Mask::splat(false));
+    weigh(density, point, light, &cone, (t, wi, cos_theta), technique)
+}
+
+/// Draws a direction of the part of the light above the horizon in proportion to its cosine. The points must be diffuse: what is
+/// left of `f_cos / pdf` is the light's projected solid angle over pi, the same for every direction.
+#[inline(always)]
+fn by_cap<L: Lane>(
+    point: &ShadingPoint<L>,
+    light: &SphereLight,
+    cone: &Cone<L>,
+    (u, v): (L, L),
+    active: L::Mask,
+) -> Option<Contribution<L>> {
+    let cap = Cap::above(point.bsdf.n, cone);
+    let drawn = cap.draw(u, v);
+    // The cosine itself is above 0 by its form; that of the direction is not, where a light is at the horizon.
+    let lit = cap.projected().gt(L::zero()) & drawn.cos_theta.gt(L::zero());
+    let active = active & lit & point.ng.dot(drawn.wi).gt(L::zero());
+    if active.none() {
+        return None;
+    }
+    let t = L::select(cone.inside, cone.t(drawn.wi), drawn.t);
+    let share = (cap.projected() * L::splat(FRAC_1_PI)).or_zero(active);
+    Some(Contribution {
+        active,
+        wi: drawn.wi,
+        distance: cone.distance(t),
+        ld: Vec3::splat(light.le).times(point.bsdf.rho) * share,
+    })
 }
 
 /// Draws the direction of the BRDF that all lights of a point share; 0 where it does not leave the surface.
@@ -112,6 +122,7 @@ pub fn along_lobe<L: Lane>(point: &ShadingPoint<L>, numbers: Pair<L::Bits>) -> V
 /// Weighs a direction that [`along_lobe`] has drawn, for `light`; `None` where no lane gets light by it.
 #[inline(always)]
 pub fn by_brdf<L: Lane, D: Density>(
+    density: D,
     point: &ShadingPoint<L>,
     light: &SphereLight,
     wi: Vec3<L>,
@@ -121,19 +132,20 @@ pub fn by_brdf<L: Lane, D: Density>(
     let t = cone.t(wi);
     let (cos_theta, above) = point.above(wi);
     let met = above & mutate!(cone.contains(t), FlippedMask => !cone.contains(t));
-    weigh::<L, D>(point, light, &cone, t, wi, cos_theta, active & met)
+    let technique = (active & met, L::Mask::splat(true));
+    weigh(density, point, light, &cone, (t, wi, cos_theta), technique)
 }
 
-/// `le f_cos / pdf` of directions at `t` from the axis of a cone that they are in.
+/// `le f_cos / pdf` of directions at `t` from the axis of a cone that they are in; lanes that count, and those of them that follow
+/// their BRDF.
 #[inline(always)]
 fn weigh<L: Lane, D: Density>(
+    density: D,
     point: &ShadingPoint<L>,
     light: &SphereLight,
     cone: &Cone<L>,
-    t: L,
-    wi: Vec3<L>,
-    cos_theta: L,
-    active: L::Mask,
+    (t, wi, cos_theta): (L, Vec3<L>, L),
+    (active, by_brdf): (L::Mask, L::Mask),
 ) -> Option<Contribution<L>> {
     if active.none() {
         return None;
@@ -145,7 +157,7 @@ fn weigh<L: Lane, D: Density>(
     }
     let omega = warp::cone_solid_angle(mutate!(cone.omc, DoubledDensity => cone.omc * L::splat(0.5)));
     // Selected at the end: what overflows in an idle lane must not reach the sum of its point as infinity times 0.
-    let ld = Vec3::splat(light.le).times(point.bsdf.rho) * D::weight(omega, lobe);
+    let ld = Vec3::splat(light.le).times(point.bsdf.rho) * density.mix().weight(omega, lobe, by_brdf);
     let ld = Vec3::select(active, ld, Vec3::zero());
     Some(Contribution {
         active,

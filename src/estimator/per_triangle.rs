@@ -1,7 +1,8 @@
 //! `light` and `mis` under triangles that emit: a direction for every one, or for one of a mesh.
 
 use super::ShadingPoint;
-use super::per_light::{Contribution, Density};
+use super::density::Density;
+use super::per_light::Contribution;
 use crate::bsdf::Lobe;
 use crate::lane::{Lane, Mask};
 use crate::light::triangle::View;
@@ -35,6 +36,7 @@ impl<L: Lane> From<Toss<L::Bits>> for Numbers<L> {
 /// drawn as for spheres ([`super::per_light::sample`]).
 #[inline(always)]
 pub fn sample<L: Lane, D: Density>(
+    density: D,
     point: &ShadingPoint<L>,
     view: &View<L>,
     (le, share): (Vec3<L>, L),
@@ -42,7 +44,7 @@ pub fn sample<L: Lane, D: Density>(
     active: L::Mask,
 ) -> Option<Contribution<L>> {
     let bsdf = &point.bsdf;
-    let by_brdf = if D::MIXED {
+    let by_brdf = if density.mix().mixed() {
         heads & active
     } else {
         L::Mask::splat(false)
@@ -66,7 +68,8 @@ pub fn sample<L: Lane, D: Density>(
         return None;
     }
     let distance = view.distance(wi);
-    let weight = D::weight(view.inverse_density(wi, distance) / share, lobe);
+    let omega = view.inverse_density(wi, distance) / share;
+    let weight = density.mix().weight(omega, lobe, by_brdf);
     Some(Contribution {
         active,
         wi,
@@ -112,7 +115,8 @@ pub fn look<L: Lane>(point: &ShadingPoint<L>, numbers: Pair<L::Bits>, active: L:
 /// What to multiply `f_cos` and the radiance by, where a direction with the density `pdf` of the BRDF meets the triangle of
 /// `view`, which has the chance `share`, at `distance`.
 #[inline(always)]
-pub fn weigh<L: Lane, D: Density>(view: &View<L>, share: L, wi: Vec3<L>, distance: L, pdf: L) -> L {
+pub fn weigh<L: Lane, D: Density>(density: D, view: &View<L>, share: L, wi: Vec3<L>, distance: L, pdf: L) -> L {
     let lobe = Lobe { shape: L::one(), pdf };
-    D::weight(view.inverse_density(wi, distance) / share, lobe)
+    let omega = view.inverse_density(wi, distance) / share;
+    density.mix().weight(omega, lobe, L::Mask::splat(true))
 }

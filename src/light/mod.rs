@@ -1,10 +1,12 @@
 //! What emits and can be sampled: one kind a file.
 
+pub mod cap;
 pub mod environment;
 pub mod mesh;
 pub mod sphere;
 pub mod triangle;
 
+pub use cap::Cap;
 pub use environment::Environment;
 pub use mesh::MeshLight;
 pub use sphere::{Cone, SphereLight, View};

@@ -75,7 +75,7 @@ impl Line {
             Plane {
                 normal: inward,
                 offset: 0.0,
-                size: norm1(inward) + mutate!(ROUNDED, RoundingForgotten => 0.0),
+                size: norm1(inward) + ROUNDED,
             }
         });
         self.select(
@@ -157,7 +157,7 @@ impl Member {
             return false;
         }
         let center = dot(self.triangle.normal, light.center) - self.offset;
-        let reach = self.length * mutate!(light.radius, LampAsPoint => 0.0) * (1.0 + MARGIN)
+        let reach = self.length * light.radius * (1.0 + MARGIN)
             + MARGIN * (self.length * norm1(light.center) + self.offset.abs());
         (low > 0.0 && center > reach) || (high < 0.0 && center < -reach)
     }

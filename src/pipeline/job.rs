@@ -107,6 +107,7 @@ impl Job<'_> {
             first: range.start,
             passes,
             order: self.plan.order,
+            mix: self.plan.mix,
             sum: &mut sum,
             counters: &mut counters,
         };

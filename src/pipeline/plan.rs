@@ -2,6 +2,7 @@
 
 use super::rows::{self, Run};
 use super::stage::grid::Order;
+use crate::estimator::density::Mix;
 use crate::lane::has_avx512;
 use crate::scene::{Effect, Effects, EstimatorKind, Features};
 use crate::settings::AccelKind;
@@ -38,9 +39,11 @@ pub struct Plan {
     pub order: Order,
     /// Traces the samples of a chunk to what they meet first.
     pub eye: Run,
-    /// Turns hits into light, shading and visibility: a stage for each model of reflection, and for `light` and
-    /// `mis` each kind of light, that there is.
+    /// Turns hits into light, shading and visibility: a stage for each model of reflection and, where a direction is drawn for
+    /// every light, each kind of light that there is.
     pub shade: Vec<Run>,
+    /// Which directions are drawn for each light and how they are weighed.
+    pub mix: Mix,
     /// What the stages hold: at least what the scene calls for.
     pub held: Effects,
 }
@@ -58,7 +61,6 @@ impl Plan {
         lanes: usize,
         accel: Option<AccelKind>,
     ) -> Result<Self, (String, &'static str)> {
-        let per_light = matches!(estimator, EstimatorKind::Light | EstimatorKind::Mis);
         match lanes {
             1 | 8 => {}
             16 if has_avx512() => {}
@@ -77,7 +79,12 @@ impl Plan {
         };
         let accel = accel.unwrap_or(free_choice);
         let needs = features.effects().and(forced);
-        let pairs = 2 + if per_light { features.lights() as u32 } else { 0 } + u32::from(needs.has(Effect::Lens));
+        let pairs =
+            2 + if estimator.per_light() {
+                features.lights() as u32
+            } else {
+                0
+            } + u32::from(needs.has(Effect::Lens));
         let order = if accel == AccelKind::Embree && features.shapes >= NEIGHBOURS {
             Order::Neighbours
         } else {
@@ -93,6 +100,7 @@ impl Plan {
                 order,
                 eye: rows::blank().run(accel, lanes),
                 shade: Vec::new(),
+                mix: Mix::default(),
                 held: Effects::default(),
             });
         }
@@ -115,6 +123,7 @@ impl Plan {
                 .flat_map(|&model| rows::shade(estimator, needs, model))
                 .map(|row| row.run(accel, lanes))
                 .collect(),
+            mix: rows::mix(estimator),
             held,
         })
     }

@@ -6,18 +6,19 @@
 use serde::Serialize;
 
 use super::plan::Plan;
+use super::rows;
 use super::stage::{Chunk, Scratch, pairs};
 use super::stream::{Address, Diffuse, Model, Phong};
 use super::tracer::{ByEmbree, InLine, Tracer};
 use super::world::World;
 use super::{Counters, Settings};
 use crate::embree::{Coherence, NO_SPHERE, Ray};
+use crate::estimator::density::{Mix, Projected};
 use crate::estimator::{ShadingPoint, per_light, per_point};
 use crate::film::Tile;
 use crate::lane::Word;
-use crate::light::SphereLight;
 use crate::math::Vec3;
-use crate::sampling::PassBlock;
+use crate::sampling::{PassBlock, Toss};
 use crate::scene::EstimatorKind;
 use crate::settings::AccelKind;
 
@@ -34,9 +35,9 @@ pub struct Replay {
     pub seen: [f64; 3],
     /// Where light was asked for.
     pub point: Option<Point>,
-    /// The directions in which it was asked for: one for each sphere that emits by `light` and `mis`, else one.
+    /// The directions in which it was asked for: one or two for each sphere that emits, or one for the point.
     pub asked: Vec<Asked>,
-    /// Whether `light` and `mis` also asked for meshes or an environment that emit, which are in the radiance but not told one by
+    /// Whether estimators with a direction for every light also asked for meshes or an environment that emit, which are in the radiance but not told one by
     /// one.
     pub meshes_untold: bool,
     /// Radiance of the sample: what a render adds to the pixel.
@@ -122,6 +123,7 @@ pub(super) fn replay(plan: &Plan, world: &World, settings: &Settings, tile: &Til
         first: 0,
         passes: 1,
         order: plan.order,
+        mix: plan.mix,
         sum: &mut sum,
         counters: &mut counters,
     };
@@ -166,8 +168,7 @@ pub(super) fn replay(plan: &Plan, world: &World, settings: &Settings, tile: &Til
         seen,
         point,
         asked,
-        meshes_untold: !world.only_spheres_emit()
-            && matches!(settings.estimator, EstimatorKind::Light | EstimatorKind::Mis),
+        meshes_untold: !world.only_spheres_emit() && settings.estimator.per_light(),
         radiance: sum.0[0],
         invalid: [counters.invalid_nan, counters.invalid_inf, counters.invalid_negative],
     }
@@ -224,17 +225,35 @@ fn directions<T: Tracer>(
             occluded,
         }
     };
-    let for_light = |(i, light): (usize, &SphereLight)| {
-        let mut toss = numbers.toss(address.key, address.pass, pairs::light(i), tile.number());
-        let mis = settings.estimator == EstimatorKind::Mis;
-        if mis && toss.heads {
-            // All lights share the direction of the BRDF.
-            toss.pair = numbers.after_toss(address.key, address.pass, pairs::DIRECTION);
+    let mix = rows::mix(settings.estimator);
+    let projected = settings.estimator == EstimatorKind::Projected && !point.bsdf.phong;
+    let shared = |toss: bool| {
+        // All lights share the direction of the BRDF.
+        let of = if toss { PassBlock::after_toss } else { PassBlock::pair };
+        of(numbers, address.key, address.pass, pairs::DIRECTION)
+    };
+    let for_light = |i: usize| {
+        let pair = pairs::light(i);
+        let mut tosses = vec![numbers.toss(address.key, address.pass, pair, tile.number())];
+        if mix.both() || projected {
+            tosses[0].pair = numbers.pair(address.key, address.pass, pair);
         }
-        let drawn = if mis {
-            per_light::sample::<f32, per_light::Average>(point, light, toss, true)
+        tosses[0].heads &= mix == Mix::Average;
+        if tosses[0].heads {
+            tosses[0].pair = shared(true);
+        }
+        if mix.both() {
+            let (heads, pair) = (true, shared(false));
+            tosses.push(Toss { heads, pair });
+        }
+        tosses.into_iter().map(move |toss| (i, toss))
+    };
+    let asked = |(i, toss): (usize, Toss<Word>)| {
+        let light = &world.lights[i];
+        let drawn = if projected {
+            per_light::sample(Projected, point, light, toss, true)
         } else {
-            per_light::sample::<f32, per_light::ConeOnly>(point, light, toss, true)
+            per_light::sample(mix, point, light, toss, true)
         };
         let cone = light.cone(point.p);
         Asked {
@@ -242,7 +261,11 @@ fn directions<T: Tracer>(
             sphere: Some(light.sphere),
             omc: Some(cone.omc),
             cone_pdf: Some(cone.pdf()),
-            technique: if mis && toss.heads { "brdf" } else { "cone" },
+            technique: match (toss.heads, projected) {
+                (true, _) => "brdf",
+                (false, true) => "cap",
+                (false, false) => "cone",
+            },
             found: drawn.filter(|drawn| drawn.active).map(|drawn| {
                 let shadow = ray(point.p, drawn.wi, drawn.distance, light.sphere);
                 let occluded = T::occluded::<f32>(world, &set, true, &shadow);
@@ -250,11 +273,10 @@ fn directions<T: Tracer>(
             }),
         }
     };
-    let uniform = match settings.estimator {
-        EstimatorKind::Light | EstimatorKind::Mis => return world.lights.iter().enumerate().map(for_light).collect(),
-        EstimatorKind::Uniform => true,
-        EstimatorKind::Brdf => false,
-    };
+    if settings.estimator.per_light() {
+        return (0..world.lights.len()).flat_map(for_light).map(asked).collect();
+    }
+    let uniform = settings.estimator == EstimatorKind::Uniform;
     let pair = numbers.pair(address.key, address.pass, pairs::DIRECTION);
     let drawn = if uniform {
         per_point::sample::<f32, per_point::Sphere>(point, pair, true)

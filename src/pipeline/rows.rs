@@ -7,8 +7,8 @@ use std::marker::PhantomData;
 use super::stage::{Chunk, Scratch, Stage, environment, eye, shade, triangles};
 use super::stream::{self, Model};
 use super::tracer::{ByEmbree, InLine, Tracer};
-use crate::estimator::per_light::Density;
-use crate::estimator::{per_light, per_point};
+use crate::estimator::density::{Average, ConeOnly, Density, Mix};
+use crate::estimator::per_point;
 use crate::lane::{F32x8, F32x16, Work, with_avx512};
 use crate::scene::{Effect, Effects};
 use crate::settings::{AccelKind, EstimatorKind};
@@ -77,12 +77,24 @@ pub fn shade(estimator: EstimatorKind, needs: Effects, model: Effect) -> Vec<Row
     }
 }
 
+/// How an estimator combines directions of lights with those of the BRDF.
+pub const fn mix(estimator: EstimatorKind) -> Mix {
+    match estimator {
+        EstimatorKind::Mis => Mix::Average,
+        EstimatorKind::Mis2Balance => Mix::Balance,
+        EstimatorKind::Mis2Power => Mix::Power,
+        _ => Mix::Light,
+    }
+}
+
 fn shade_model<M: Model>(estimator: EstimatorKind, needs: Effects) -> Vec<Row> {
     match estimator {
         EstimatorKind::Uniform => vec![point::<per_point::Sphere, M>(needs)],
         EstimatorKind::Brdf => vec![point::<per_point::Lobe, M>(needs)],
-        EstimatorKind::Light => kinds::<per_light::ConeOnly, M>(needs),
-        EstimatorKind::Mis => kinds::<per_light::Average, M>(needs),
+        EstimatorKind::Light => kinds::<ConeOnly, M>(needs),
+        EstimatorKind::Mis => kinds::<Average, M>(needs),
+        EstimatorKind::Mis2Balance | EstimatorKind::Mis2Power => kinds::<Mix, M>(needs),
+        EstimatorKind::Projected => kinds::<M::Projected, M>(needs),
     }
 }
 
@@ -96,12 +108,13 @@ fn point<D: per_point::Density, M: Model>(needs: Effects) -> Row {
     }
 }
 
+/// A stage for each kind of light. Only that for spheres is compiled for the density; the others look the mix up when they run.
 fn kinds<D: Density, M: Model>(needs: Effects) -> Vec<Row> {
     let kinds = [
         (Effect::SphereLights, Row::of::<shade::PerLight<D, M>>()),
-        (Effect::MeshLights, Row::of::<triangles::PerTriangle<D, M>>()),
-        (Effect::MeshLights, Row::of::<triangles::PerMesh<D, M>>()),
-        (Effect::Environment, Row::of::<environment::PerEnvironment<D, M>>()),
+        (Effect::MeshLights, Row::of::<triangles::PerTriangle<M>>()),
+        (Effect::MeshLights, Row::of::<triangles::PerMesh<M>>()),
+        (Effect::Environment, Row::of::<environment::PerEnvironment<M>>()),
     ];
     let there = kinds.into_iter().filter(|(kind, _)| needs.has(*kind));
     there.map(|(_, row)| row).collect()

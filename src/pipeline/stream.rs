@@ -5,6 +5,7 @@
 
 use crate::bsdf::Bsdf;
 use crate::estimator::ShadingPoint;
+use crate::estimator::density::{ConeOnly, Density, Projected};
 use crate::estimator::per_light::Contribution;
 use crate::lane::{Bits, Lane, Mask};
 use crate::math::Vec3;
@@ -132,6 +133,8 @@ pub trait Model {
     const STREAM: usize;
     /// Whether their lobe is Phong's.
     const PHONG: bool;
+    /// The density of `projected`: a lobe of Phong's model is not in proportion to the cosine, so cones have to do for it.
+    type Projected: Density;
 }
 
 /// Lambert's model.
@@ -143,11 +146,13 @@ pub struct Phong;
 impl Model for Diffuse {
     const STREAM: usize = 0;
     const PHONG: bool = false;
+    type Projected = Projected;
 }
 
 impl Model for Phong {
     const STREAM: usize = 1;
     const PHONG: bool = true;
+    type Projected = ConeOnly;
 }
 
 /// Shading points of one model that wait for light.

@@ -154,6 +154,7 @@ fn scene(text: &str, path: &Path, outside: Outside) -> Result<Scene, Fault> {
         }
         None => None,
     };
+    notes.extend(out_of_range(&spheres, &meshes, camera.origin));
     let sky_emits = environment.as_ref().is_some_and(Environment::emits);
 
     let mut surfaces = spheres
@@ -212,6 +213,31 @@ fn drop_covered(meshes: &mut Vec<Mesh>, origin: DVec3) -> Option<String> {
     }
     meshes.retain(|mesh| !mesh.triangles.is_empty());
     (covered > 0).then(|| format!("{covered} triangles that emit lie on earlier ones, which hide them: left out"))
+}
+
+/// Squares of lengths and the volumes of corners leave single precision beyond this, and below one over it.
+const FARTHEST: f64 = 1e12;
+
+/// A sentence where the scene as a whole is so large or so small that packets lose it.
+fn out_of_range(spheres: &[Sphere], meshes: &[Mesh], origin: DVec3) -> Option<String> {
+    let of_spheres = spheres.iter().map(|s| (s.center - origin).length() + s.radius);
+    let of_mesh = |mesh: &Mesh| {
+        let corners = mesh.triangles.iter().flatten();
+        let reach = corners.map(|&corner| (mesh.vertices[corner as usize] - origin).length());
+        reach.fold(0.0, f64::max)
+    };
+    let reach = of_spheres.chain(meshes.iter().map(of_mesh)).fold(0.0, f64::max);
+    let said = if reach > FARTHEST {
+        "give lengths in a larger unit, or bring in what is so far away"
+    } else if 0.0 < reach && reach < 1.0 / FARTHEST {
+        "give lengths in a smaller unit"
+    } else {
+        return None;
+    };
+    Some(format!(
+        "the scene reaches {reach:.1e} from the camera; beyond {FARTHEST:e} and below {:e} single precision loses shapes: {said}",
+        1.0 / FARTHEST
+    ))
 }
 
 /// What the TOML reader says, in our form.

@@ -88,7 +88,7 @@ pub(super) fn mesh(
     if mesh.uvs.is_none() && textured {
         return Err(table.fault(
             format!("{title} has a material with a texture, and no texture coordinates"),
-            "add uvs = [[0, 0], ...], one for each vertex; of files .obj (vt) and .ply (s, t or u, v) bring them",
+            "add uvs = [[0, 0], ...], one for each vertex; of files .obj (vt), .ply (s, t or u, v) and glTF (TEXCOORD_0) bring them",
         ));
     }
     Ok((mesh, note))

@@ -71,8 +71,8 @@ pub(super) fn read(files: &Files, name: &str, wrap: Wrap) -> Result<Texture, Fau
     {
         let (x, y) = (at % width as usize, at / width as usize);
         return Err(fault(
-            format!("is not finite or negative at ({x}, {y}): {:?}", texels[at]),
-            "a reflectance is 0 or above",
+            format!("has {:?} at ({x}, {y})", texels[at]),
+            "every texel must be finite and not negative: mend the picture",
         ));
     }
     Ok(Texture {

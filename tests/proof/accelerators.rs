@@ -116,6 +116,7 @@ pub fn random_scenes(name: &str, distances: &[f64], scenes: u64, most: usize) {
             }
         }
     }
+    println!("{name}: {differ} of {pixels} pixels differ");
     worst.sort_by_key(|(count, _)| std::cmp::Reverse(*count));
     assert!(
         differ * 1000 <= most * pixels,

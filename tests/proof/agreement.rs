@@ -14,8 +14,8 @@ pub const ROWS: u32 = 3;
 /// What single precision and the offset of shading points may move a mean (`proof_closed_forms.rs`).
 const ROUNDING: f64 = 1e-5;
 
-/// Compares all pairs of `[uniform, light, brdf, mis]`, each with its passes a seed (0: left out), and each with the
-/// oracle of `spp` samples a pixel.
+/// Compares all pairs of estimators, `[uniform, light, brdf, mis]` with their passes a seed (0: left out), those beyond the
+/// hand-out with as many directions as the one that they are like, and each with the oracle of `spp` samples a pixel.
 pub fn agree(scene: &Scene, table: &'static str, film: FilmSize, seeds: u32, passes: [u32; 4], spp: u32) {
     judge(Family::new(table), table, scene, film, seeds, passes, spp);
 }
@@ -25,11 +25,19 @@ pub fn judge(mut family: Family, table: &str, scene: &Scene, film: FilmSize, see
     let FilmSize { width, height } = film;
     let oracle = reference::render(scene, film, spp, 99, &|_| ());
     let mut columns = vec![("oracle", oracle_estimates(&oracle, COLUMNS, ROWS), oracle.to_picture())];
-    for (estimator, passes) in EstimatorKind::ALL
+    let [uniform, light, brdf, mis] = passes;
+    let of = |estimator: EstimatorKind| match estimator {
+        EstimatorKind::Uniform => uniform,
+        EstimatorKind::Light | EstimatorKind::Projected => light,
+        EstimatorKind::Brdf => brdf,
+        EstimatorKind::Mis => mis,
+        // Twice as many directions.
+        EstimatorKind::Mis2Balance | EstimatorKind::Mis2Power => mis / 2,
+    };
+    let each = EstimatorKind::ALL
         .into_iter()
-        .zip(passes)
-        .filter(|(_, passes)| *passes > 0)
-    {
+        .map(|estimator| (estimator, of(estimator)));
+    for (estimator, passes) in each.filter(|(_, passes)| *passes > 0) {
         let runs = Runs::new(scene, settings(width, height, estimator), passes, 1, seeds);
         columns.push((estimator.name(), runs.estimates(COLUMNS, ROWS), runs.mean_picture()));
     }

@@ -56,8 +56,12 @@ pub fn test_scenes(
             let runs = Runs::new(&scene, settings, passes, 1, seeds);
             for (channel, (found, answer)) in runs.estimates(1, 1).into_iter().zip(answer).enumerate() {
                 let answer = Estimate::exact(answer);
+                // `projected` has no noise that would hide the offset of the shading point: from the height of 2.9e-6 half a light
+                // is 3.2e-6 less.
+                let sunk = scene.name == "sphere-half-sunk" && estimator == EstimatorKind::Projected;
+                let rounding = if sunk { 4e-6 } else { ROUNDING };
                 let what = format!("{} {} channel {channel}", scene.name, estimator.name());
-                family.add(found.p(answer, ROUNDING), format!("{what}: {}", found.against(answer)));
+                family.add(found.p(answer, rounding), format!("{what}: {}", found.against(answer)));
             }
         }
     }

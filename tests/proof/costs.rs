@@ -77,8 +77,8 @@ pub fn target_errors_are_those_of_the_mean() {
         runs::picture(&scene, settings, 8)
     };
     let means: Vec<_> = (0..40)
-        .map(|seed| (0..target::REPLICATES).map(|r| picture(seed, r)).collect::<Vec<_>>())
-        .map(|replicates| (target::error(&replicates), target::mean(&replicates)))
+        .map(|seed| (0..target::LEAST).map(|r| picture(seed, r)).collect::<Vec<_>>())
+        .map(|replicates| (target::error(&replicates).error, target::mean(&replicates)))
         .collect();
     let said = (means.iter().map(|(error, _)| error * error).sum::<f64>() / 40.0).sqrt();
     // `error` is of the mean of its pictures: of one of these, the root of 40 times as much.

@@ -6,7 +6,9 @@
 
 pub mod accelerators;
 pub mod agreement;
+pub mod caps;
 pub mod closed_forms;
+pub mod combinations;
 pub mod costs;
 pub mod environments;
 pub mod lanes;

@@ -7,6 +7,7 @@
 use std::f64::consts::TAU;
 
 use glam::DVec3;
+use octolux::estimator::density::Density;
 use octolux::estimator::per_light;
 use octolux::lane::{Bits, Lane, Mask};
 use octolux::math::Frame;
@@ -107,7 +108,8 @@ pub fn lobes<L: Lane>(family: &mut Family, alphas: &[f64], draws: u32) {
 }
 
 /// Adds a test for each light: `draws` samples of an estimator against its density, and those that bring nothing.
-pub fn mixtures<L: Lane, D: per_light::Density>(family: &mut Family, lights: &[Place], seed: u32, draws: u32) {
+pub fn mixtures<L: Lane, D: Density>(density: D, family: &mut Family, lights: &[Place], seed: u32, draws: u32) {
+    let mixed = density.mix().mixed();
     for (i, (sine, alpha, off, dip)) in lights.iter().copied().enumerate() {
         let point = point::<L>(alpha, 0.5);
         let light = light(&point, sine, off, dip);
@@ -121,7 +123,7 @@ pub fn mixtures<L: Lane, D: per_light::Density>(family: &mut Family, lights: &[P
         for first in (0..draws).step_by(L::N) {
             let pixel = L::Bits::from_fn(|lane| first + lane as u32);
             let toss = numbers.toss(numbers.key(pixel), L::Bits::splat(0), i as u32, first);
-            if let Some(found) = per_light::sample::<L, D>(&point, &light, toss, all) {
+            if let Some(found) = per_light::sample(density, &point, &light, toss, all) {
                 let directions = found.active.lanes().map(|lane| wide(found.wi.lane(lane)));
                 directions.for_each(|wi| counts[cell(&edges, polar.of(wi))] += 1.0);
             }
@@ -134,7 +136,7 @@ pub fn mixtures<L: Lane, D: per_light::Density>(family: &mut Family, lights: &[P
                 return 0.0;
             }
             let cone = 1.0 / (TAU * omc);
-            if D::MIXED {
+            if mixed {
                 (cone + f64::from(lobe.pdf.lane(0))) / 2.0
             } else {
                 cone
@@ -144,7 +146,7 @@ pub fn mixtures<L: Lane, D: per_light::Density>(family: &mut Family, lights: &[P
         counts.push(f64::from(draws) - counts.iter().sum::<f64>());
         expected.push(f64::from(draws) - expected.iter().sum::<f64>());
         let test = chi_square(&counts, &expected);
-        let what = format!("sin {sine}, alpha {alpha}, off {off}, dip {dip}, mixed {}", D::MIXED);
+        let what = format!("sin {sine}, alpha {alpha}, off {off}, dip {dip}, mixed {mixed}");
         family.add(test.p, format!("{what} in {} lanes: {test:?}", L::N));
     }
 }

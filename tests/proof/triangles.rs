@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
-use octolux::estimator::per_light::Density;
+use octolux::estimator::density::Density;
 use octolux::estimator::per_triangle::{Numbers, sample};
 use octolux::lane::{Bits, Lane, Mask, Word};
 use octolux::light::Triangle;
@@ -14,6 +14,7 @@ use super::Family;
 use super::places::{RHO, narrow, point, wide};
 use super::runs::Estimate;
 use super::stats::chi_square;
+use super::weights::weight_over_f;
 
 /// Triangles seen from the origin, by name: each map, its limits, and what is hard for it.
 pub fn triangles() -> Vec<(&'static str, [DVec3; 3])> {
@@ -39,6 +40,10 @@ pub fn triangles() -> Vec<(&'static str, [DVec3; 3])> {
         ("below the huge ones", near(0.1)),
         ("above them", near(0.03)),
         ("touched", near(1e-4)),
+        (
+            "next to an edge",
+            [[-1.0, -0.002, 0.004], [1.1, -0.002, 0.004], [0.1, 1.0, 0.004]].map(DVec3::from_array),
+        ),
         ("with right angles", [DVec3::X, DVec3::Y, DVec3::Z]),
     ]
 }
@@ -54,6 +59,13 @@ pub fn solid_angle(corners: [DVec3; 3]) -> f64 {
         .max(0.0)
         .sqrt()
         .atan()
+}
+
+/// Whether all of the hemisphere is sampled for it.
+fn by_hemisphere(corners: [DVec3; 3], omega: f64) -> bool {
+    let [a, b, c] = corners.map(DVec3::normalize);
+    let opposite = 1.0 + a.dot(b).min(b.dot(c)).min(c.dot(a)) < f64::from(octolux::light::triangle::OPPOSITE);
+    omega > f64::from(octolux::light::triangle::HUGE) || opposite
 }
 
 pub fn light(corners: [DVec3; 3]) -> Triangle {
@@ -140,12 +152,7 @@ pub fn directions<L: Lane>(family: &mut Family, seed: u32, draws: u32) {
             if truth < f64::from(octolux::light::triangle::TINY) {
                 area(cell) / area(corners)
             } else {
-                let whole = if truth > f64::from(octolux::light::triangle::HUGE) {
-                    TAU
-                } else {
-                    truth
-                };
-                solid_angle(cell) / whole
+                solid_angle(cell) / if by_hemisphere(corners, truth) { TAU } else { truth }
             }
         };
         let mut expected: Vec<f64> = places
@@ -160,14 +167,14 @@ pub fn directions<L: Lane>(family: &mut Family, seed: u32, draws: u32) {
                 .all(|(place, count)| place.is_some() || *count == 0.0),
             "{name}: a cell that is not there"
         );
-        if truth > f64::from(octolux::light::triangle::HUGE) {
+        if by_hemisphere(corners, truth) {
             counts.push(f64::from(draws) - count);
             expected.push(f64::from(draws) - expect);
         }
         let test = chi_square(&counts, &expected);
         family.add(test.p, format!("{name} in {} lanes: {test:?}", L::N));
-        // Of huge ones the density is one number: how many directions miss is all there is to ask, and was.
-        if truth < f64::from(octolux::light::triangle::HUGE) {
+        // Of these the density is one number: how many directions miss is all there is to ask, and was.
+        if !by_hemisphere(corners, truth) {
             let mean = Estimate::of(&inverse);
             let exact = Estimate::exact(truth);
             family.add(
@@ -179,7 +186,7 @@ pub fn directions<L: Lane>(family: &mut Family, seed: u32, draws: u32) {
 }
 
 /// Samples of each triangle, seen by surfaces of several kinds: `le rho shape / pdf`, written out again in `f64`.
-pub fn weights<D: Density>() {
+pub fn weights<D: Density>(density: D) {
     let le = [2.0, 3.0, 5.0_f32];
     let mut samples = 0;
     for (name, corners) in triangles() {
@@ -193,7 +200,7 @@ pub fn weights<D: Density>() {
                 let key = numbers.key(Word(pixel));
                 let toss = Numbers::from(numbers.toss(key, Word(0), 1, pixel));
                 let worth = (narrow(wide(le)), share);
-                let Some(found) = sample::<f32, D>(&point, &view, worth, toss, view.rises_above(point.bsdf.n)) else {
+                let Some(found) = sample(density, &point, &view, worth, toss, view.rises_above(point.bsdf.n)) else {
                     continue;
                 };
                 let wi = wide(found.wi.lane(0)).normalize();
@@ -203,7 +210,7 @@ pub fn weights<D: Density>() {
                 let omega = solid_angle(corners);
                 let inverse = if omega < f64::from(octolux::light::triangle::TINY) {
                     wi.dot(vector).abs() / 2.0 / distance.powi(2)
-                } else if omega > f64::from(octolux::light::triangle::HUGE) {
+                } else if by_hemisphere(corners, omega) {
                     TAU
                 } else {
                     omega
@@ -218,7 +225,7 @@ pub fn weights<D: Density>() {
                     (lobe * cosine, lobe)
                 };
                 let by_light = f64::from(share) / inverse;
-                let pdf = if D::MIXED { (by_light + lobe) / 2.0 } else { by_light };
+                let pdf = 1.0 / weight_over_f(density.mix(), by_light, lobe, toss.heads);
                 // Grazing directions feel the rounding of the direction itself; a lobe feels it `alpha ln cos` times.
                 let depth = if alpha == 1.0 {
                     0.0

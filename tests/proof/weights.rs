@@ -4,6 +4,7 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
+use octolux::estimator::density::{Average, ConeOnly, Density, Mix};
 use octolux::estimator::{ShadingPoint, per_light, per_point};
 use octolux::lane::Word;
 use octolux::math::Frame;
@@ -39,9 +40,19 @@ fn compare(x: f32, truth: f64, error: f64, what: &str) {
     );
 }
 
+/// What a direction counts over its integrand, where `p` is the density of the light's own and `q` that of the BRDF's directions.
+pub fn weight_over_f(mix: Mix, p: f64, q: f64, by_brdf: bool) -> f64 {
+    match mix {
+        Mix::Light => 1.0 / p,
+        Mix::Average => 2.0 / (p + q),
+        Mix::Balance => 1.0 / (p + q),
+        Mix::Power => (if by_brdf { q } else { p }) / (p * p + q * q),
+    }
+}
+
 /// 4096 samples of each light: `le rho shape / pdf`, written out again in `f64`.
 pub fn samples_of_lights() {
-    fn check<D: per_light::Density>() {
+    fn check<D: Density>(density: D) {
         for (i, (sine, alpha, off, dip)) in LIGHTS.into_iter().enumerate() {
             let point = point::<f32>(alpha, 0.5);
             let light = light(&point, sine, off, dip);
@@ -57,7 +68,7 @@ pub fn samples_of_lights() {
             let mut samples = 0;
             for pixel in 0..4096 {
                 let toss = numbers.toss(numbers.key(Word(pixel)), Word(0), i as u32, pixel);
-                let Some(found) = per_light::sample::<f32, D>(&point, &light, toss, true) else {
+                let Some(found) = per_light::sample(density, &point, &light, toss, true) else {
                     continue;
                 };
                 let wi = wide(found.wi.lane(0));
@@ -69,7 +80,7 @@ pub fn samples_of_lights() {
                 } else {
                     (lobe * cos_theta, lobe)
                 };
-                let weight = shape / if D::MIXED { (cone + lobe) / 2.0 } else { cone };
+                let weight = shape * weight_over_f(density.mix(), cone, lobe, toss.heads);
                 let error = error + rim + 2e-7 / cos_theta;
                 for (channel, ld) in found.ld.lane(0).into_iter().enumerate() {
                     let truth = f64::from(light.le[channel]) * f64::from(RHO[channel]) * weight;
@@ -77,7 +88,7 @@ pub fn samples_of_lights() {
                         ld,
                         truth,
                         error,
-                        &format!("sin {sine}, alpha {alpha}, mixed {}", D::MIXED),
+                        &format!("sin {sine}, alpha {alpha}, {:?}", density.mix()),
                     );
                 }
                 samples += 1;
@@ -88,8 +99,10 @@ pub fn samples_of_lights() {
             );
         }
     }
-    check::<per_light::Average>();
-    check::<per_light::ConeOnly>();
+    check(Average);
+    check(ConeOnly);
+    check(Mix::Balance);
+    check(Mix::Power);
 }
 
 /// 4096 samples of each exponent, `f_cos / pdf` written out again; none goes below the horizon.
@@ -169,7 +182,7 @@ pub fn nothing_is_dropped() {
         let wi = frame.direction(warp::cone(u, cone.omc), sin_phi, cos_phi);
         let (cos_theta, above) = point.above(wi);
         let counts = above && point.bsdf.eval(wi, cos_theta).shape > 0.0;
-        let found = per_light::sample::<f32, per_light::ConeOnly>(&point, &light, toss, true);
+        let found = per_light::sample(ConeOnly, &point, &light, toss, true);
         match found {
             Some(found) => assert_eq!(found.wi.lane(0), wi.lane(0)),
             None => assert!(

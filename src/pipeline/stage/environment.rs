@@ -1,11 +1,11 @@
-//! Shading under what lies beyond the scene, by `light` and `mis`.
+//! Shading under what lies beyond the scene, by estimators that draw a direction for every light. How it is weighed is looked up when
+//! the stage runs: it is no part of what is compiled.
 
 use std::marker::PhantomData;
 
-use super::{Chunk, Scratch, Stage, pairs, shadow};
+use super::{Chunk, Scratch, Stage, shadow};
 use crate::embree::TraceLane;
 use crate::estimator::per_environment;
-use crate::estimator::per_light::Density;
 use crate::light::Environment;
 use crate::light::environment::Beyond;
 use crate::linear::Candidates;
@@ -14,41 +14,43 @@ use crate::pipeline::tracer::Tracer;
 use crate::shape::NO_SPHERE;
 
 /// A direction for the environment.
-pub struct PerEnvironment<D, M>(PhantomData<(D, M)>);
+pub struct PerEnvironment<M>(PhantomData<M>);
 
-impl<D: Density, M: Model> Stage for PerEnvironment<D, M> {
+impl<M: Model> Stage for PerEnvironment<M> {
     #[inline(always)]
     fn run<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
         let Scratch { hits, queue, set, .. } = scratch;
         let stream = &hits[M::STREAM];
         match &chunk.world.environment {
-            Some(Environment::Constant(constant)) => under::<L, T, D, M, _>(chunk, stream, queue, set, constant),
-            Some(Environment::LatLong(picture)) => under::<L, T, D, M, _>(chunk, stream, queue, set, picture),
+            Some(Environment::Constant(constant)) => under::<L, T, M, _>(chunk, stream, queue, set, constant),
+            Some(Environment::LatLong(picture)) => under::<L, T, M, _>(chunk, stream, queue, set, picture),
             None => {}
         }
     }
 }
 
 #[inline(always)]
-fn under<L: TraceLane, T: Tracer, D: Density, M: Model, B: Beyond>(
+fn under<L: TraceLane, T: Tracer, M: Model, B: Beyond>(
     chunk: &mut Chunk,
     stream: &HitStream,
     queue: &mut RayQueue,
     set: &mut Candidates,
     beyond: &B,
 ) {
-    let (world, group) = (chunk.world, chunk.tile.number());
-    let pair = pairs::light(world.lights.len() + world.triangle_lights.len() + world.mesh_lights.len());
-    for at in (0..stream.len()).step_by(L::N) {
-        let (active, point, address) = stream.packet::<L, M>(at);
-        let toss = chunk.numbers.toss(address.key, address.pass, pair, group);
-        let Some(found) = per_environment::sample::<L, D, B>(&point, beyond, toss, active) else {
-            continue;
-        };
-        queue.push(found.active, &QueuedRays::to_light(&point, &address, &found));
-    }
-    if queue.len() > 0 {
-        T::face_all(world, set);
-        shadow::visible::<L, T>(chunk, queue, set, NO_SPHERE);
+    let world = chunk.world;
+    let light = world.lights.len() + world.triangle_lights.len() + world.mesh_lights.len();
+    for time in 0..chunk.tosses() {
+        for at in (0..stream.len()).step_by(L::N) {
+            let (active, point, address) = stream.packet::<L, M>(at);
+            let toss = chunk.toss(&address, light, time);
+            let Some(found) = per_environment::sample(chunk.mix, &point, beyond, toss, active) else {
+                continue;
+            };
+            queue.push(found.active, &QueuedRays::to_light(&point, &address, &found));
+        }
+        if queue.len() > 0 {
+            T::face_all(world, set);
+            shadow::visible::<L, T>(chunk, queue, set, NO_SPHERE);
+        }
     }
 }

@@ -10,14 +10,16 @@ pub mod surface;
 pub mod triangles;
 
 use super::Counters;
-use super::stream::{HitStream, RayQueue, WideQueue};
+use super::stream::{Address, HitStream, RayQueue, WideQueue};
 use super::tracer::Tracer;
 use super::world::World;
 use crate::embree::TraceLane;
+use crate::estimator::density::Mix;
 use crate::film::{Tile, TileSum};
+use crate::lane::{Lane, Mask};
 use crate::linear::Candidates;
 use crate::linear::cull::Points;
-use crate::sampling::PassBlock;
+use crate::sampling::{PassBlock, Toss};
 
 /// A step of a chunk, written once for packets of any width and whoever answers rays.
 pub trait Stage {
@@ -87,19 +89,45 @@ pub struct Chunk<'a> {
     pub passes: u32,
     /// How they make packets.
     pub order: grid::Order,
+    /// How directions of lights and of the BRDF are combined, for the stages that ask.
+    pub mix: Mix,
     /// Sums of the chunk, slot by slot and in each pixel by pixel of its tile.
     pub sum: &'a mut TileSum,
     /// What was traced.
     pub counters: &'a mut Counters,
 }
 
+impl Chunk<'_> {
+    /// How often [`Self::toss`] has to be called for a light.
+    #[inline(always)]
+    pub fn tosses(&self) -> u32 {
+        if self.mix.both() { 2 } else { 1 }
+    }
+
+    /// Which points of a packet follow their BRDF in looking for light `i`, and the numbers for it: by a coin, or all of them the
+    /// second time. The direction of the BRDF is then the same for all lights.
+    #[inline(always)]
+    pub fn toss<L: Lane>(&self, address: &Address<L>, i: usize, time: u32) -> Toss<L::Bits> {
+        let (numbers, key, pass) = (self.numbers, address.key, address.pass);
+        if !self.mix.both() {
+            return numbers.toss(key, pass, pairs::light(i), self.tile.number());
+        }
+        let pair = if time == 0 { pairs::light(i) } else { pairs::DIRECTION };
+        Toss {
+            heads: L::Mask::splat(time == 1),
+            pair: numbers.pair(key, pass, pair),
+        }
+    }
+}
+
 /// Pairs of random numbers of a sample: the point in the pixel, then one for each direction.
 pub mod pairs {
     /// Point in the pixel.
     pub const PIXEL: u32 = 0;
-    /// The one direction of `uniform` and `brdf`, and that of the BRDF which all lights share in `mis`.
+    /// The one direction of `uniform` and `brdf`, and that of the BRDF which all spheres share in `mis`, all lights in `mis2-balance`
+    /// and `mis2-power`.
     pub const DIRECTION: u32 = 1;
-    /// Direction in the cone of light `i`.
+    /// Direction to light `i`.
     pub const fn light(i: usize) -> u32 {
         2 + i as u32
     }

@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use super::{Chunk, Scratch, Shaft, Stage, pairs, shadow};
 use crate::embree::TraceLane;
+use crate::estimator::density::Density;
 use crate::estimator::{ShadingPoint, per_light, per_point};
 use crate::lane::{Lane, Mask};
 use crate::light::SphereLight;
@@ -12,13 +13,13 @@ use crate::math::Vec3;
 use crate::pipeline::stream::{Address, HitStream, Model, QueuedRays, RayQueue};
 use crate::pipeline::tracer::Tracer;
 
-/// `light` and `mis`: a direction for every light.
+/// A direction for every sphere that emits, or two.
 pub struct PerLight<D, M>(PhantomData<(D, M)>);
 
 /// `uniform` and `brdf`: one direction for the point. What the stage holds are the bits of [`Effects`](crate::scene::Effects).
 pub struct PerPoint<D, M, const HELD: u32>(PhantomData<(D, M)>);
 
-impl<D: per_light::Density, M: Model> Stage for PerLight<D, M> {
+impl<D: Density, M: Model> Stage for PerLight<D, M> {
     /// The light is the outer loop: it is the same for a whole stream, and its shadow rays are as alike as they can be. Each
     /// technique has a loop of its own, for whole packets mostly follow one.
     #[inline(always)]
@@ -34,6 +35,7 @@ impl<D: per_light::Density, M: Model> Stage for PerLight<D, M> {
         if stream.len() == 0 {
             return;
         }
+        let density = D::of(chunk.mix);
         T::survey::<L>(chunk.world, stream, points);
         let lights = &chunk.world.lights;
         shafts.resize_with(lights.len(), Shaft::default);
@@ -42,7 +44,7 @@ impl<D: per_light::Density, M: Model> Stage for PerLight<D, M> {
         }
         for first in (0..stream.len()).step_by(T::BLOCK) {
             let block = first..stream.len().min(first + T::BLOCK);
-            prepare::<L, D, M>(chunk, stream, block.clone());
+            prepare::<L, D, M>(density, chunk, stream, block.clone());
             for (i, (light, Shaft { open, set })) in lights.iter().zip(&*shafts).enumerate() {
                 let light = &Lamp::new(i, light);
                 let mut sink = Sink {
@@ -50,9 +52,13 @@ impl<D: per_light::Density, M: Model> Stage for PerLight<D, M> {
                     queue: &mut *queue,
                     answered: 0,
                 };
-                toward::<L, D, M>(chunk, stream, block.clone(), light, &mut sink);
-                if D::MIXED {
-                    along::<L, D, M>(chunk, stream, block.clone(), light, &mut sink);
+                toward::<L, D, M>(density, chunk, stream, block.clone(), light, &mut sink);
+                if density.mix().both() {
+                    // The queue has room for one ray of each point.
+                    shadow::visible::<L, T>(chunk, sink.queue, set, light.sphere.sphere);
+                }
+                if density.mix().mixed() {
+                    along::<L, D, M>(density, chunk, stream, block.clone(), light, &mut sink);
                 }
                 chunk.counters.shadow_rays += sink.answered;
                 shadow::visible::<L, T>(chunk, queue, set, light.sphere.sphere);
@@ -109,10 +115,14 @@ impl Sink<'_> {
 
 /// Tosses for each point of a stream and draws the direction of its BRDF, where it may be asked for.
 #[inline(always)]
-fn prepare<L: TraceLane, D: per_light::Density, M: Model>(chunk: &Chunk, stream: &mut HitStream, block: Range<usize>) {
+fn prepare<L: TraceLane, D: Density, M: Model>(density: D, chunk: &Chunk, stream: &mut HitStream, block: Range<usize>) {
     for at in block.step_by(L::N) {
         stream.set_light::<L>(at, Vec3::zero());
-        if D::MIXED {
+        if density.mix().both() {
+            let (_, point, Address { key, pass, .. }) = stream.packet::<L, M>(at);
+            let wi = per_light::along_lobe(&point, chunk.numbers.pair(key, pass, pairs::DIRECTION));
+            stream.set_drawn(at, L::Mask::splat(true), wi);
+        } else if density.mix().mixed() {
             let (mask, point, Address { key, pass, .. }) = stream.packet::<L, M>(at);
             let heads = chunk.numbers.heads(key, pass, pairs::DIRECTION, chunk.tile.number());
             let mut wi = Vec3::zero();
@@ -134,9 +144,10 @@ fn heads<L: Lane, M: Model>(chunk: &Chunk, stream: &HitStream, at: usize, light:
     chunk.numbers.heads(key, pass, light.pair, chunk.tile.number())
 }
 
-/// Directions in the cone of a light, for the points that follow it.
+/// Directions of a light, for the points that follow it.
 #[inline(always)]
-fn toward<L: TraceLane, D: per_light::Density, M: Model>(
+fn toward<L: TraceLane, D: Density, M: Model>(
+    density: D,
     chunk: &Chunk,
     stream: &mut HitStream,
     block: Range<usize>,
@@ -145,7 +156,8 @@ fn toward<L: TraceLane, D: per_light::Density, M: Model>(
 ) {
     for at in block.step_by(L::N) {
         let mut active = stream.lanes::<L>(at);
-        if D::MIXED {
+        let mix = density.mix();
+        if mix.mixed() && !mix.both() {
             active = active & !heads::<L, M>(chunk, stream, at, light);
             if active.none() {
                 continue;
@@ -157,8 +169,12 @@ fn toward<L: TraceLane, D: per_light::Density, M: Model>(
         if active.none() {
             continue;
         }
-        let numbers = chunk.numbers.after_toss(address.key, address.pass, light.pair);
-        if let Some(found) = per_light::by_cone::<L, D>(&point, &light.sphere, &view, numbers, active) {
+        let numbers = if mix.both() || D::PROJECTED {
+            chunk.numbers.pair(address.key, address.pass, light.pair)
+        } else {
+            chunk.numbers.after_toss(address.key, address.pass, light.pair)
+        };
+        if let Some(found) = per_light::by_light(density, &point, &light.sphere, &view, numbers, active) {
             sink.take(stream, at, &point, &address, &found);
         }
     }
@@ -166,7 +182,8 @@ fn toward<L: TraceLane, D: per_light::Density, M: Model>(
 
 /// Directions of the BRDF, for the points that follow it and as far as they meet a light.
 #[inline(always)]
-fn along<L: TraceLane, D: per_light::Density, M: Model>(
+fn along<L: TraceLane, D: Density, M: Model>(
+    density: D,
     chunk: &Chunk,
     stream: &mut HitStream,
     block: Range<usize>,
@@ -174,7 +191,10 @@ fn along<L: TraceLane, D: per_light::Density, M: Model>(
     sink: &mut Sink,
 ) {
     for at in block.step_by(L::N) {
-        let mut active = stream.lanes::<L>(at) & heads::<L, M>(chunk, stream, at, light);
+        let mut active = stream.lanes::<L>(at);
+        if !density.mix().both() {
+            active = active & heads::<L, M>(chunk, stream, at, light);
+        }
         if active.none() {
             continue;
         }
@@ -184,7 +204,7 @@ fn along<L: TraceLane, D: per_light::Density, M: Model>(
             continue;
         }
         let (_, point, address) = stream.packet::<L, M>(at);
-        if let Some(found) = per_light::by_brdf::<L, D>(&point, &light.sphere, wi, active) {
+        if let Some(found) = per_light::by_brdf(density, &point, &light.sphere, wi, active) {
             sink.take(stream, at, &point, &address, &found);
         }
     }

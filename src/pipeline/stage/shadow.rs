@@ -5,7 +5,6 @@ use std::ops::Range;
 use super::Chunk;
 use super::surface::has;
 use crate::embree::{Coherence, NO_SPHERE, Ray, TraceLane};
-use crate::estimator::per_light::Density;
 use crate::estimator::per_triangle;
 use crate::film::TileSum;
 use crate::lane::{Bits, Lane, Mask};
@@ -55,15 +54,10 @@ pub fn visible_each<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut Wide
     queue.clear();
 }
 
-/// Adds, for every ray that meets the mesh first, its `f_cos` times the radiance, over the density by which `D` has drawn the
-/// direction; the ray's number is the density of the BRDF.
+/// Adds, for every ray that meets the mesh first, its `f_cos` times the radiance, over the density by which the
+/// direction was drawn, as the chunk weighs it; the ray's number is the density of the BRDF.
 #[inline(always)]
-pub fn looked<L: TraceLane, T: Tracer, D: Density>(
-    chunk: &mut Chunk,
-    queue: &mut WideQueue,
-    set: &Candidates,
-    light: &MeshLight,
-) {
+pub fn looked<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut WideQueue, set: &Candidates, light: &MeshLight) {
     for at in (0..queue.len()).step_by(L::N) {
         let (active, rays, pdf) = queue.packet::<L>(at);
         let ray = segment(&rays, L::Bits::splat(NO_SPHERE));
@@ -76,7 +70,7 @@ pub fn looked<L: TraceLane, T: Tracer, D: Density>(
         L::Bits::select(met, hit.primitive, L::Bits::splat(0)).store(&mut index);
         let (triangles, share) = light.gather::<L>(&index);
         let view = triangles.seen_from(rays.origin);
-        let weight = per_triangle::weigh::<L, D>(&view, share, rays.direction, hit.t, pdf);
+        let weight = per_triangle::weigh(chunk.mix, &view, share, rays.direction, hit.t, pdf);
         let value = rays.value.times(Vec3::splat(light.le)) * weight.or_zero(met);
         deposit(chunk.sum, chunk.counters, met, value, rays.index);
     }

@@ -1,11 +1,10 @@
-//! Shading under meshes that emit, by `light` and `mis`: every triangle of a small one is a light of its own, of a large one a
-//! triangle is picked for every point.
+//! Shading under meshes that emit, by estimators that draw a direction for every light: every triangle of a small one is a light of its own, of a large one a
+//! triangle is picked for every point. How directions are weighed is looked up when a stage runs.
 
 use std::marker::PhantomData;
 
-use super::{Chunk, Scratch, Stage, pairs, shadow};
+use super::{Chunk, Scratch, Stage, shadow};
 use crate::embree::TraceLane;
-use crate::estimator::per_light::Density;
 use crate::estimator::per_triangle;
 use crate::lane::Mask;
 use crate::math::Vec3;
@@ -14,12 +13,12 @@ use crate::pipeline::tracer::Tracer;
 use crate::shape::{Ball, NO_SPHERE};
 
 /// A direction for every triangle of small meshes.
-pub struct PerTriangle<D, M>(PhantomData<(D, M)>);
+pub struct PerTriangle<M>(PhantomData<M>);
 
 /// A direction for every large mesh.
-pub struct PerMesh<D, M>(PhantomData<(D, M)>);
+pub struct PerMesh<M>(PhantomData<M>);
 
-impl<D: Density, M: Model> Stage for PerTriangle<D, M> {
+impl<M: Model> Stage for PerTriangle<M> {
     #[inline(always)]
     fn run<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
         let Scratch {
@@ -29,7 +28,7 @@ impl<D: Density, M: Model> Stage for PerTriangle<D, M> {
             set,
             ..
         } = scratch;
-        let (world, group) = (chunk.world, chunk.tile.number());
+        let world = chunk.world;
         let stream = &hits[M::STREAM];
         if stream.len() == 0 {
             return;
@@ -37,30 +36,32 @@ impl<D: Density, M: Model> Stage for PerTriangle<D, M> {
         T::survey::<L>(world, stream, points);
         for (i, light) in (world.lights.len()..).zip(&world.triangle_lights) {
             let (triangles, le) = (light.triangle.splat::<L>(), Vec3::splat(light.le));
-            for at in (0..stream.len()).step_by(L::N) {
-                let (active, point, address) = stream.packet::<L, M>(at);
-                let view = triangles.seen_from(point.p);
-                let active = active & view.rises_above(point.bsdf.n);
-                if active.none() {
-                    continue;
+            for time in 0..chunk.tosses() {
+                for at in (0..stream.len()).step_by(L::N) {
+                    let (active, point, address) = stream.packet::<L, M>(at);
+                    let view = triangles.seen_from(point.p);
+                    let active = active & view.rises_above(point.bsdf.n);
+                    if active.none() {
+                        continue;
+                    }
+                    let numbers = chunk.toss(&address, i, time).into();
+                    let worth = (le, L::one());
+                    let Some(found) = per_triangle::sample(chunk.mix, &point, &view, worth, numbers, active) else {
+                        continue;
+                    };
+                    queue.push(found.active, &QueuedRays::to_light(&point, &address, &found));
                 }
-                let toss = chunk.numbers.toss(address.key, address.pass, pairs::light(i), group);
-                let Some(found) = per_triangle::sample::<L, D>(&point, &view, (le, L::one()), toss.into(), active)
-                else {
-                    continue;
-                };
-                queue.push(found.active, &QueuedRays::to_light(&point, &address, &found));
-            }
-            if queue.len() > 0 {
-                let ball = Ball::around(&light.triangle.corners);
-                T::face_ball::<L>(world, stream, points, &ball, light.aim, set);
-                shadow::visible::<L, T>(chunk, queue, set, light.aim);
+                if queue.len() > 0 {
+                    let ball = Ball::around(&light.triangle.corners);
+                    T::face_ball::<L>(world, stream, points, &ball, light.aim, set);
+                    shadow::visible::<L, T>(chunk, queue, set, light.aim);
+                }
             }
         }
     }
 }
 
-impl<D: Density, M: Model> Stage for PerMesh<D, M> {
+impl<M: Model> Stage for PerMesh<M> {
     /// A direction of the BRDF is traced to the triangle that it meets first: only then its other density is known.
     #[inline(always)]
     fn run<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
@@ -72,7 +73,7 @@ impl<D: Density, M: Model> Stage for PerMesh<D, M> {
             set,
             ..
         } = scratch;
-        let (world, group) = (chunk.world, chunk.tile.number());
+        let world = chunk.world;
         let before = world.lights.len() + world.triangle_lights.len();
         let stream = &hits[M::STREAM];
         if stream.len() == 0 {
@@ -83,44 +84,46 @@ impl<D: Density, M: Model> Stage for PerMesh<D, M> {
             let le = Vec3::splat(light.le);
             for at in (0..stream.len()).step_by(L::N) {
                 let (active, point, address) = stream.packet::<L, M>(at);
-                let toss = chunk.numbers.toss(address.key, address.pass, pairs::light(i), group);
-                let by_brdf = if D::MIXED {
-                    toss.heads & active
-                } else {
-                    L::Mask::splat(false)
-                };
-                let by_light = active & !by_brdf;
-                if by_light.any() {
-                    let picked = light.pick::<L>(toss.pair, by_light);
-                    let (u, v) = picked.numbers;
-                    let heads = L::Mask::splat(false);
-                    let numbers = per_triangle::Numbers { heads, u, v };
-                    let view = picked.triangles.seen_from(point.p);
-                    let by_light = by_light & view.rises_above(point.bsdf.n);
-                    let worth = (le, picked.share);
-                    if let Some(found) = per_triangle::sample::<L, D>(&point, &view, worth, numbers, by_light) {
-                        let rays = QueuedRays::to_light(&point, &address, &found);
-                        aimed.push(found.active, &rays, L::from_bits(picked.aim));
-                    }
-                }
-                if by_brdf.any()
-                    && let Some(look) = per_triangle::look(&point, toss.pair, by_brdf)
-                {
-                    let rays = QueuedRays {
-                        origin: point.p,
-                        direction: look.wi,
-                        tfar: L::splat(f32::INFINITY),
-                        value: look.f_cos,
-                        index: address.index,
+                for time in 0..chunk.tosses() {
+                    let toss = chunk.toss(&address, i, time);
+                    let by_brdf = if chunk.mix.mixed() {
+                        toss.heads & active
+                    } else {
+                        L::Mask::splat(false)
                     };
-                    looks.push(look.active, &rays, look.pdf);
+                    let by_light = active & !by_brdf;
+                    if by_light.any() {
+                        let picked = light.pick::<L>(toss.pair, by_light);
+                        let (u, v) = picked.numbers;
+                        let heads = L::Mask::splat(false);
+                        let numbers = per_triangle::Numbers { heads, u, v };
+                        let view = picked.triangles.seen_from(point.p);
+                        let by_light = by_light & view.rises_above(point.bsdf.n);
+                        let worth = (le, picked.share);
+                        if let Some(found) = per_triangle::sample(chunk.mix, &point, &view, worth, numbers, by_light) {
+                            let rays = QueuedRays::to_light(&point, &address, &found);
+                            aimed.push(found.active, &rays, L::from_bits(picked.aim));
+                        }
+                    }
+                    if by_brdf.any()
+                        && let Some(look) = per_triangle::look(&point, toss.pair, by_brdf)
+                    {
+                        let rays = QueuedRays {
+                            origin: point.p,
+                            direction: look.wi,
+                            tfar: L::splat(f32::INFINITY),
+                            value: look.f_cos,
+                            index: address.index,
+                        };
+                        looks.push(look.active, &rays, look.pdf);
+                    }
                 }
             }
             if aimed.len() + looks.len() > 0 {
                 let (center, radius) = (light.center, light.radius);
                 T::face_ball::<L>(world, stream, points, &Ball { center, radius }, NO_SPHERE, set);
                 shadow::visible_each::<L, T>(chunk, aimed, set);
-                shadow::looked::<L, T, D>(chunk, looks, set, light);
+                shadow::looked::<L, T>(chunk, looks, set, light);
             }
         }
     }

@@ -3,7 +3,7 @@
 //! The numbers are read here: the crate's readers trust the counts and offsets of the file (1.4.1: `count - 1`
 //! underflows, strides are only asserted), and a scene may come from anywhere.
 
-use glam::{DMat4, DVec3};
+use glam::{DMat4, DVec2, DVec3};
 use gltf::accessor::{DataType, Dimensions};
 use gltf::buffer::{Data, Source};
 use gltf::mesh::Mode;
@@ -13,9 +13,9 @@ use super::{Problem, RawMesh, fan, transform};
 
 const DAMAGED: &str = "the file is damaged or cut short: export it again";
 
-/// Reads all triangles of the file's default scene, moved to where its nodes put them. `file` reads buffers of their own,
+/// Reads all triangles of the file's default scene, moved to where its nodes put them, with `TEXCOORD_0` where that is wanted. `file` reads buffers of their own,
 /// whose names are relative to the file.
-pub fn read(bytes: &[u8], file: &dyn Fn(&str) -> Result<Vec<u8>, Problem>) -> Result<RawMesh, Problem> {
+pub fn read(bytes: &[u8], textured: bool, file: &dyn Fn(&str) -> Result<Vec<u8>, Problem>) -> Result<RawMesh, Problem> {
     if bytes.starts_with(b"glTF") {
         check_length(bytes)?;
     }
@@ -46,6 +46,7 @@ pub fn read(bytes: &[u8], file: &dyn Fn(&str) -> Result<Vec<u8>, Problem>) -> Re
     let mut whole = Collected {
         mesh: RawMesh {
             normals: Some(Vec::new()),
+            uvs: textured.then(Vec::new),
             ..Default::default()
         },
         buffers,
@@ -164,6 +165,11 @@ impl Collected {
             .map(|normals| self.vectors(&normals))
             .transpose()?;
         let normals = normals.filter(|normals| normals.len() == vertices.len());
+        let uvs = primitive
+            .get(&Semantic::TexCoords(0))
+            .filter(|_| self.mesh.uvs.is_some());
+        let uvs = uvs.map(|uvs| self.coordinates(&uvs)).transpose()?;
+        let uvs = uvs.filter(|uvs| uvs.len() == vertices.len());
         let count = vertices.len();
         let corners = match primitive.indices() {
             Some(indices) => self.indices(&indices)?,
@@ -174,7 +180,7 @@ impl Collected {
             vertices,
             triangles: triangles(primitive.mode(), &corners),
             normals,
-            uvs: None,
+            uvs,
         };
         super::clean::check(&part)?;
         transform::apply(&mut part, placement);
@@ -188,8 +194,12 @@ impl Collected {
         mesh.triangles
             .extend(part.triangles.iter().map(|t| t.map(|corner| corner + first)));
         mesh.vertices.append(&mut part.vertices);
-        // Normals of some vertices are of no use without those of the others.
+        // Normals or texture coordinates of some vertices are of no use without those of the others.
         mesh.normals = mesh.normals.take().zip(part.normals).map(|(mut all, more)| {
+            all.extend(more);
+            all
+        });
+        mesh.uvs = mesh.uvs.take().zip(part.uvs).map(|(mut all, more)| {
             all.extend(more);
             all
         });
@@ -205,6 +215,25 @@ impl Collected {
             DVec3::new(x(0), x(4), x(8))
         };
         Ok(self.items(accessor, 12)?.map(vector).collect())
+    }
+
+    /// Texture coordinates: numbers, or parts of the largest whole number. In glTF `v` goes down.
+    fn coordinates(&self, accessor: &Accessor<'_>) -> Result<Vec<DVec2>, Problem> {
+        let number: fn(&[u8]) -> f64 = match (accessor.data_type(), accessor.dimensions()) {
+            (DataType::F32, Dimensions::Vec2) => {
+                |bytes| f64::from(f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]))
+            }
+            (DataType::U16, Dimensions::Vec2) => |bytes| f64::from(u16::from_le_bytes([bytes[0], bytes[1]])) / 65_535.0,
+            (DataType::U8, Dimensions::Vec2) => |bytes| f64::from(bytes[0]) / 255.0,
+            _ => {
+                return Err(unsupported(
+                    "texture coordinates that are not pairs of 32-bit numbers or of whole numbers of 8 or 16 bits",
+                ));
+            }
+        };
+        let size = accessor.data_type().size();
+        let pair = |bytes: &[u8]| DVec2::new(number(bytes), 1.0 - number(&bytes[size..]));
+        Ok(self.items(accessor, 2 * size)?.map(pair).collect())
     }
 
     fn indices(&self, accessor: &Accessor<'_>) -> Result<Vec<u32>, Problem> {
@@ -269,5 +298,82 @@ fn triangles(mode: Mode, corners: &[u32]) -> Vec<[u32; 3]> {
                 .collect()
         }
         _ => corners.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A triangle with coordinates of one of the types that glTF has for them.
+    fn triangle(component: u32, normalized: bool, coordinates: &[u8], stride: usize) -> Vec<u8> {
+        let mut buffer: Vec<u8> = [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]
+            .iter()
+            .flat_map(|x| x.to_le_bytes())
+            .collect();
+        buffer.extend(coordinates);
+        buffer.resize(buffer.len().next_multiple_of(4), 0);
+        let json = format!(
+            r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
+            "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0,"TEXCOORD_0":1}}}}]}}],
+            "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}},
+            {{"bufferView":1,"componentType":{component},"normalized":{normalized},"count":3,"type":"VEC2"}}],
+            "bufferViews":[{{"buffer":0,"byteLength":36}},
+            {{"buffer":0,"byteOffset":36,"byteLength":{},"byteStride":{stride}}}],"buffers":[{{"byteLength":{}}}]}}"#,
+            coordinates.len(),
+            buffer.len()
+        );
+        let mut json = json.into_bytes();
+        json.resize(json.len().next_multiple_of(4), b' ');
+        let mut bytes = b"glTF\x02\0\0\0".to_vec();
+        bytes.extend((28 + json.len() as u32 + buffer.len() as u32).to_le_bytes());
+        for (kind, chunk) in [(b"JSON", &json), (b"BIN\0", &buffer)] {
+            bytes.extend((chunk.len() as u32).to_le_bytes());
+            bytes.extend(kind);
+            bytes.extend(chunk);
+        }
+        bytes
+    }
+
+    #[test]
+    fn texture_coordinates_of_every_type_count_upwards() {
+        let numbers = [0.0_f32, 0.2, 1.0, 0.6, 0.4, 1.0];
+        let floats: Vec<u8> = numbers.iter().flat_map(|x| x.to_le_bytes()).collect();
+        let shorts: Vec<u8> = numbers
+            .iter()
+            .flat_map(|x| ((x * 65_535.0) as u16).to_le_bytes())
+            .collect();
+        let bytes: Vec<u8> = numbers
+            .chunks(2)
+            .flat_map(|x| [(x[0] * 255.0) as u8, (x[1] * 255.0) as u8, 0, 0])
+            .collect();
+        let types = [
+            (5126, false, floats, 8),
+            (5123, true, shorts, 4),
+            (5121, true, bytes, 4),
+        ];
+        for (component, normalized, coordinates, stride) in types {
+            let file = triangle(component, normalized, &coordinates, stride);
+            let alone = |_: &str| -> Result<Vec<u8>, Problem> { unreachable!("the buffer is in the file") };
+            let uvs = read(&file, true, &alone).unwrap().uvs.unwrap();
+            let upwards = [DVec2::new(0.0, 0.8), DVec2::new(1.0, 0.4), DVec2::new(0.4, 0.0)];
+            for (found, wanted) in uvs.iter().zip(upwards) {
+                assert!((*found - wanted).length() < 1e-7, "{component}: {found} for {wanted}");
+            }
+            assert!(read(&file, false, &alone).unwrap().uvs.is_none());
+        }
+    }
+
+    #[test]
+    fn texture_coordinates_of_other_types_are_refused_where_they_are_wanted() {
+        let file = triangle(5125, false, &[0; 24], 8);
+        let alone = |_: &str| -> Result<Vec<u8>, Problem> { unreachable!("the buffer is in the file") };
+        let error = read(&file, true, &alone).unwrap_err();
+        assert!(
+            error.what.contains("texture coordinates that are not pairs"),
+            "{}",
+            error.what
+        );
+        assert!(read(&file, false, &alone).is_ok());
     }
 }

@@ -60,7 +60,7 @@ pub(super) fn read(files: &Files, name: &str, textured: bool) -> Result<RawMesh,
     let raw = match ending.as_str() {
         "obj" => obj::read(&bytes, textured),
         "ply" => ply::read(&bytes, textured),
-        _ => gltf::read(&bytes, &|buffer| files.bytes("buffer", &beside(name, buffer))),
+        _ => gltf::read(&bytes, textured, &|buffer| files.bytes("buffer", &beside(name, buffer))),
     };
     let raw = raw.and_then(|raw| clean::check(&raw).map(|()| raw));
     raw.map_err(|problem| Fault::new(format!("mesh file \"{name}\" {}", problem.what), problem.help))

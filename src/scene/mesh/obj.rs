@@ -16,7 +16,7 @@ pub fn read(bytes: &[u8], textured: bool) -> Result<RawMesh, Problem> {
         line: &[],
         taken: 0,
         number: 0,
-        vertices: 0,
+        counts: [0; 3],
     };
     let options = LoadOptions {
         triangulate: true,
@@ -114,20 +114,26 @@ struct Geometry<'b> {
     line: &'b [u8],
     taken: usize,
     number: usize,
-    /// Lines of positions, texture coordinates and normals so far.
-    vertices: u64,
+    /// Positions, texture coordinates and normals so far.
+    counts: [u64; 3],
 }
 
-/// Whether the indices of a face have no more than ten digits, and those that count backwards do not leave the file, of
-/// whose positions, texture coordinates and normals there are `vertices` together so far. `tobj` 4.0.5 multiplies indices
-/// unchecked, so that huge ones come round to vertices that exist.
-fn indices_fit(line: &[u8], vertices: u64) -> bool {
-    let indices = line.split(|&byte| byte == b'/' || byte.is_ascii_whitespace());
-    let fits = |index: &[u8]| match index.strip_prefix(b"-") {
-        Some(back) => str::from_utf8(back).is_ok_and(|back| back.parse().is_ok_and(|back: u64| back <= vertices)),
-        None => index.len() <= 10,
+/// Whether the indices of a face have no more than ten digits, and those that count backwards do not leave the file, which has
+/// so many positions, texture coordinates and normals so far. `tobj` 4.0.5 multiplies indices unchecked, so that huge ones come
+/// round to vertices that exist.
+fn indices_fit(line: &[u8], counts: [u64; 3]) -> bool {
+    // As `tobj` takes lines apart, which knows more spaces than those of ASCII.
+    let Ok(line) = str::from_utf8(line) else {
+        return false;
     };
-    indices.into_iter().all(fits)
+    let fits = |(kind, index): (usize, &str)| match (index.strip_prefix('-'), counts.get(kind)) {
+        (_, None) => false,
+        (Some(back), Some(&count)) => back.parse().is_ok_and(|back: u64| back <= count),
+        (None, _) => index.len() <= 10,
+    };
+    line.split_whitespace()
+        .skip(1)
+        .all(|corner| corner.split('/').enumerate().all(fits))
 }
 
 impl BufRead for Geometry<'_> {
@@ -142,9 +148,12 @@ impl BufRead for Geometry<'_> {
             self.rest = rest;
             self.number += 1;
             let word = line.trim_ascii_start().split(u8::is_ascii_whitespace).next();
-            let wanted = matches!(word, Some(b"v" | b"vt" | b"vn" | b"f"));
-            self.vertices += u64::from(wanted && word != Some(b"f"));
-            if word == Some(b"f") && !indices_fit(line, self.vertices) {
+            let words: [&[u8]; 4] = [b"v", b"vt", b"vn", b"f"];
+            let kind = words.iter().position(|&known| word == Some(known));
+            let wanted = kind.is_some();
+            if let Some(count) = kind.and_then(|kind| self.counts.get_mut(kind)) {
+                *count += 1;
+            } else if wanted && !indices_fit(line, self.counts) {
                 return Err(std::io::ErrorKind::InvalidData.into());
             }
             (self.line, self.taken) = (if wanted { line } else { &[] }, 0);
@@ -224,6 +233,18 @@ mod tests {
             "has an index or something else that cannot be read in line 4"
         );
         assert!(error("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -4\n").ends_with("in line 4"));
+        // Each kind of index has a count of its own, whatever stands between two of them.
+        let square = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\n";
+        for face in [
+            "1/1 2/-2 3/1",
+            "1//1 2//-2 3//1",
+            "1/1 2/1\u{b}-4/1",
+            "1/1/1/1 2 3",
+            "1 2 --1",
+        ] {
+            assert!(error(&format!("{square}f {face}\n")).ends_with("in line 6"), "{face}");
+        }
+        assert!(read(format!("{square}f -3/-1/-1 2/1/1 -1/-1/-1\n").as_bytes(), true).is_ok());
         assert!(error("v 0 0 0\nv 1 0 0\nf 1 2 9\n").contains("does not exist"));
     }
 }

@@ -3,14 +3,12 @@
 //! The spread `V` comes from seeds alone (no reference, no noise of a reference) and the bias `b` from elsewhere, so the
 //! two are never confused: a curve that flattens out is no proof of bias, nor a straight one of its absence.
 
-use super::statistics::{Estimate, jackknife};
+use super::statistics::{Estimate, bootstrap};
 
 /// Mean squared distances between the pictures of independent seeds, under some weights of pixels.
 #[derive(Clone, Debug)]
 pub struct Spread {
     seeds: usize,
-    /// The median over pairs stands for the mean.
-    typical: bool,
     /// Row by row, symmetric.
     distances: Vec<f64>,
 }
@@ -25,18 +23,7 @@ impl Spread {
                 distances[b * seeds + a] = distances[a * seeds + b];
             }
         }
-        Self {
-            seeds,
-            typical: false,
-            distances,
-        }
-    }
-
-    /// The same, of a typical pair instead of the mean over pairs: a few samples that are far off in one picture, which no
-    /// number of seeds tames, then say nothing about all of them.
-    #[must_use]
-    pub fn typical(self) -> Self {
-        Self { typical: true, ..self }
+        Self { seeds, distances }
     }
 
     /// Pictures.
@@ -44,21 +31,19 @@ impl Spread {
         self.seeds
     }
 
-    /// The variance of one picture, mean over pixels: two independent ones are twice that apart. `without` leaves one out.
-    pub fn variance(&self, without: Option<usize>) -> f64 {
-        let kept: Vec<usize> = (0..self.seeds).filter(|&i| Some(i) != without).collect();
-        let pairs = kept.iter().enumerate().flat_map(|(k, a)| {
-            let others = &kept[..k];
-            others.iter().map(move |b| self.distances[a * self.seeds + b])
+    /// The variance of one picture, mean over pixels: two independent ones are twice that apart.
+    pub fn variance(&self) -> f64 {
+        self.variance_of(&(0..self.seeds).collect::<Vec<_>>())
+    }
+
+    /// The same from some of the pictures, of which some may be there more than once.
+    pub fn variance_of(&self, drawn: &[usize]) -> f64 {
+        let pairs = drawn.iter().enumerate().flat_map(|(k, &a)| {
+            let others = drawn[..k].iter().filter(move |&&b| b != a);
+            others.map(move |b| self.distances[a * self.seeds + b])
         });
-        let mut pairs: Vec<f64> = pairs.collect();
-        let count = pairs.len();
-        if self.typical {
-            pairs.sort_by(f64::total_cmp);
-            0.25 * (pairs[(count - 1) / 2] + pairs[count / 2])
-        } else {
-            pairs.iter().sum::<f64>() / (2 * count) as f64
-        }
+        let (sum, count) = pairs.fold((0.0, 0), |(sum, count), pair| (sum + pair, count + 1));
+        sum / f64::from(2 * count)
     }
 }
 
@@ -126,12 +111,17 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// Its power law; `without` leaves a seed out.
-    pub fn law(&self, without: Option<usize>) -> Option<Power> {
+    /// Its power law.
+    pub fn law(&self) -> Option<Power> {
+        self.law_of(&(0..self.seeds()).collect::<Vec<_>>())
+    }
+
+    /// The same from some of the seeds.
+    pub fn law_of(&self, drawn: &[usize]) -> Option<Power> {
         let points: Vec<(f64, f64)> = self
             .points
             .iter()
-            .map(|(n, spread)| (f64::from(*n), spread.variance(without)))
+            .map(|(n, spread)| (f64::from(*n), spread.variance_of(drawn)))
             .collect();
         Power::fit(&points)
     }
@@ -143,19 +133,19 @@ impl Curve {
 
     /// Its slope; `None` where there is no noise at all.
     pub fn slope(&self) -> Option<Estimate> {
-        self.law(None)?;
-        Some(jackknife(self.seeds(), |without| {
-            self.law(without).map_or(-1.0, |law| law.slope)
+        self.law()?;
+        Some(bootstrap(self.seeds(), |drawn| {
+            self.law_of(drawn).map_or(-1.0, |law| law.slope)
         }))
     }
 
     /// Samples a pixel at which `V` falls to `value`: from the last point on, which is the most exact one and the nearest to most
-    /// questions, along `slope`.
-    pub fn samples_for(&self, value: f64, slope: f64, without: Option<usize>) -> f64 {
+    /// questions, along `slope`; from some of the seeds.
+    pub fn samples_for(&self, value: f64, slope: f64, drawn: &[usize]) -> f64 {
         let Some((n, spread)) = self.points.last() else {
             return 1.0;
         };
-        Power::through((f64::from(*n), spread.variance(without)), slope).reaches(value)
+        Power::through((f64::from(*n), spread.variance_of(drawn)), slope).reaches(value)
     }
 }
 
@@ -192,11 +182,10 @@ mod tests {
     fn a_spread_is_the_variance_of_its_pictures() {
         let at = [1.0_f64, 2.0, 3.0, 6.0];
         let spread = Spread::new(4, |a, b| (at[a] - at[b]).powi(2));
-        assert!((spread.variance(None) - 14.0 / 3.0).abs() < 1e-12);
-        assert!((spread.variance(Some(3)) - 1.0).abs() < 1e-12);
-        // Squared distances 1 1 4 9 16 25: half of 6.5, and without the last 1 1 4.
-        let typical = spread.typical();
-        assert_eq!((typical.variance(None), typical.variance(Some(3))), (3.25, 0.5));
+        assert!((spread.variance() - 14.0 / 3.0).abs() < 1e-12);
+        assert!((spread.variance_of(&[0, 1, 2]) - 1.0).abs() < 1e-12);
+        // A picture beside itself is no pair: of 0 1 1 2 2 there are 8, with squares 1 1 4 4 1 1 1 1.
+        assert!((spread.variance_of(&[0, 1, 1, 2, 2]) - 0.5 * 14.0 / 8.0).abs() < 1e-12);
     }
 
     #[test]
@@ -210,6 +199,6 @@ mod tests {
         let slope = curve.slope().unwrap();
         assert!((slope.value + 1.2).abs() < 1e-12 && slope.stderr < 1e-12);
         let (v, expected) = (5.0 * 14.0 / 3.0 * 1000.0_f64.powf(-1.2), 1000.0);
-        assert!((curve.samples_for(v, slope.value, None) / expected - 1.0).abs() < 1e-9);
+        assert!((curve.samples_for(v, slope.value, &[0, 1, 2, 3]) / expected - 1.0).abs() < 1e-9);
     }
 }

@@ -208,13 +208,4 @@ mod tests {
         assert_eq!(all[1].arguments(), " --estimator uniform");
         assert_eq!(all[5].arguments(), " --adaptive");
     }
-
-    #[test]
-    fn every_knob_is_an_option_of_render() {
-        for knob in &KNOBS {
-            assert!(!knob.what.is_empty() && knob.name.bytes().all(|b| b.is_ascii_lowercase()));
-        }
-        let names: std::collections::HashSet<_> = KNOBS.iter().map(|knob| knob.name).collect();
-        assert_eq!(names.len(), KNOBS.len());
-    }
 }

@@ -119,7 +119,8 @@ pub fn run(scene: &Scene, variant: &Variant, effort: &Effort, seed: u32, watch: 
 }
 
 /// Rounds of all variants, the defaults first, until there are enough and `more` says no (asked after each round with their
-/// number). A round's order is turned by one each time, so that none always follows the same.
+/// number). A round's order is turned by one each time, so that none always follows the same. What has had the bits of the
+/// defaults in `effort.rounds` rounds is left out of further ones: its errors are theirs, and its time is known as well as it can be.
 ///
 /// # Errors
 /// Where a render cannot start.
@@ -134,8 +135,12 @@ pub fn rounds(
     let mut round = 0;
     while !watch.stopped() && (round < effort.rounds || more(round)) {
         let seed = effort.seed.wrapping_add(round as u32);
-        for turn in 0..variants.len() {
-            let which = (turn + round) % variants.len();
+        let settled = |runs: &Runs| round >= effort.rounds && runs.iter().all(|run| run.same_bits);
+        let due: Vec<usize> = (0..variants.len())
+            .filter(|&which| which == 0 || !settled(&all[which]))
+            .collect();
+        for turn in 0..due.len() {
+            let which = due[(turn + round) % due.len()];
             all[which].push(run(scene, &variants[which], effort, seed, watch)?);
         }
         share(&mut all, round);
@@ -150,8 +155,7 @@ fn share(all: &mut [Runs], round: usize) {
         return;
     };
     let default = &defaults[round];
-    for runs in others {
-        let run = &mut runs[round];
+    for run in others.iter_mut().filter_map(|runs| runs.get_mut(round)) {
         run.same_bits = true;
         for (look, plain) in run.looks.iter_mut().zip(&default.looks) {
             if bits(&look.pixels) == bits(&plain.pixels) {

@@ -1,6 +1,6 @@
 //! What accuracy costs in time, measured on a scene.
 //!
-//! Every setting (the defaults, and each knob turned alone: [`knobs`]) is rendered with at least 8 seeds, in rounds
+//! Every setting (the defaults, and each knob turned alone: [`knobs`]) is rendered with at least 16 seeds, in rounds
 //! ([`measure`]). Its *spread* over the seeds is the error that time buys ([`fit`]); its *bias* is what no time removes
 //! ([`bias`], against the independent oracle of [`truth`]). [`price`] puts the two together.
 
@@ -25,7 +25,7 @@ use serde::Serialize;
 use crate::pipeline::{Renderer, Settings, SetupError};
 use crate::scene::{FilmSize, Scene};
 use crate::settings::AccelKind;
-use crate::study::error::{Errors, relmse_of_reference};
+use crate::study::error::Errors;
 use crate::study::verify::Watch;
 use knobs::Variant;
 use measure::{Effort, Runs};
@@ -69,8 +69,8 @@ pub enum StudyError {
 pub struct Quality {
     /// Samples a pixel.
     pub spp: u32,
-    /// Its own relMSE, from its standard errors.
-    pub relmse: f64,
+    /// Its own relative mean squared error, from its standard errors.
+    pub relative_mse: f64,
     /// It came out of the cache.
     pub cached: bool,
 }
@@ -166,15 +166,23 @@ pub fn run(scene: &Scene, options: &Options, watch: &dyn Watch) -> Result<Study,
     say("the reference")?;
     let truth = reference(scene, &effort, options)?;
     say("the rounds")?;
-    let begun = Instant::now();
+    let mut last = Instant::now();
     let more = |rounds: usize| {
-        let spent = begun.elapsed().as_secs_f64();
-        watch.doing((started.elapsed().as_secs_f64() / budget).min(1.0), "the rounds");
-        rounds < schedule::MOST_ROUNDS && spent * (1.0 + 1.0 / rounds as f64) < schedule::FOR_ROUNDS * budget
+        let (spent, round) = (started.elapsed().as_secs_f64(), last.elapsed().as_secs_f64());
+        last = Instant::now();
+        watch.doing((spent / budget).min(1.0), "the rounds");
+        // The first call comes after several.
+        let round = if rounds == effort.rounds {
+            round / rounds as f64
+        } else {
+            round
+        };
+        rounds < schedule::MOST_ROUNDS && spent + round < schedule::UNTIL_PRICES * budget
     };
     let all = measure::rounds(scene, &variants, &effort, watch, more)?;
     say("the prices")?;
-    let mut study = analyse(scene, &variants, &all, &effort, truth, price::FALSE_ALARMS)?;
+    let analysed = || analyse(scene, &variants, &all, &effort, truth, price::FALSE_ALARMS);
+    let mut study = threads(options)?.install(analysed)?;
     study.impossible = impossible;
     if !options.prices_only {
         say("the pictures")?;
@@ -216,11 +224,15 @@ fn possible(scene: &Scene, settings: Settings) -> Result<(Vec<Variant>, Impossib
     Ok((variants, impossible))
 }
 
-fn reference(scene: &Scene, effort: &Effort, options: &Options) -> Result<Truth, StudyError> {
-    let threads = rayon::ThreadPoolBuilder::new()
+/// For what does not render.
+fn threads(options: &Options) -> Result<rayon::ThreadPool, rayon::ThreadPoolBuildError> {
+    rayon::ThreadPoolBuilder::new()
         .num_threads(options.settings.threads)
-        .build()?;
-    threads.install(|| {
+        .build()
+}
+
+fn reference(scene: &Scene, effort: &Effort, options: &Options) -> Result<Truth, StudyError> {
+    threads(options)?.install(|| {
         let few = 4;
         let started = Instant::now();
         truth::find(scene, effort.film, few, None);
@@ -255,7 +267,7 @@ pub fn analyse(
         seed: effort.seed,
         reference: Quality {
             spp: truth.spp,
-            relmse: relmse_of_reference(&truth.mean, &truth.stderr),
+            relative_mse: curves::weighted(truth.stderr.iter().copied(), &curves::Weights::new(&truth).calm),
             cached: truth.cached,
         },
         lines: lines(variants, all, &truth),
@@ -301,9 +313,9 @@ impl Study {
         self.first_by(|price| price.seconds_for_error(error))
     }
 
-    /// The same for a relMSE.
-    pub fn cheapest_by_relmse(&self, relmse: f64) -> &Price {
-        self.first_by(|price| price.seconds_for_relmse(relmse))
+    /// The same for a relative mean squared error.
+    pub fn cheapest_by_mse(&self, mse: f64) -> &Price {
+        self.first_by(|price| price.seconds_for_mse(mse))
     }
 
     fn first_by(&self, seconds: impl Fn(&Price) -> f64) -> &Price {

@@ -2,14 +2,15 @@
 
 use std::fmt;
 
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::bias::{self, Bias};
-use super::curves::{Curves, Weights, distance, variance_figure};
+use super::curves::{Curves, Weights, distance, far, variance_figure};
 use super::fit::{Power, Spread};
 use super::knobs::Variant;
 use super::measure::{Run, Runs};
-use super::statistics::{Estimate, Figure, jackknife, mean, median};
+use super::statistics::{Estimate, Figure, bootstrap, mean, median};
 use super::truth::Truth;
 use crate::scene::EstimatorKind;
 use crate::study::student;
@@ -58,8 +59,8 @@ pub struct Point {
     pub spp: u32,
     /// Seconds of rendering: median and interval.
     pub seconds: Figure,
-    /// relMSE of a typical render: half the median distance of two seeds, and squared bias where there is one.
-    pub relmse: Figure,
+    /// The relative mean squared error (see [`Weights`]): half the mean distance of two seeds, and squared bias where there is one.
+    pub relative_mse: Figure,
     /// The error that `--target-error` means: root of the mean variance of pixels over the mean of the picture.
     pub error: Figure,
 }
@@ -88,16 +89,16 @@ pub struct Price {
     pub rays_per_second: Figure,
     /// Time of a pass over that of the defaults.
     pub time_ratio: Figure,
-    /// relMSE over that of the defaults at the same samples a pixel.
+    /// Relative mean squared error over that of the defaults at the same samples a pixel.
     pub noise_ratio: Figure,
     /// Time that the defaults need for their last error, over the time that this needs for the same.
     pub speed_up: Figure,
-    /// The speed-up reaches beyond what was measured, along the fitted slope.
+    /// The speed-up reaches beyond what was measured, along the fitted slope, or -1 where that is flatter.
     pub extrapolated: bool,
     /// Relative bias of the picture's mean off the rims of visible lights; of the defaults against the oracle, else against the
     /// defaults. What rare samples may hide is part of the interval.
     pub bias: Figure,
-    /// Root of the mean squared bias of pixels, relative to `sqrt(r^2 + m^2)` with m the picture's mean: at most this, at 97.5 %.
+    /// Root of the mean squared bias of pixels, relative to `sqrt(s^2 + m^2)` (see [`Weights`]): at most this, at 97.5 %.
     pub hidden_bias_below: f64,
     /// Samples a pixel at which noise falls to the bias; only where there is one.
     pub bias_equals_noise_at: Option<f64>,
@@ -125,8 +126,8 @@ impl Price {
         self.pass_seconds.value * self.by_error.map_or(1.0, |law| law.samples(error))
     }
 
-    /// Seconds until relMSE is there; infinite where bias forbids it.
-    pub fn seconds_for_relmse(&self, relmse: f64) -> f64 {
+    /// Seconds until a relative mean squared error is there; infinite where bias forbids it.
+    pub fn seconds_for_mse(&self, mse: f64) -> f64 {
         let (Some(last), Some(slope)) = (self.points.last(), self.slope) else {
             return self.pass_seconds.value;
         };
@@ -135,8 +136,8 @@ impl Price {
         } else {
             0.0
         };
-        let law = Power::through((f64::from(last.spp), last.relmse.value - bias), slope.value);
-        self.pass_seconds.value * law.reaches(relmse - bias).max(1.0)
+        let law = Power::through((f64::from(last.spp), last.relative_mse.value - bias), far(slope.value));
+        self.pass_seconds.value * law.reaches(mse - bias).max(1.0)
     }
 }
 
@@ -148,7 +149,7 @@ fn estimator(variant: &Variant) -> EstimatorKind {
 pub fn prices(variants: &[Variant], all: &[Runs], truth: &Truth, false_alarms: f64) -> Vec<Price> {
     let weights = Weights::new(truth);
     let curves: Vec<Curves> = all
-        .iter()
+        .par_iter()
         .enumerate()
         .map(|(i, runs)| {
             // Same bits, same distances: they are found for the first.
@@ -176,7 +177,7 @@ pub fn prices(variants: &[Variant], all: &[Runs], truth: &Truth, false_alarms: f
             curves: &curves[i],
             plain: &curves[0],
             bias,
-            weights: &weights.relmse,
+            weights: &weights.calm,
             alpha,
         }
         .price(i == 0)
@@ -263,9 +264,10 @@ impl Judged<'_> {
             hidden_bias_below: bias.squared.figure().high.max(0.0).sqrt() + bias.hidden,
             bias_equals_noise_at: harmful
                 .then(|| {
+                    let all: Vec<usize> = (0..self.curves.calm.seeds()).collect();
                     self.curves
-                        .relmse
-                        .samples_for(squared_bias, self.curves.slope(None), None)
+                        .calm
+                        .samples_for(squared_bias, self.curves.slope(&all), &all)
                 })
                 .filter(|n| n.is_finite()),
             verdict,
@@ -284,59 +286,55 @@ impl Judged<'_> {
             .sum();
         let noise = self
             .plain
-            .relmse
+            .calm
             .points
             .last()
-            .map_or(0.0, |(_, spread)| spread.variance(None));
+            .map_or(0.0, |(_, spread)| spread.variance());
         apart < 0.01 * noise * self.runs.len() as f64
     }
 
     /// Logarithm of the samples that this needs for the last error of the defaults, over those that they need.
     fn log_samples(&self) -> Estimate {
-        let (curve, plain) = (&self.curves.relmse, &self.plain.relmse);
+        let (curve, plain) = (&self.curves.calm, &self.plain.calm);
         let Some((n, spread)) = plain.points.last() else {
             return exactly(0.0);
         };
-        let noisy = curve
-            .points
-            .last()
-            .is_some_and(|(_, spread)| spread.variance(None) > 0.0);
-        match (spread.variance(None) > 0.0, noisy) {
+        let noisy = curve.points.last().is_some_and(|(_, spread)| spread.variance() > 0.0);
+        match (spread.variance() > 0.0, noisy) {
             (true, true) => {}
             (false, false) | (true, false) => return exactly(0.0),
             (false, true) => return exactly(f64::INFINITY),
         }
-        jackknife(curve.seeds(), |without| {
-            let slope = self.curves.slope(without);
-            (curve.samples_for(spread.variance(without), slope, without) / f64::from(*n)).ln()
+        bootstrap(curve.seeds(), |drawn| {
+            let slope = self.curves.slope(drawn);
+            (curve.samples_for(spread.variance_of(drawn), slope, drawn) / f64::from(*n)).ln()
         })
     }
 
     fn noise_ratio(&self) -> Figure {
-        let (Some((_, own)), Some((_, plain))) = (self.curves.relmse.points.last(), self.plain.relmse.points.last())
-        else {
+        let (Some((_, own)), Some((_, plain))) = (self.curves.calm.points.last(), self.plain.calm.points.last()) else {
             return Figure::exact(1.0);
         };
-        if !(own.variance(None) > 0.0 && plain.variance(None) > 0.0) {
-            return Figure::exact(own.variance(None) / plain.variance(None));
+        if !(own.variance() > 0.0 && plain.variance() > 0.0) {
+            return Figure::exact(own.variance() / plain.variance());
         }
-        jackknife(own.seeds(), |without| {
-            (own.variance(without) / plain.variance(without)).ln()
+        bootstrap(own.seeds(), |drawn| {
+            (own.variance_of(drawn) / plain.variance_of(drawn)).ln()
         })
         .figure()
         .exp()
     }
 
     fn points(&self, squared_bias: f64) -> Vec<Point> {
-        let point = |(look, (spp, relmse)): (usize, &(u32, Spread))| {
+        let point = |(look, (spp, spread)): (usize, &(u32, Spread))| {
             let seconds: Vec<f64> = self.runs.iter().map(|run| run.looks[look].seconds).collect();
             let error = variance_figure(&self.curves.error.points[look].1);
-            let spread = variance_figure(relmse);
+            let spread = variance_figure(spread);
             let root = |x: f64| x.max(0.0).sqrt();
             Point {
                 spp: *spp,
                 seconds: median(&seconds),
-                relmse: Figure {
+                relative_mse: Figure {
                     value: spread.value + squared_bias,
                     low: spread.low + squared_bias,
                     high: spread.high + squared_bias,
@@ -348,13 +346,13 @@ impl Judged<'_> {
                 },
             }
         };
-        self.curves.relmse.points.iter().enumerate().map(point).collect()
+        self.curves.calm.points.iter().enumerate().map(point).collect()
     }
 
     fn by_error(&self, last: u32) -> Option<ByError> {
-        let law = self.curves.error.law(None)?;
-        let here = self.curves.error.points.last()?.1.variance(None);
-        Some(ByError(Power::through((f64::from(last), here), law.slope)))
+        let law = self.curves.error.law()?;
+        let here = self.curves.error.points.last()?.1.variance();
+        Some(ByError(Power::through((f64::from(last), here), far(law.slope))))
     }
 }
 

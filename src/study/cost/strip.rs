@@ -2,12 +2,13 @@
 
 use serde::Serialize;
 
+use super::curves::{Weights, weighted};
 use super::knobs::Variant;
 use super::measure::{self, Effort, Runs};
 use super::truth::Truth;
 use crate::pipeline::SetupError;
 use crate::scene::{FilmSize, Scene};
-use crate::study::error::{Errors, RELMSE_FLOOR};
+use crate::study::error::RELMSE_FLOOR;
 use crate::study::verify::Watch;
 
 /// The defaults take about so many samples a pixel, which leaves noise to be seen.
@@ -26,7 +27,7 @@ pub struct Frame {
     /// Seconds of rendering, by its passes in the rounds.
     pub seconds: f64,
     /// Against the reference.
-    pub relmse: f64,
+    pub relative_mse: f64,
     /// The picture, row by row.
     #[serde(skip)]
     pub pixels: Vec<[f32; 3]>,
@@ -70,6 +71,8 @@ pub fn render(
         super::statistics::median(&seconds).value
     };
     let time = SPP * pass(&all[0]);
+    let weights = Weights::new(truth).calm;
+    let minus = |(x, r): (&[f32; 3], &[f64; 3])| std::array::from_fn(|c| f64::from(x[c]) - r[c]);
     let mut strip = Strip::default();
     for (variant, runs) in variants.iter().zip(all) {
         if !matches!(variant.knob, "" | "estimator") || watch.stopped() {
@@ -86,7 +89,7 @@ pub fn render(
             label: variant.choice.settings.estimator.name().to_owned(),
             spp,
             seconds: f64::from(spp) * pass(runs),
-            relmse: Errors::between(&pixels, &truth.mean).relmse,
+            relative_mse: weighted(pixels.iter().zip(&truth.mean).map(minus), &weights),
             pixels,
         });
     }

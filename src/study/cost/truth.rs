@@ -25,6 +25,8 @@ const REVISION: u32 = 1;
 /// What the picture converges to, as well as is known.
 #[derive(Clone, Debug)]
 pub struct Truth {
+    /// The film.
+    pub film: FilmSize,
     /// Mean radiance of each pixel, row by row.
     pub mean: Vec<[f64; 3]>,
     /// The standard error of each value.
@@ -70,6 +72,7 @@ impl Truth {
         passes.iter().for_each(|found| tails.add(found));
         let (mean, stderr) = known;
         Self {
+            film,
             mean,
             stderr,
             spp,

@@ -57,7 +57,7 @@ pub const PHONE: Layout = Layout {
 
 type Failure = Box<dyn std::error::Error>;
 type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
-/// Logarithms of seconds and of relMSE.
+/// Logarithms of seconds and of errors.
 type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
 /// Draws the curves of some settings, the defaults first.
@@ -70,7 +70,7 @@ pub fn draw(prices: &[&Price], layout: Layout, about: About) -> Result<String, F
     {
         let root = SVGBackend::with_string(&mut svg, size).into_drawing_area();
         let (x, y) = ranges(prices);
-        let left = 4 * layout.font;
+        let left = 5 * layout.font;
         let mut chart = ChartBuilder::on(&root)
             .margin_top(layout.font * FINE)
             .margin_right(layout.right * FINE)
@@ -103,8 +103,8 @@ impl About {
     /// What is read out where nobody sees.
     fn aloud(self) -> &'static str {
         match self {
-            Self::Noise => "relMSE against time, a line for each way of sampling",
-            Self::Time => "relMSE against time, a line for each way of computing the same picture",
+            Self::Noise => "relative MSE against time, a line for each way of sampling",
+            Self::Time => "relative MSE against time, a line for each way of computing the same picture",
         }
     }
 }
@@ -131,7 +131,7 @@ fn ranges(prices: &[&Price]) -> ((f64, f64), (f64, f64)) {
         prices
             .iter()
             .flat_map(|price| &price.points)
-            .filter(|point| point.relmse.value > 0.0)
+            .filter(|point| point.relative_mse.value > 0.0)
     };
     let around = |values: &mut dyn Iterator<Item = f64>| {
         let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
@@ -144,7 +144,7 @@ fn ranges(prices: &[&Price]) -> ((f64, f64), (f64, f64)) {
         }
     };
     let x = around(&mut points().map(|point| log(point.seconds.value)));
-    let y = around(&mut points().map(|point| log(point.relmse.value)));
+    let y = around(&mut points().map(|point| log(point.relative_mse.value)));
     (x, y)
 }
 
@@ -202,7 +202,7 @@ fn grid(
     for at in ticks(y) {
         chart.draw_series([PathElement::new(vec![(x.0, at), (x.1, at)], line)])?;
         let (px, py) = chart.backend_coord(&(x.0, at));
-        let label = if at.fract() == 0.0 && at < -1.5 {
+        let label = if at.fract() == 0.0 && at < -3.5 {
             format!("10{}", words::superscript(&format!("{at:.0}")))
         } else {
             // Shortest form of a number with one digit that counts.
@@ -225,7 +225,7 @@ fn grid(
         .pos(Pos::new(HPos::Center, VPos::Top))
         .transform(FontTransform::Rotate270);
     root.draw(&Text::new(
-        "relMSE",
+        "relative MSE",
         (layout.font * FINE / 4, (bottom + top) / 2),
         turned,
     ))?;
@@ -235,23 +235,34 @@ fn grid(
 /// Where plain Monte Carlo would go from the first point of the defaults, error in inverse proportion to time: both ends of the
 /// line, in logarithms.
 fn monte_carlo(prices: &[&Price], x: (f64, f64), y: (f64, f64)) -> Option<[(f64, f64); 2]> {
-    let first = prices.first()?.points.iter().find(|point| point.relmse.value > 0.0)?;
-    let sum = log(first.seconds.value) + log(first.relmse.value);
+    let first = prices
+        .first()?
+        .points
+        .iter()
+        .find(|point| point.relative_mse.value > 0.0)?;
+    let sum = log(first.seconds.value) + log(first.relative_mse.value);
     Some([x.0.max(sum - y.1), x.1.min(sum - y.0)].map(|x| (x, sum - x)))
 }
 
 /// The band of 95 %, the line, and a marker at each point.
 fn curve(chart: &mut Chart<'_, '_>, price: &Price, i: usize, with_band: bool) -> Result<(), Failure> {
     let color = Role::Series(i).color();
-    let points: Vec<_> = price.points.iter().filter(|point| point.relmse.value > 0.0).collect();
+    let points: Vec<_> = price
+        .points
+        .iter()
+        .filter(|point| point.relative_mse.value > 0.0)
+        .collect();
     let at = |error: f64, time: f64| (log(time), log(error));
-    let upper = points.iter().map(|p| at(p.relmse.high, p.seconds.value));
-    let lower = points.iter().rev().map(|p| at(p.relmse.low, p.seconds.value));
+    let upper = points.iter().map(|p| at(p.relative_mse.high, p.seconds.value));
+    let lower = points.iter().rev().map(|p| at(p.relative_mse.low, p.seconds.value));
     let band: Vec<_> = upper.chain(lower).collect();
     if with_band {
         chart.draw_series([Polygon::new(band, color.mix(0.15))])?;
     }
-    let line: Vec<_> = points.iter().map(|p| at(p.relmse.value, p.seconds.value)).collect();
+    let line: Vec<_> = points
+        .iter()
+        .map(|p| at(p.relative_mse.value, p.seconds.value))
+        .collect();
     let width = if i == 0 { 3 * FINE } else { 2 * FINE };
     chart.draw_series([PathElement::new(line.clone(), color.stroke_width(width as u32))])?;
     marker(chart, &line, i)
@@ -293,8 +304,8 @@ fn names(
 ) -> Result<(), Failure> {
     let mut ends: Vec<(Role, String, (i32, i32))> = Vec::new();
     for (i, price) in prices.iter().enumerate() {
-        if let Some(point) = price.points.iter().rev().find(|point| point.relmse.value > 0.0) {
-            let at = chart.backend_coord(&(log(point.seconds.value), log(point.relmse.value)));
+        if let Some(point) = price.points.iter().rev().find(|point| point.relative_mse.value > 0.0) {
+            let at = chart.backend_coord(&(log(point.seconds.value), log(point.relative_mse.value)));
             ends.push((Role::Series(i), name(price, layout, about), at));
         }
     }
@@ -306,7 +317,8 @@ fn names(
         };
         ends.push((Role::Soft, words.to_owned(), chart.backend_coord(&end)));
     }
-    ends.sort_by_key(|(_, _, (_, y))| *y);
+    // At one height the leftmost stands on top, so that no leader crosses another.
+    ends.sort_by_key(|(_, _, (x, y))| (*y / layout.font / FINE, *x));
     let apart = layout.font * FINE * 13 / 10;
     let bottom = (layout.height - 4 * layout.font) * FINE;
     let mut rows: Vec<i32> = ends.iter().map(|(_, _, (_, y))| *y).collect();

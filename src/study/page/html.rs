@@ -26,7 +26,7 @@ pub fn table(class: &str, columns: &[&str], rows: &[Vec<String>]) -> String {
         let cells: String = cells
             .iter()
             .zip(columns)
-            .map(|(cell, name)| format!("<td data-name=\"{name}\">{cell}</td>"))
+            .map(|(cell, name)| format!("<td data-name=\"{name}\"><div>{cell}</div></td>"))
             .collect();
         format!("<tr>{cells}</tr>\n")
     };

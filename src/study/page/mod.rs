@@ -87,8 +87,12 @@ pub fn files(
         ("effects", tables::effects(study, scene)),
         ("phases", tables::phases(study)),
         ("circumstances", tables::circumstances(study, circumstances)),
-        ("false-alarms", words::percent(crate::study::cost::price::FALSE_ALARMS)),
-        ("harmless", words::percent(crate::study::cost::price::HARMLESS)),
+        ("rounds", crate::study::cost::schedule::LEAST_ROUNDS.to_string()),
+        (
+            "false-alarms",
+            words::exact_percent(crate::study::cost::price::FALSE_ALARMS),
+        ),
+        ("harmless", words::exact_percent(crate::study::cost::price::HARMLESS)),
     ]);
     Ok(vec![
         ("study.html", page),

@@ -36,13 +36,13 @@ pub fn strip(study: &Study) -> Result<String, ImageError> {
         let error = png(&colours(&frame.error(&study.truth)), width)?;
         let _ = writeln!(
             html,
-            "<figure>{}{}<figcaption><b>{}</b> {} samples a pixel in {}<br>relMSE {}</figcaption></figure>",
+            "<figure>{}{}<figcaption><b>{}</b> {} samples a pixel in {}<br>relative MSE {}</figcaption></figure>",
             img(&picture, [width, height], &format!("{} after equal time", frame.label)),
             img(&error, [width, height], &format!("error of {}", frame.label)),
             escape(&frame.label),
             frame.spp,
-            words::seconds(frame.seconds),
-            words::number(frame.relmse),
+            words::seconds(frame.seconds).replace(' ', "\u{a0}"),
+            words::number(frame.relative_mse),
         );
     }
     html += "</div>\n";
@@ -96,8 +96,8 @@ fn scale() -> Result<String, ImageError> {
     let ramp = img(&png(&colours(&ramp), 256)?, [256, 1], "scale of errors");
     Ok(format!(
         "<div class=\"scale\"><span>≤ {}</span>{ramp}<span>≥ {} of the pixel's own brightness</span></div>\n",
-        words::percent(LEAST),
-        words::percent(MOST)
+        words::exact_percent(LEAST),
+        words::exact_percent(MOST)
     ))
 }
 

@@ -16,7 +16,7 @@ pub fn cheapest(study: &Study, circumstances: &Circumstances) -> String {
         let best = study.cheapest(error);
         let line = format!("octolux render {}{}", circumstances.scene, study.recommendation(error));
         vec![
-            words::percent(error),
+            words::exact_percent(error),
             words::seconds(whole * best.seconds_for_error(error)),
             words::seconds(whole * study.prices[0].seconds_for_error(error)),
             format!("<code>{}</code>", escape(&line)),
@@ -52,18 +52,18 @@ pub fn prices(study: &Study) -> String {
         };
         vec![
             setting,
-            relative(words::ratio(price.time_ratio)),
+            relative(two_lines(words::ratio(price.time_ratio))),
             words::number(price.rays_per_second.value * 1e-6),
             relative(if price.same_bits {
                 "same picture".to_owned()
             } else {
-                words::ratio(price.noise_ratio)
+                two_lines(words::ratio(price.noise_ratio))
             }),
             relative(speed_up(price)),
             if price.same_bits {
                 "none: same bits".to_owned()
             } else {
-                words::bias(price.bias)
+                format!("<span class=\"whole\">{}</span>", words::bias(price.bias))
             },
             match price.bias_equals_noise_at {
                 Some(spp) => format!(
@@ -81,7 +81,7 @@ pub fn prices(study: &Study) -> String {
             "setting",
             "time of a pass",
             "million rays / s",
-            "relMSE at equal samples",
+            "relative MSE at equal samples",
             "speed-up at equal error",
             "bias of brightness",
             "verdict",
@@ -91,11 +91,16 @@ pub fn prices(study: &Study) -> String {
 }
 
 fn speed_up(price: &Price) -> String {
-    let mut text = words::speed_up(price.speed_up);
+    let (value, mut interval) = words::speed_up(price.speed_up);
     if price.extrapolated {
-        text += " <span class=\"soft\">along its slope</span>";
+        interval += ", along its slope";
     }
-    text
+    two_lines((value, interval))
+}
+
+/// A value, and below it its interval.
+fn two_lines((value, interval): (String, String)) -> String {
+    format!("<span class=\"whole\">{value}</span><br><span class=\"soft\">{interval}</span>")
 }
 
 /// What the scene calls for: effect, evidence, what follows.
@@ -176,10 +181,10 @@ pub fn phases(study: &Study) -> String {
 pub fn circumstances(study: &Study, c: &Circumstances) -> String {
     let load = c.load.map_or_else(|| "unknown".to_owned(), |load| format!("{load:.2}"));
     let reference = format!(
-        "independent f64 oracle, {} samples a pixel{}, own relMSE {}",
+        "independent f64 oracle, {} samples a pixel{}, own relative MSE {}",
         study.reference.spp,
         if study.reference.cached { " (cached)" } else { "" },
-        words::number(study.reference.relmse)
+        words::number(study.reference.relative_mse)
     );
     let pairs = [
         ("command", format!("<code>{}</code>", escape(&c.command))),

@@ -18,8 +18,9 @@ pub fn number(value: f64) -> String {
     } else if size >= 99.5 {
         format!("{value:.0}")
     } else {
-        // Two digits behind the first that counts.
-        let digits = (1 - size.log10().floor() as i32).clamp(0, 5) as usize;
+        // Two digits that count, of the rounded number: 9.99 is 10.
+        let rounded: f64 = format!("{size:.1e}").parse().unwrap_or(size);
+        let digits = (1 - rounded.log10().floor() as i32).clamp(0, 5) as usize;
         format!("{value:.digits$}")
     }
 }
@@ -53,6 +54,8 @@ pub fn superscript(number: &str) -> String {
 pub fn seconds(value: f64) -> String {
     if !value.is_finite() {
         "never".to_owned()
+    } else if value >= 3.6e6 {
+        "more than 1000 h".to_owned()
     } else if value >= 7200.0 {
         format!("{} h", number(value / 3600.0))
     } else if value >= 120.0 {
@@ -66,50 +69,80 @@ pub fn seconds(value: f64) -> String {
     }
 }
 
-/// `0.12 %`.
-pub fn percent(value: f64) -> String {
-    format!("{} %", number(100.0 * value))
+/// `3 %`, `0.1 %`: of a share that is known exactly.
+pub fn exact_percent(value: f64) -> String {
+    format!("{} %", exact(100.0 * value))
 }
 
-/// `×1.24 (1.20 to 1.29)`, or without an interval where there is none.
-pub fn ratio(figure: Figure) -> String {
-    if figure.low == figure.high {
-        return format!("× {}", number(figure.value));
-    }
-    format!(
-        "× {} ({} to {})",
-        number(figure.value),
-        number(figure.low),
-        number(figure.high)
-    )
-}
-
-/// `1.2 × faster (1.1 to 1.3)`; below 1 `12 × slower (11 to 13)`.
-pub fn speed_up(figure: Figure) -> String {
-    if figure.value >= 1.0 {
-        format!(
-            "{} × faster ({} to {})",
-            number(figure.value),
-            number(figure.low),
-            number(figure.high)
-        )
+/// The shortest way to write a number that is known exactly.
+pub fn exact(value: f64) -> String {
+    if (1e-3..1e5).contains(&value.abs()) {
+        // What binary fractions add behind the tenth digit is not meant.
+        format!("{value:.10}")
+            .trim_end_matches('0')
+            .trim_end_matches('.')
+            .to_owned()
     } else {
-        format!(
-            "{} × slower ({} to {})",
-            number(1.0 / figure.value),
-            number(1.0 / figure.high),
-            number(1.0 / figure.low)
-        )
+        power_of_ten(value)
     }
 }
 
-/// `+0.02 % ± 0.05 %`.
+/// `× 1.24` and `1.20 to 1.29`; no interval where there is none.
+pub fn ratio(figure: Figure) -> (String, String) {
+    let value = format!("× {}", number(figure.value));
+    let interval = if figure.low == figure.high {
+        String::new()
+    } else {
+        format!("{} to {}", number(figure.low), number(figure.high))
+    };
+    (value, interval)
+}
+
+/// `1.2 × faster` and `1.1 to 1.3`; below 1 `12 × slower` and `11 to 13`.
+pub fn speed_up(figure: Figure) -> (String, String) {
+    let (figure, word) = if figure.value >= 1.0 {
+        (figure, "faster")
+    } else {
+        let slower = Figure {
+            value: 1.0 / figure.value,
+            low: 1.0 / figure.high,
+            high: 1.0 / figure.low,
+        };
+        (slower, "slower")
+    };
+    let interval = format!("{} to {}", number(figure.low), number(figure.high));
+    (format!("{} × {word}", number(figure.value)), interval)
+}
+
+/// `+0.02 % ± 0.05 %`: two digits of the interval count, and as many places of the value.
 pub fn bias(figure: Figure) -> String {
-    if figure.value == 0.0 && figure.reach() == 0.0 {
+    let (value, reach) = (100.0 * figure.value, 100.0 * figure.reach());
+    if value == 0.0 && reach == 0.0 {
         return "none".to_owned();
     }
-    let sign = if figure.value > 0.0 { "+" } else { "−" };
-    format!("{sign}{} ± {}", percent(figure.value.abs()), percent(figure.reach()))
+    let least = if reach > 0.0 { reach } else { value.abs() };
+    let power = if least.is_finite() {
+        least.log10().floor() as i32
+    } else {
+        0
+    };
+    let small = power < -3;
+    let scale = if small { 10.0_f64.powi(-power) } else { 1.0 };
+    let places = if small { 1 } else { (1 - power).max(0) as usize };
+    let size = format!("{:.places$}", scale * value.abs());
+    let sign = match size.bytes().any(|digit| (b'1'..=b'9').contains(&digit)) {
+        false => "",
+        true if value > 0.0 => "+",
+        true => "−",
+    };
+    if !reach.is_finite() {
+        format!("{sign}{size} % ± ∞ %")
+    } else if small {
+        let power = superscript(&power.to_string());
+        format!("({sign}{size} ± {:.places$}) × 10{power} %", scale * reach)
+    } else {
+        format!("{sign}{size} % ± {reach:.places$} %")
+    }
 }
 
 /// The name of a setting in a sentence.
@@ -129,9 +162,12 @@ pub struct Headline {
     pub beside: Vec<String>,
 }
 
-/// The relMSE of the headline: the power of ten next to what the defaults reached.
+/// The relative mean squared error of the headline: the power of ten next to what the defaults reached.
 pub fn level(study: &Study) -> f64 {
-    let reached = study.prices[0].points.last().map_or(1e-3, |point| point.relmse.value);
+    let reached = study.prices[0]
+        .points
+        .last()
+        .map_or(1e-3, |point| point.relative_mse.value);
     if reached > 0.0 {
         10.0_f64.powf(reached.log10().round())
     } else {
@@ -153,21 +189,24 @@ pub fn whole_film(study: &Study) -> f64 {
 pub fn headline(study: &Study) -> Headline {
     let level = level(study);
     let whole = whole_film(study);
-    let time = |price: &Price| seconds(whole * price.seconds_for_relmse(level));
-    let (default, best) = (&study.prices[0], study.cheapest_by_relmse(level));
-    let asked = format!("relMSE {}", number(level));
-    let faster = default.seconds_for_relmse(level) / best.seconds_for_relmse(level);
+    let time = |price: &Price| seconds(whole * price.seconds_for_mse(level));
+    let (default, best) = (&study.prices[0], study.cheapest_by_mse(level));
+    let asked = format!("a relative MSE of {}", exact(level));
+    let faster = default.seconds_for_mse(level) / best.seconds_for_mse(level);
+    // The first sentence stands large, where a line may end at any blank: none between a number and its unit.
+    let time_unbroken = |price: &Price| time(price).replace(' ', "\u{a0}");
+    let first = asked.replacen('a', "A", 1);
     let answer = if best.variant.knob.is_empty() || faster < 1.05 {
         format!(
-            "{asked} takes {} with the default settings, and nothing is cheaper.",
-            time(default)
+            "{first} takes {} with the default settings, and nothing is cheaper.",
+            time_unbroken(default)
         )
     } else {
         format!(
-            "{asked} takes {} with {}, and {} with the default settings.",
-            time(best),
+            "{first} takes {} with {}, and {} with the default settings.",
+            time_unbroken(best),
             name(best),
-            time(default)
+            time_unbroken(default)
         )
     };
     let mut beside = vec![estimators(study, &asked, &time)];
@@ -203,11 +242,9 @@ fn biases(study: &Study) -> String {
     if !harmful.is_empty() {
         return format!("Harmful, as its pictures are wrong: {}.", harmful.join("; "));
     }
-    let default = study.prices[0].bias;
     format!(
-        "No setting is seen to be biased: the default agrees with the independent oracle to {}, within {} (95 %).",
-        percent(default.value.abs()),
-        percent(default.reach())
+        "No setting is seen to be biased. The default is off the brightness of the independent oracle by {} (95 %).",
+        bias(study.prices[0].bias)
     )
 }
 
@@ -215,8 +252,9 @@ fn biases(study: &Study) -> String {
 pub fn summary(study: &Study, scene: &Path) -> String {
     let Headline { answer, beside } = headline(study);
     format!(
-        "{}: {answer}\n{}\n{} settings, {} seeds, up to {} samples a pixel at {} x {}, {:.0} s\n",
+        "{}: {}\n{}\n{} settings, {} seeds, up to {} samples a pixel at {} x {}, {:.0} s\n",
         scene.display(),
+        answer.replace('\u{a0}', " "),
         beside.join("\n"),
         study.prices.len(),
         study.seeds,
@@ -236,6 +274,8 @@ mod tests {
         for (value, text) in [
             (0.0, "0"),
             (1.0, "1.0"),
+            (9.99, "10"),
+            (0.9999, "1.0"),
             (12.34, "12"),
             (123.4, "123"),
             (0.01234, "0.012"),
@@ -258,11 +298,11 @@ mod tests {
             (61.0, "61 s"),
             (600.0, "10 min"),
             (7200.0, "2.0 h"),
+            (1e12, "more than 1000 h"),
             (f64::INFINITY, "never"),
         ] {
             assert_eq!(seconds(value), text);
         }
-        assert_eq!(percent(0.0123), "1.2 %");
         let figure = Figure {
             value: -0.001,
             low: -0.002,
@@ -270,13 +310,38 @@ mod tests {
         };
         assert_eq!(bias(figure), "−0.10 % ± 0.10 %");
         assert_eq!(bias(Figure::exact(0.0)), "none");
-        assert_eq!(
-            ratio(Figure {
-                value: 2.0,
-                low: 1.5,
-                high: 3.0
-            }),
-            "× 2.0 (1.5 to 3.0)"
-        );
+        for (value, reach, text) in [
+            (-0.0051, 0.11, "−1 % ± 11 %"),
+            (4.6e-6, 0.0069, "0.00 % ± 0.69 %"),
+            (1.6e-3, 0.012, "+0.2 % ± 1.2 %"),
+            (-2.3e-7, 5.7e-7, "(−2.3 ± 5.7) × 10⁻⁵ %"),
+            (0.01, f64::INFINITY, "+1.0 % ± ∞ %"),
+        ] {
+            let (low, high) = (value - reach, value + reach);
+            assert_eq!(bias(Figure { value, low, high }), text);
+        }
+        let figure = Figure {
+            value: 2.0,
+            low: 1.5,
+            high: 3.0,
+        };
+        assert_eq!(ratio(figure), ("× 2.0".to_owned(), "1.5 to 3.0".to_owned()));
+        assert_eq!(speed_up(figure), ("2.0 × faster".to_owned(), "1.5 to 3.0".to_owned()));
+        let slow = Figure {
+            value: 0.5,
+            low: 0.25,
+            high: 0.8,
+        };
+        assert_eq!(speed_up(slow), ("2.0 × slower".to_owned(), "1.2 to 4.0".to_owned()));
+    }
+
+    #[test]
+    fn what_is_known_exactly_has_no_idle_zeros() {
+        for (value, text) in [(0.1, "0.1"), (10.0, "10"), (0.01, "0.01"), (1e-4, "10⁻⁴"), (1.0, "1")] {
+            assert_eq!(exact(value), text);
+        }
+        for (value, text) in [(0.3, "30 %"), (0.03, "3 %"), (0.003, "0.3 %"), (1e-4, "0.01 %")] {
+            assert_eq!(exact_percent(value), text);
+        }
     }
 }

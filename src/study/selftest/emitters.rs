@@ -124,7 +124,7 @@ pub fn below_the_horizon(effort: Effort) -> Checks {
     }
     Ok(vec![
         Check::new(
-            "E at 19 tilts, four estimators, against the clipped sphere: standard errors",
+            "E at 19 tilts, all estimators, against the clipped sphere: standard errors",
             worst,
             SIGMAS,
         ),

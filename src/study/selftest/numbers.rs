@@ -5,7 +5,8 @@ use super::row::{Check, Checks, Effort};
 use super::spot;
 use crate::bsdf::Bsdf;
 use crate::estimator::ShadingPoint;
-use crate::estimator::per_light::{self, Average, ConeOnly};
+use crate::estimator::density::{Average, ConeOnly, Mix, Projected};
+use crate::estimator::per_light;
 use crate::estimator::per_point::{self, Lobe, Sphere};
 use crate::lane::Word;
 use crate::light::SphereLight;
@@ -22,6 +23,7 @@ fn sound(value: Vec3<f32>) -> bool {
 
 /// Samples of all estimators at the corners of their numbers that are no sound numbers or have no positive density.
 fn unsound_corners(point: &ShadingPoint<f32>, light: &SphereLight) -> usize {
+    let diffuse = !point.bsdf.phong;
     let mut count = 0;
     for a in CORNERS {
         for b in CORNERS {
@@ -29,8 +31,13 @@ fn unsound_corners(point: &ShadingPoint<f32>, light: &SphereLight) -> usize {
             for heads in [false, true] {
                 let toss = Toss { heads, pair };
                 let found = [
-                    per_light::sample::<f32, ConeOnly>(point, light, toss, true),
-                    per_light::sample::<f32, Average>(point, light, toss, true),
+                    per_light::sample(ConeOnly, point, light, toss, true),
+                    per_light::sample(Average, point, light, toss, true),
+                    per_light::sample(Mix::Balance, point, light, toss, true),
+                    per_light::sample(Mix::Power, point, light, toss, true),
+                    diffuse
+                        .then(|| per_light::sample(Projected, point, light, toss, true))
+                        .flatten(),
                 ];
                 count += found
                     .iter()

@@ -3,7 +3,8 @@
 use super::bench::Mean;
 use crate::bsdf::Bsdf;
 use crate::estimator::ShadingPoint;
-use crate::estimator::per_light::{self, Average, ConeOnly};
+use crate::estimator::density::{Average, ConeOnly, Density, Mix, Projected};
+use crate::estimator::per_light;
 use crate::estimator::per_point::{self, Lobe, Sphere};
 use crate::lane::{Bits, F32x8, Lane, Mask, Mask8, U32x8};
 use crate::light::SphereLight;
@@ -65,8 +66,12 @@ impl Spot {
         let (mut sums, mut unsound, mut nothing) = ([0.0_f64; 4], 0, 0);
         for packet in 0..packets {
             let value = match estimator {
-                EstimatorKind::Light => per_lights::<ConeOnly>(&point, lights, packet),
-                EstimatorKind::Mis => per_lights::<Average>(&point, lights, packet),
+                EstimatorKind::Light => per_lights(ConeOnly, &point, lights, packet),
+                EstimatorKind::Mis => per_lights(Average, &point, lights, packet),
+                EstimatorKind::Mis2Balance => per_lights(Mix::Balance, &point, lights, packet),
+                EstimatorKind::Mis2Power => per_lights(Mix::Power, &point, lights, packet),
+                EstimatorKind::Projected if self.alpha > 1.0 => per_lights(ConeOnly, &point, lights, packet),
+                EstimatorKind::Projected => per_lights(Projected, &point, lights, packet),
                 EstimatorKind::Uniform => first_met::<Sphere>(&point, lights, packet),
                 EstimatorKind::Brdf => first_met::<Lobe>(&point, lights, packet),
             };
@@ -104,23 +109,28 @@ fn numbers(packet: u32, pair: u32) -> [U32x8; 4] {
     pcg4d([lane, U32x8::splat(pair), U32x8::splat(7), U32x8::splat(0x9e37_79b9)])
 }
 
-fn per_lights<D: per_light::Density>(point: &ShadingPoint<F32x8>, lights: &[SphereLight], packet: u32) -> F32x8 {
+fn per_lights<D: Density>(density: D, point: &ShadingPoint<F32x8>, lights: &[SphereLight], packet: u32) -> F32x8 {
     let mut sum = F32x8::zero();
     for (i, light) in (0..).zip(lights) {
-        let [a, b, coin, _] = numbers(packet, i);
-        let toss = Toss {
-            heads: coin.top_bit(),
-            pair: Pair(a, b),
-        };
-        let Some(found) = per_light::sample::<F32x8, D>(point, light, toss, Mask8::splat(true)) else {
-            continue;
-        };
-        let mut visible = found.active;
-        for other in lights.iter().filter(|other| other.sphere != light.sphere) {
-            let (blocks, _) = ball(other).intersect(point.p, found.wi, F32x8::zero(), found.distance);
-            visible = visible & !blocks;
+        let [a, b, coin, other] = numbers(packet, i);
+        let both = density.mix().both();
+        let mut tosses = vec![(coin.top_bit(), Pair(a, b))];
+        if both {
+            let [c, ..] = numbers(packet, !i);
+            tosses = vec![(Mask8::splat(false), Pair(a, b)), (Mask8::splat(true), Pair(other, c))];
         }
-        sum = sum + found.ld.y.or_zero(visible);
+        for (heads, pair) in tosses {
+            let toss = Toss { heads, pair };
+            let Some(found) = per_light::sample(density, point, light, toss, Mask8::splat(true)) else {
+                continue;
+            };
+            let mut visible = found.active;
+            for other in lights.iter().filter(|other| other.sphere != light.sphere) {
+                let (blocks, _) = ball(other).intersect(point.p, found.wi, F32x8::zero(), found.distance);
+                visible = visible & !blocks;
+            }
+            sum = sum + found.ld.y.or_zero(visible);
+        }
     }
     sum
 }

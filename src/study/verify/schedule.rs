@@ -44,7 +44,11 @@ const fn weight(estimator: EstimatorKind) -> u32 {
     match estimator {
         EstimatorKind::Uniform => 4,
         EstimatorKind::Brdf => 2,
-        EstimatorKind::Light | EstimatorKind::Mis => 1,
+        EstimatorKind::Light
+        | EstimatorKind::Mis
+        | EstimatorKind::Mis2Balance
+        | EstimatorKind::Mis2Power
+        | EstimatorKind::Projected => 1,
     }
 }
 

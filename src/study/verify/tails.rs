@@ -23,7 +23,7 @@ pub enum Source {
     Oracle,
 }
 
-const SOURCES: usize = 5;
+const SOURCES: usize = EstimatorKind::ALL.len() + 1;
 
 /// Standard errors of what the probes say that are granted to it.
 const DOUBT: f64 = 6.0;
@@ -34,6 +34,9 @@ impl Source {
         Self::Renderer(EstimatorKind::Light),
         Self::Renderer(EstimatorKind::Brdf),
         Self::Renderer(EstimatorKind::Mis),
+        Self::Renderer(EstimatorKind::Mis2Balance),
+        Self::Renderer(EstimatorKind::Mis2Power),
+        Self::Renderer(EstimatorKind::Projected),
         Self::Oracle,
     ];
 
@@ -49,10 +52,13 @@ impl Source {
         let both = light + brdf;
         match self {
             Self::Renderer(EstimatorKind::Uniform) => both * 4.0 * PI,
-            Self::Renderer(EstimatorKind::Light) => both / light,
+            // By cosines, directions at the horizon are drawn more seldom than uniformly, and bring as much less.
+            Self::Renderer(EstimatorKind::Light | EstimatorKind::Projected) => both / light,
             Self::Renderer(EstimatorKind::Brdf) => both / brdf,
             Self::Renderer(EstimatorKind::Mis) => 2.0,
-            Self::Oracle => 1.0,
+            // The more probable technique: what it counts is the larger, by 1.21 at most.
+            Self::Renderer(EstimatorKind::Mis2Power) => both * light.max(brdf) / (light * light + brdf * brdf),
+            Self::Renderer(EstimatorKind::Mis2Balance) | Self::Oracle => 1.0,
         }
     }
 }

@@ -1,0 +1,132 @@
+//! How directions of a light and directions of the BRDF make one estimate.
+//!
+//! With `f` the integrand, `p` the density of the light's own directions and `q` that of the BRDF's:
+//!
+//! | [`Mix`] | a pass draws | a direction counts |
+//! | --- | --- | --- |
+//! | `Light` | one of `p` | `f / p` |
+//! | `Average` | one of `p` or of `q`, by a fair coin | `2 f / (p + q)` |
+//! | `Balance` | one of `p` and one of `q` | `f / (p + q)` |
+//! | `Power` | one of `p` and one of `q` | `f p / (p^2 + q^2)` or `f q / (p^2 + q^2)` |
+//!
+//! Veach and Guibas 1995, "Optimally Combining Sampling Techniques for Monte Carlo Rendering": the balance heuristic, the power
+//! heuristic with exponent 2, and the one-sample model, of which the hand-out's average density is the balance heuristic.
+
+use crate::bsdf::Lobe;
+use crate::lane::Lane;
+
+/// Which directions are drawn and how they are weighed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Mix {
+    /// Those of the light alone.
+    #[default]
+    Light,
+    /// The average of both densities, in one sample (the hand-out, section 6).
+    Average,
+    /// One of each, by the balance heuristic.
+    Balance,
+    /// One of each, by the power heuristic.
+    Power,
+}
+
+impl Mix {
+    /// Whether directions of the BRDF count too.
+    #[inline(always)]
+    pub const fn mixed(self) -> bool {
+        !matches!(self, Self::Light)
+    }
+
+    /// Whether a pass draws one direction of each, not one by a coin.
+    #[inline(always)]
+    pub const fn both(self) -> bool {
+        matches!(self, Self::Balance | Self::Power)
+    }
+
+    /// `f_cos` times the weight, over the density, without the reflectance. `omega` is one over the light's own density, in
+    /// steradians; `by_brdf` are lanes whose direction is the BRDF's.
+    #[inline(always)]
+    pub fn weight<L: Lane>(self, omega: L, lobe: Lobe<L>, by_brdf: L::Mask) -> L {
+        match self {
+            Self::Light => omega * lobe.shape,
+            // With one division: `2 Ω f_cos / (1 + Ω q)`.
+            Self::Average => {
+                mutate!(omega + omega, MixtureWithoutHalf => omega) * lobe.shape / omega.mul_add(lobe.pdf, L::one())
+            }
+            Self::Balance => omega * lobe.shape / omega.mul_add(lobe.pdf, L::one()),
+            Self::Power => {
+                // `f_cos / own / (1 + (other / own)^2)`: a square that overflows leaves 0, which is the limit.
+                let ratio = omega * lobe.pdf;
+                let alone = L::select(by_brdf, lobe.shape / lobe.pdf, omega * lobe.shape);
+                let ratio = L::select(mutate!(by_brdf, HeuristicTurned => !by_brdf), L::one() / ratio, ratio);
+                alone / ratio.mul_add(ratio, L::one())
+            }
+        }
+    }
+}
+
+/// A [`Mix`] that is known when a stage is compiled, or one that is looked up when it runs: [`Mix`] itself.
+pub trait Density: Copy {
+    /// Whether a cap is drawn by projected solid angle on diffuse surfaces.
+    const PROJECTED: bool = false;
+    /// The density for a stage that runs with this mix.
+    fn of(mix: Mix) -> Self;
+    /// Which it is.
+    fn mix(self) -> Mix;
+}
+
+/// `1 / Ω`: uniform in the cone of the light.
+#[derive(Clone, Copy, Debug)]
+pub struct ConeOnly;
+
+/// `(p_light + p_brdf) / 2`.
+#[derive(Clone, Copy, Debug)]
+pub struct Average;
+
+/// `cos / Π`: uniform in the projected solid angle of the light, for diffuse surfaces.
+#[derive(Clone, Copy, Debug)]
+pub struct Projected;
+
+impl Density for ConeOnly {
+    #[inline(always)]
+    fn of(_: Mix) -> Self {
+        Self
+    }
+    #[inline(always)]
+    fn mix(self) -> Mix {
+        Mix::Light
+    }
+}
+
+impl Density for Average {
+    #[inline(always)]
+    fn of(_: Mix) -> Self {
+        Self
+    }
+    #[inline(always)]
+    fn mix(self) -> Mix {
+        Mix::Average
+    }
+}
+
+impl Density for Projected {
+    const PROJECTED: bool = true;
+    #[inline(always)]
+    fn of(_: Mix) -> Self {
+        Self
+    }
+    #[inline(always)]
+    fn mix(self) -> Mix {
+        Mix::Light
+    }
+}
+
+impl Density for Mix {
+    #[inline(always)]
+    fn of(mix: Mix) -> Self {
+        mix
+    }
+    #[inline(always)]
+    fn mix(self) -> Mix {
+        self
+    }
+}

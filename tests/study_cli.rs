@@ -84,8 +84,8 @@ fn the_report_is_whole() {
     );
     assert!(!page.contains("{{") && !page.contains("NaN"), "a part is missing");
     assert_eq!(page.matches("<svg ").count(), 4);
-    // 4 pictures, 4 errors, the scale; the film is too small for crops.
-    assert_eq!(page.matches("<img src=\"data:image/png;base64,").count(), 9);
+    // 7 pictures, 7 errors, the scale; the film is too small for crops.
+    assert_eq!(page.matches("<img src=\"data:image/png;base64,").count(), 15);
     for word in ["http://", "https://", "src=\"/", "<script", "@import", "url("] {
         let allowed = if word == "http://" {
             page.matches("http://www.w3.org/2000/svg").count()

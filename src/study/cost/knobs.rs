@@ -186,12 +186,15 @@ mod tests {
         let all = variants(settings(), AccelKind::Linear);
         let labels: Vec<String> = all.iter().map(Variant::label).collect();
         assert_eq!(
-            labels[..7],
+            labels[..10],
             [
                 "default",
                 "uniform",
                 "light",
                 "brdf",
+                "mis2-balance",
+                "mis2-power",
+                "projected",
                 "independent",
                 "adaptive",
                 "1 lane"
@@ -206,6 +209,6 @@ mod tests {
             .collect();
         assert_eq!(through_embree.last().unwrap(), " --robust off");
         assert_eq!(all[1].arguments(), " --estimator uniform");
-        assert_eq!(all[5].arguments(), " --adaptive");
+        assert_eq!(all[8].arguments(), " --adaptive");
     }
 }

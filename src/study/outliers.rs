@@ -146,12 +146,12 @@ mod tests {
     fn the_outliers_of_a_coin_are_its_finds() {
         for (n, samples) in [(100.0, 64), (400.0, 64), (100.0, 8)] {
             let outliers = found(n, samples).unwrap();
-            let near = |found: f64, truth: f64| (found / truth - 1.0).abs() < 0.3;
             let hidden = 15.0 / 16.0;
-            assert!(
-                near(outliers.share, hidden / n) && near(outliers.kurtosis, n / hidden),
-                "{outliers:?}"
-            );
+            let (share, kurtosis) = (outliers.share * n / hidden, outliers.kurtosis * hidden / n);
+            assert!((share - 1.0).abs() < 0.3, "{outliers:?}");
+            // A find is held against what its own pixel shows, which is more than the mean where others have found the light too:
+            // of 63 others with n = 100, E x^4 / E[x^2]^2 of the finds is 1.26.
+            assert!((0.8..1.5).contains(&kurtosis), "{outliers:?}");
             assert!(outliers.light > 0.7, "{outliers:?}");
             assert!(outliers.speckle(8.0) && !outliers.speckle(400.0));
         }

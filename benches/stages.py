@@ -16,6 +16,7 @@ import os
 import pathlib
 import re
 import subprocess
+import sys
 import tempfile
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -51,8 +52,11 @@ def parse():
     parser.add_argument("--size", default="768x512")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--octolux", help="the program [default: target/release/octolux]")
-    parser.add_argument("options", nargs="*", help="handed to render")
-    return parser.parse_args()
+    words = sys.argv[1:]
+    split = words.index("--") if "--" in words else len(words)
+    args = parser.parse_args(words[:split])
+    args.options = words[split + 1 :]
+    return args
 
 
 def segments(program):

@@ -22,8 +22,8 @@ pub use allocation::Noise;
 pub use error::PictureError;
 pub use picture::Picture;
 pub use png_file::encode as srgb;
-pub use sums::{Film, TILE, Tile, TileSum, leaf_passes};
-pub use tree::{Node, Tree};
+pub use sums::{Film, TILE, Tile, leaf_passes};
+pub use tree::{Node, TileSum, Tree};
 
 /// What a picture file says about its own making.
 #[derive(Clone, Debug, Default, PartialEq)]

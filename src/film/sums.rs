@@ -7,7 +7,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::tree::Tree;
+use super::tree::{TileSum, Tree};
 use super::{Noise, Picture};
 use crate::scene::FilmSize;
 
@@ -30,26 +30,6 @@ pub struct Tile {
     goals: Vec<u32>,
     /// Of each pixel, the squares of its sums over pairs of passes; empty where nobody asks for noise.
     squares: TileSum,
-}
-
-/// One sum per pixel of a tile.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct TileSum(pub Vec<[f64; 3]>);
-
-impl TileSum {
-    /// Zero for `pixels` pixels.
-    pub fn new(pixels: usize) -> Self {
-        Self(vec![[0.0; 3]; pixels])
-    }
-
-    /// Adds one contribution.
-    #[inline(always)]
-    pub fn add(&mut self, pixel: usize, radiance: [f32; 3]) {
-        let sum = &mut self.0[pixel];
-        for (s, r) in sum.iter_mut().zip(radiance) {
-            *s += f64::from(r);
-        }
-    }
 }
 
 impl Tile {
@@ -122,10 +102,10 @@ impl Tile {
         &self.goals
     }
 
-    /// Samples that a pixel has: it took part in all passes that there are, up to its goal.
-    fn samples(&self, pixel: usize) -> u32 {
+    /// Samples that each pixel has: it took part in all passes that there are, up to its goal.
+    fn samples(&self) -> impl Fn(usize) -> u32 {
         let passes = self.sums.passes(self.leaf);
-        self.goals.get(pixel).map_or(passes, |&goal| goal.min(passes))
+        move |pixel| self.goals.get(pixel).map_or(passes, |&goal| goal.min(passes))
     }
 
     /// Mean and variance of a pixel, as its pairs of passes show them.
@@ -282,7 +262,7 @@ impl Film {
 
     /// The noise of each pixel, row by row; at least four passes must be there.
     pub fn noise(&self) -> Vec<Noise> {
-        self.rows(Tile::noise)
+        self.rows(|tile| |pixel| tile.noise(pixel))
     }
 
     /// Takes the sums of another film of the same size, with none of whose passes it overlaps.
@@ -294,12 +274,13 @@ impl Film {
 
     /// The fewest samples of a pixel, all samples, and the most.
     pub fn spread(&self) -> (u32, u64, u32) {
-        let pixels = self
-            .tiles
-            .iter()
-            .flat_map(|tile| (0..tile.area()).map(|pixel| tile.samples(pixel)));
-        pixels.fold((u32::MAX, 0, 0), |(least, all, most), n| {
-            (least.min(n), all + u64::from(n), most.max(n))
+        // Where all take part in all, one pixel tells of all.
+        let tiles = self.tiles.iter().flat_map(|tile| {
+            let told = if tile.goals.is_empty() { 1 } else { tile.area() };
+            (0..told).map(tile.samples()).map(move |n| (n, tile.area() / told))
+        });
+        tiles.fold((u32::MAX, 0, 0), |(least, all, most), (n, pixels)| {
+            (least.min(n), all + u64::from(n) * pixels as u64, most.max(n))
         })
     }
 
@@ -328,22 +309,25 @@ impl Film {
     /// The mean radiance of each pixel; 0 where there is no pass yet. Pixels may have different numbers of samples.
     pub fn picture(&self) -> Picture {
         let FilmSize { width, height } = self.size;
-        let mean = |tile: &Tile, pixel| {
-            let samples = tile.samples(pixel);
-            let samples = f64::from(mutate!(samples.max(1), OnePassOff => samples + 1));
-            tile.sums.total(pixel).map(|sum| (sum / samples) as f32)
-        };
-        let pixels = self.rows(mean);
+        let pixels = self.rows(|tile| {
+            let samples = tile.samples();
+            move |pixel| {
+                let samples = samples(pixel);
+                let samples = f64::from(mutate!(samples.max(1), OnePassOff => samples + 1));
+                tile.sums.total(pixel).map(|sum| (sum / samples) as f32)
+            }
+        });
         Picture { width, height, pixels }
     }
 
     /// Something of every pixel, row by row.
-    fn rows<T: Clone + Default>(&self, of: impl Fn(&Tile, usize) -> T) -> Vec<T> {
+    fn rows<'a, T: Clone + Default, F: Fn(usize) -> T>(&'a self, of: impl Fn(&'a Tile) -> F) -> Vec<T> {
         let width = self.size.width as usize;
         let mut all = vec![T::default(); width * self.size.height as usize];
         for tile in &self.tiles {
+            let of = of(tile);
             for (pixel, [x, y]) in tile.pixels().enumerate() {
-                all[y as usize * width + x as usize] = of(tile, pixel);
+                all[y as usize * width + x as usize] = of(pixel);
             }
         }
         all

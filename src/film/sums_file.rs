@@ -11,8 +11,8 @@ use std::path::Path;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::sums::{Film, MOST_LEAF, TILE, Tile, TileSum};
-use super::tree::{Node, Tree};
+use super::sums::{Film, MOST_LEAF, TILE, Tile};
+use super::tree::{Node, TileSum, Tree};
 use super::{PictureError, replace};
 use crate::scene::FilmSize;
 

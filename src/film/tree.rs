@@ -8,7 +8,25 @@
 //! Who goes through the leaves in order holds the nodes that a binary counter has ones for: at most one a level, so
 //! pictures in memory grow with the logarithm of the passes. Rounding errors do so too (pairwise summation, Higham 1993).
 
-use super::TileSum;
+/// One sum per pixel of a tile.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TileSum(pub Vec<[f64; 3]>);
+
+impl TileSum {
+    /// Zero for `pixels` pixels.
+    pub fn new(pixels: usize) -> Self {
+        Self(vec![[0.0; 3]; pixels])
+    }
+
+    /// Adds one contribution.
+    #[inline(always)]
+    pub fn add(&mut self, pixel: usize, radiance: [f32; 3]) {
+        let sum = &mut self.0[pixel];
+        for (s, r) in sum.iter_mut().zip(radiance) {
+            *s += f64::from(r);
+        }
+    }
+}
 
 /// The sum over the leaves `index << level .. (index + 1) << level`.
 #[derive(Clone, Debug, PartialEq)]

@@ -70,7 +70,8 @@ pub fn draw(prices: &[&Price], layout: Layout, about: About) -> Result<String, F
     {
         let root = SVGBackend::with_string(&mut svg, size).into_drawing_area();
         let (x, y) = ranges(prices);
-        let left = 5 * layout.font;
+        // Room for `0.0005` beside the title of the axis.
+        let left = 6 * layout.font;
         let mut chart = ChartBuilder::on(&root)
             .margin_top(layout.font * FINE)
             .margin_right(layout.right * FINE)

@@ -8,7 +8,8 @@ pub mod diffuse;
 pub mod phong;
 
 use crate::lane::{Lane, Mask};
-use crate::math::Vec3;
+use crate::math::elementary::sin_cos_turn;
+use crate::math::{Frame, Vec3};
 
 /// The reflection model of each lane at a shading point.
 #[derive(Clone, Copy, Debug)]
@@ -78,6 +79,13 @@ impl<L: Lane> Bsdf<L> {
             return diffuse;
         }
         L::select(self.phong, phong::sample(u, self.alpha), diffuse)
+    }
+
+    /// Draws a unit direction of the lobe from `u` and `v` in [0, 1); it may point below the horizon.
+    #[inline(always)]
+    pub fn draw(&self, u: L, v: L) -> Vec3<L> {
+        let (sin_phi, cos_phi) = sin_cos_turn(v);
+        Frame::about(self.axis()).direction(self.sample(u), sin_phi, cos_phi)
     }
 
     /// Shape and density at `wi`, whose cosine with `n` is `cos_theta > 0`; lanes where it is not hold nothing of use.

@@ -13,7 +13,7 @@
 //! heuristic with exponent 2, and the one-sample model, of which the hand-out's average density is the balance heuristic.
 
 use crate::bsdf::Lobe;
-use crate::lane::Lane;
+use crate::lane::{Lane, Mask};
 
 /// Which directions are drawn and how they are weighed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -40,6 +40,12 @@ impl Mix {
     #[inline(always)]
     pub const fn both(self) -> bool {
         matches!(self, Self::Balance | Self::Power)
+    }
+
+    /// Of the lanes whose coin shows heads, those that follow their BRDF: all, or none.
+    #[inline(always)]
+    pub fn by_brdf<L: Lane>(self, heads: L::Mask) -> L::Mask {
+        if self.mixed() { heads } else { L::Mask::splat(false) }
     }
 
     /// `f_cos` times the weight, over the density, without the reflectance. `omega` is one over the light's own density, in
@@ -74,50 +80,34 @@ pub trait Density: Copy {
     fn mix(self) -> Mix;
 }
 
-/// `1 / Ω`: uniform in the cone of the light.
-#[derive(Clone, Copy, Debug)]
-pub struct ConeOnly;
+/// Types that stand for a mix which is known when a stage is compiled.
+macro_rules! known {
+    ($($(#[$doc:meta])* $name:ident: $mix:ident, $projected:literal;)*) => {$(
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug)]
+        pub struct $name;
 
-/// `(p_light + p_brdf) / 2`.
-#[derive(Clone, Copy, Debug)]
-pub struct Average;
-
-/// `cos / Π`: uniform in the projected solid angle of the light, for diffuse surfaces.
-#[derive(Clone, Copy, Debug)]
-pub struct Projected;
-
-impl Density for ConeOnly {
-    #[inline(always)]
-    fn of(_: Mix) -> Self {
-        Self
-    }
-    #[inline(always)]
-    fn mix(self) -> Mix {
-        Mix::Light
-    }
+        impl Density for $name {
+            const PROJECTED: bool = $projected;
+            #[inline(always)]
+            fn of(_: Mix) -> Self {
+                Self
+            }
+            #[inline(always)]
+            fn mix(self) -> Mix {
+                Mix::$mix
+            }
+        }
+    )*};
 }
 
-impl Density for Average {
-    #[inline(always)]
-    fn of(_: Mix) -> Self {
-        Self
-    }
-    #[inline(always)]
-    fn mix(self) -> Mix {
-        Mix::Average
-    }
-}
-
-impl Density for Projected {
-    const PROJECTED: bool = true;
-    #[inline(always)]
-    fn of(_: Mix) -> Self {
-        Self
-    }
-    #[inline(always)]
-    fn mix(self) -> Mix {
-        Mix::Light
-    }
+known! {
+    /// `1 / Ω`: uniform in the cone of the light.
+    ConeOnly: Light, false;
+    /// `(p_light + p_brdf) / 2`.
+    Average: Average, false;
+    /// `cos / Π`: uniform in the projected solid angle of the light, for diffuse surfaces.
+    Projected: Light, true;
 }
 
 impl Density for Mix {

@@ -5,8 +5,7 @@ use super::density::Density;
 use super::per_light::Contribution;
 use crate::lane::{Lane, Mask};
 use crate::light::environment::Beyond;
-use crate::math::elementary::sin_cos_turn;
-use crate::math::{Frame, Vec3};
+use crate::math::Vec3;
 use crate::sampling::Toss;
 
 /// Draws one direction at each active point and weighs it; `None` where no lane gets light by it. The light is at an infinite
@@ -20,17 +19,11 @@ pub fn sample<L: Lane, D: Density, B: Beyond>(
     active: L::Mask,
 ) -> Option<Contribution<L>> {
     let bsdf = &point.bsdf;
-    let by_brdf = if density.mix().mixed() {
-        toss.heads & active
-    } else {
-        L::Mask::splat(false)
-    };
+    let by_brdf = active & density.mix().by_brdf::<L>(toss.heads);
     let mut wi = beyond.draw(bsdf.n, toss.pair, active & !by_brdf);
     if by_brdf.any() {
         let (u, v) = toss.pair.unit::<L>();
-        let (sin_phi, cos_phi) = sin_cos_turn(v);
-        let reflected = Frame::about(bsdf.axis()).direction(bsdf.sample(u), sin_phi, cos_phi);
-        wi = Vec3::select(by_brdf, reflected, wi);
+        wi = Vec3::select(by_brdf, bsdf.draw(u, v), wi);
     }
     let (cos_theta, above) = point.above(wi);
     let active = active & above;

@@ -35,11 +35,7 @@ pub fn sample<L: Lane, D: Density>(
     Toss { heads, pair }: Toss<L::Bits>,
     active: L::Mask,
 ) -> Option<Contribution<L>> {
-    let heads = if density.mix().mixed() {
-        heads
-    } else {
-        L::Mask::splat(false)
-    };
+    let heads = density.mix().by_brdf::<L>(heads);
     let view = light.seen_from(point.p);
     let tails = active & !heads & may_contribute(point, &view);
     let tails = by_light(density, point, light, &view, pair, tails);
@@ -111,10 +107,8 @@ fn by_cap<L: Lane>(
 /// Draws the direction of the BRDF that all lights of a point share; 0 where it does not leave the surface.
 #[inline(always)]
 pub fn along_lobe<L: Lane>(point: &ShadingPoint<L>, numbers: Pair<L::Bits>) -> Vec3<L> {
-    let bsdf = &point.bsdf;
     let (u, v) = numbers.unit::<L>();
-    let (sin_phi, cos_phi) = sin_cos_turn(v);
-    let wi = Frame::about(bsdf.axis()).direction(bsdf.sample(u), sin_phi, cos_phi);
+    let wi = point.bsdf.draw(u, v);
     let (_, above) = point.above(wi);
     Vec3::select(above, wi, Vec3::zero())
 }

@@ -6,8 +6,7 @@ use super::per_light::Contribution;
 use crate::bsdf::Lobe;
 use crate::lane::{Lane, Mask};
 use crate::light::triangle::View;
-use crate::math::elementary::sin_cos_turn;
-use crate::math::{Frame, Vec3};
+use crate::math::Vec3;
 use crate::sampling::{Pair, Toss};
 
 /// What a direction is drawn from.
@@ -44,17 +43,11 @@ pub fn sample<L: Lane, D: Density>(
     active: L::Mask,
 ) -> Option<Contribution<L>> {
     let bsdf = &point.bsdf;
-    let by_brdf = if density.mix().mixed() {
-        heads & active
-    } else {
-        L::Mask::splat(false)
-    };
+    let by_brdf = active & density.mix().by_brdf::<L>(heads);
     let mut wi = view.draw(u, v);
     let mut met = view.met(wi);
     if by_brdf.any() {
-        let (sin_phi, cos_phi) = sin_cos_turn(v);
-        let reflected = Frame::about(bsdf.axis()).direction(bsdf.sample(u), sin_phi, cos_phi);
-        wi = Vec3::select(by_brdf, reflected, wi);
+        wi = Vec3::select(by_brdf, bsdf.draw(u, v), wi);
         met = (met & !by_brdf) | (by_brdf & view.contains(wi));
     }
     let (cos_theta, above) = point.above(wi);
@@ -96,8 +89,7 @@ pub struct Look<L: Lane> {
 pub fn look<L: Lane>(point: &ShadingPoint<L>, numbers: Pair<L::Bits>, active: L::Mask) -> Option<Look<L>> {
     let bsdf = &point.bsdf;
     let (u, v) = numbers.unit::<L>();
-    let (sin_phi, cos_phi) = sin_cos_turn(v);
-    let wi = Frame::about(bsdf.axis()).direction(bsdf.sample(u), sin_phi, cos_phi);
+    let wi = bsdf.draw(u, v);
     let (cos_theta, above) = point.above(wi);
     let lobe = bsdf.eval(wi, cos_theta);
     let active = active & above & lobe.shape.gt(L::zero());

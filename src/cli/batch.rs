@@ -8,8 +8,8 @@ use super::done::Done;
 use super::interrupt::Interrupt;
 use super::manifest;
 use super::reading::Reading;
-use super::several::{self, Crowd};
-use super::{CliError, Exit};
+use super::several::Crowd;
+use super::{CliError, Exit, options};
 
 const EXAMPLES: &str = "\
 A manifest has the options of `octolux render` as keys:
@@ -56,7 +56,7 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<Exit, CliError> {
     let mut wanted = manifest::read(&args.manifest)?;
     let interrupt = Interrupt::listen(args.quiet)?;
-    let threads = args.threads.unwrap_or_else(several::all_threads);
+    let threads = args.threads.unwrap_or_else(options::all_threads);
     for one in &mut wanted {
         one.args.quiet = args.quiet;
         one.args.json = true;

@@ -90,9 +90,7 @@ impl Options {
             lanes: self.lanes.unwrap_or_else(widest_lanes),
             accel: self.accel,
             robust: self.robust.unwrap_or(true),
-            threads: self
-                .threads
-                .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)),
+            threads: self.threads.unwrap_or_else(all_threads),
         })
     }
 }
@@ -121,6 +119,11 @@ impl Options {
         let kept = kept.filter_map(|(name, value)| Some(format!(" --{name} {}", value?)));
         std::iter::once(outside.to_owned()).chain(kept).collect()
     }
+}
+
+/// As many threads as the machine offers.
+pub fn all_threads() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 /// A number of passes.

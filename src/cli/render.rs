@@ -8,7 +8,7 @@ use super::options::{self, Options};
 use super::outputs;
 use super::picture::Job;
 use super::record::Shard;
-use super::several::{self, Crowd, Wanted};
+use super::several::{Crowd, Wanted};
 use super::{CliError, Exit, replay, report};
 
 const EXAMPLES: &str = "\
@@ -132,7 +132,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
         });
         let crowd = Crowd {
             name: "render",
-            threads: several::all_threads(),
+            threads: options::all_threads(),
             quiet: args.quiet,
             interrupt: &interrupt,
             done: None,

@@ -30,11 +30,6 @@ const SMALL: u64 = 1 << 27;
 /// So that pictures side by side do not take more memory than a large one.
 const SMALL_PIXELS: u64 = 1 << 21;
 
-/// As many threads as the machine offers.
-pub fn all_threads() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
-}
-
 /// What the pictures share.
 #[derive(Debug)]
 pub struct Overall {

@@ -77,9 +77,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     let scene = args.reading.load(&args.scene)?;
     let options = Options {
         budget: args.budget,
-        threads: args
-            .threads
-            .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)),
+        threads: args.threads.unwrap_or_else(options::all_threads),
         seed: args.seed,
     };
     let looker = Looker::new("verify", interrupt, args.quiet);

@@ -45,7 +45,10 @@
 //! "density" is the chi-square of directions against densities, "weight" the samples written out again in `f64`,
 //! "numbers" the independence of random numbers, "closed form" and "exact" are the scenes of `scenes/tests`, "oracle" the
 //! agreement of estimators and oracle, "lanes" the bits of eight lanes and one, "accelerators" the line of shapes against
-//! Embree, "acne" the surfaces that shadow themselves, "large plates" lights far larger than they are away, "study" its search for biased settings, "target" the error that `--target-error` sees. Most mutants fail several; five are seen by one alone: `HorizonDropped`, `ReachTooShort`, `PairReused`, `CornersSwapped` and `BallsAsPoints`.
+//! Embree, "acne" the surfaces that shadow themselves, "large plates" lights far larger than they are away, "study" its search
+//! for biased settings, "target" the error that `--target-error` sees. Most mutants fail several; eight of the 35 are seen by one
+//! alone: `HorizonDropped`, `ReachTooShort`, `DensityOfTheNextTexel`, `PairReused`, `SharesAlike`, `CornersSwapped`,
+//! `OnePercentBright` and `ErrorOfOneReplicate`.
 
 /// The plain expression; in a test of mutants, the broken one beside it.
 #[cfg(not(test))]

@@ -30,7 +30,7 @@ struct Member {
     offset: f32,
     /// Length of the normal.
     length: f32,
-    /// How far its corners are from the origin, at least: see [`cull`].
+    /// Its corners are no farther from the origin than this; what a margin of [`cull`] grows with.
     reach: f32,
 }
 

@@ -37,8 +37,8 @@ pub struct Replay {
     pub point: Option<Point>,
     /// The directions in which it was asked for: one or two for each sphere that emits, or one for the point.
     pub asked: Vec<Asked>,
-    /// Whether estimators with a direction for every light also asked for meshes or an environment that emit, which are in the radiance but not told one by
-    /// one.
+    /// Whether estimators with a direction for every light also asked for meshes or an environment that emit, which are in the
+    /// radiance but not told one by one.
     pub meshes_untold: bool,
     /// Radiance of the sample: what a render adds to the pixel.
     pub radiance: [f64; 3],

@@ -1,5 +1,5 @@
-//! Shading under meshes that emit, by estimators that draw a direction for every light: every triangle of a small one is a light of its own, of a large one a
-//! triangle is picked for every point. How directions are weighed is looked up when a stage runs.
+//! Shading under meshes that emit, by estimators that draw a direction for every light: every triangle of a small one is a light of
+//! its own, of a large one a triangle is picked for every point. How directions are weighed is looked up when a stage runs.
 
 use std::marker::PhantomData;
 

@@ -13,8 +13,8 @@ use super::{Problem, RawMesh, fan, transform};
 
 const DAMAGED: &str = "the file is damaged or cut short: export it again";
 
-/// Reads all triangles of the file's default scene, moved to where its nodes put them, with `TEXCOORD_0` where that is wanted. `file` reads buffers of their own,
-/// whose names are relative to the file.
+/// Reads all triangles of the file's default scene, moved to where its nodes put them, with `TEXCOORD_0` where that is wanted.
+/// `file` reads buffers of their own, whose names are relative to the file.
 pub fn read(bytes: &[u8], textured: bool, file: &dyn Fn(&str) -> Result<Vec<u8>, Problem>) -> Result<RawMesh, Problem> {
     if bytes.starts_with(b"glTF") {
         check_length(bytes)?;

@@ -142,16 +142,42 @@ mod tests {
         FirstSamples::of(&first, 1).outliers(&all, &vec![samples; 200 * 150])
     }
 
+    /// Share and kurtosis of what [`found`] shows, by the binomial law: a find is held against what the other samples of its pixel
+    /// show, or the mean of its block, 17/16, where they show less.
+    fn truth(n: f64, samples: u32) -> [f64; 2] {
+        let (p, others, hidden) = (1.0 / n, f64::from(samples - 1), 15.0 / 16.0);
+        let mut chance = (1.0 - p).powf(others);
+        let mut values = vec![(1.0 - hidden, 1.0), (hidden * (1.0 - p), 0.0)];
+        for k in 0..samples {
+            let k = f64::from(k);
+            values.push((hidden * p * chance, n / (k * n / others).max(17.0 / 16.0)));
+            chance *= (others - k) / (k + 1.0) * p / (1.0 - p);
+        }
+        let mean: f64 = values.iter().map(|(chance, x)| chance * x).sum();
+        let moment = |power| {
+            values
+                .iter()
+                .map(|(chance, x)| chance * (x - mean).powi(power))
+                .sum::<f64>()
+        };
+        let share = values
+            .iter()
+            .filter(|(_, x)| *x >= OUTLIER)
+            .map(|(chance, _)| chance)
+            .sum();
+        [share, moment(4) / moment(2).powi(2)]
+    }
+
     #[test]
     fn the_outliers_of_a_coin_are_its_finds() {
         for (n, samples) in [(100.0, 64), (400.0, 64), (100.0, 8)] {
             let outliers = found(n, samples).unwrap();
-            let hidden = 15.0 / 16.0;
-            let (share, kurtosis) = (outliers.share * n / hidden, outliers.kurtosis * hidden / n);
-            assert!((share - 1.0).abs() < 0.3, "{outliers:?}");
-            // A find is held against what its own pixel shows, which is more than the mean where others have found the light too:
-            // of 63 others with n = 100, E x^4 / E[x^2]^2 of the finds is 1.26.
-            assert!((0.8..1.5).contains(&kurtosis), "{outliers:?}");
+            let [share, kurtosis] = truth(n, samples);
+            let near = |found: f64, truth: f64| (found / truth - 1.0).abs() < 0.3;
+            assert!(
+                near(outliers.share, share) && near(outliers.kurtosis, kurtosis),
+                "{outliers:?}, not {share} and {kurtosis}"
+            );
             assert!(outliers.light > 0.7, "{outliers:?}");
             assert!(outliers.speckle(8.0) && !outliers.speckle(400.0));
         }

@@ -1,4 +1,4 @@
-//! The table of layers holds: who may import whom, where `unsafe` may be, who names `wide`, how long a file may be.
+//! The table of layers holds: who may import whom, where `unsafe` may be, who names `safe_arch`, how long a file may be.
 //!
 //! The source is read as tokens, comments and strings left out: enough to find every path that starts at the crate's
 //! root, and nothing to keep in step with the compiler. Paths that a macro would put together are not seen.
@@ -43,8 +43,8 @@ const TABLE: [(&str, u32, Uses); 17] = [
 /// Where `unsafe` may be: foreign functions, vector instructions, and the two of `cpuid`.
 const UNSAFE: [&str; 3] = ["embree/", "lane/", "cpu.rs"];
 
-/// The one file that names the crate `wide`.
-const WIDE: &str = "lane/wide8.rs";
+/// The one file that names the crate `safe_arch`.
+const AVX2: &str = "lane/wide8.rs";
 
 /// Lines of a file; past them there is usually a second thing inside.
 const LINES: usize = 400;
@@ -185,12 +185,8 @@ fn faults(name: &str, source: &str) -> Vec<String> {
     if tokens.contains(&"unsafe") && !UNSAFE.iter().any(|place| name.starts_with(place)) {
         faults.push(format!("{name}: `unsafe` belongs into {UNSAFE:?}"));
     }
-    let names_wide = (0..tokens.len()).any(|i| {
-        let before = i.checked_sub(1).map(|i| tokens[i]);
-        tokens[i] == "wide" && before != Some("::") && (tokens.get(i + 1) == Some(&"::") || before == Some("use"))
-    });
-    if names_wide && name != WIDE {
-        faults.push(format!("{name}: only {WIDE} names the crate `wide`"));
+    if tokens.contains(&"safe_arch") && name != AVX2 {
+        faults.push(format!("{name}: only {AVX2} names the crate `safe_arch`"));
     }
     let lines = source.lines().count();
     if lines > LINES && !LONGER.iter().any(|(file, _)| *file == name) {
@@ -290,11 +286,8 @@ fn planted_faults_are_found() {
         ("reference/mod.rs", "use crate::math::Vec3;"),
         ("unheard/of.rs", "use crate::lane::Lane;"),
         ("pipeline/stream.rs", "fn f() { unsafe { g() } }"),
-        ("math/frame.rs", "use wide::f32x8;"),
-        (
-            "math/frame.rs",
-            "let x = ::wide::f32x8::ZERO; let y = wide::f32x8::ZERO;",
-        ),
+        ("math/frame.rs", "use safe_arch::m256;"),
+        ("math/frame.rs", "let x = ::safe_arch::zeroed_m256();"),
         ("math/frame.rs", &"\n".repeat(LINES + 1)),
     ] {
         assert!(!faults(name, source).is_empty(), "{name}: {source:?} must be found");
@@ -318,13 +311,13 @@ fn what_only_looks_like_a_fault_passes() {
         ),
         (
             "sampling/sampler.rs",
-            "let wide = short.pair(3); wide.0; #![deny(unsafe_op_in_unsafe_fn)]",
+            "let safe = short.pair(3); safe.0; #![deny(unsafe_op_in_unsafe_fn)]",
         ),
         (
             "reference/mod.rs",
             "use crate::film::Picture; use crate::scene::{FilmSize, Scene};",
         ),
-        ("lane/wide8.rs", "use wide::f32x8; unsafe {}"),
+        ("lane/wide8.rs", "use safe_arch::m256; unsafe {}"),
         ("pipeline/plan.rs", "use crate::film::Tile; use super::stage::Chunk;"),
     ] {
         assert_eq!(faults(name, source), Vec::<String>::new(), "{source:?}");

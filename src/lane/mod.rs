@@ -5,8 +5,8 @@
 //! same bits for every lane; functions such as `exp` are built from these in [`crate::math::elementary`]. The estimates
 //! that vector units offer for `1/x` and `1/sqrt(x)` are not exact and are kept out on purpose.
 //!
-//! `wide` decides at compile time what it emits; without `fma` its `mul_add` would round twice and differ from the
-//! scalar one, therefore the build is refused (`.cargo/config.toml` sets the baseline).
+//! Eight lanes are chosen when the program is compiled: without AVX2 and `fma` the build is refused (`.cargo/config.toml` sets the
+//! baseline).
 
 mod scalar;
 mod wide16;

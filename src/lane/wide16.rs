@@ -1,6 +1,6 @@
 //! Sixteen lanes of AVX-512, for processors that have it: chosen when the program runs.
 //!
-//! `wide` decides at compile time, so one binary for both widths needs these over `std::arch`. All of it is inlined into
+//! `safe_arch` decides at compile time, so one binary for both widths needs these over `std::arch`. All of it is inlined into
 //! [`with_avx512`], the only place where the compiler may use the instructions; there is no other way to run a kernel of
 //! these lanes than through it.
 

@@ -148,7 +148,7 @@ mod tests {
                     assert!(allowed, "{}:{}: {line}", path.display(), number + 1);
                 }
                 assert!(
-                    !line.contains(concat!("use ", "wide")),
+                    !line.contains(concat!("safe", "_arch")),
                     "{}:{}: lanes",
                     path.display(),
                     number + 1

@@ -13,16 +13,22 @@ use crate::math::Vec3;
 /// The most numbers in a column: the samples of a chunk.
 pub const CAPACITY: usize = 4096;
 
-/// A push writes a whole packet, also when few of its lanes count.
-const STRIDE: usize = CAPACITY + 16;
+/// A push writes a whole packet, also when few of its lanes count; and columns are 25 lines of the cache apart, modulo a page of 64.
+/// A load waits for a store before it that ends in the same twelve bits: so those of two columns seldom do.
+const STRIDE: usize = CAPACITY + 25 * 16;
 
 /// `K` columns of at most [`CAPACITY`] numbers. The length of a column is known when the program is compiled, so that one
 /// check of bounds serves all columns.
 #[derive(Debug)]
 struct Columns<const K: usize> {
-    columns: Box<[[f32; STRIDE]; K]>,
+    columns: Box<Aligned<K>>,
     len: usize,
 }
+
+/// Columns start at a line of the cache, as then does every packet that is read: none takes two.
+#[derive(Debug, bytemuck::Zeroable)]
+#[repr(C, align(64))]
+struct Aligned<const K: usize>([[f32; STRIDE]; K]);
 
 impl<const K: usize> Columns<K> {
     fn new() -> Self {
@@ -49,7 +55,7 @@ impl<const K: usize> Columns<K> {
     fn put<L: Lane>(&mut self, column: usize, room: &Room<L>, value: L) {
         value
             .pack(room.packing)
-            .store(&mut self.columns[column][room.at..room.at + L::N]);
+            .store(&mut self.columns.0[column][room.at..room.at + L::N]);
     }
 
     #[inline(always)]
@@ -61,7 +67,7 @@ impl<const K: usize> Columns<K> {
 
     #[inline(always)]
     fn get<L: Lane>(&self, column: usize, at: usize) -> L {
-        L::load(&self.columns[column][at..at + L::N])
+        L::load(&self.columns.0[column][at..at + L::N])
     }
 
     #[inline(always)]
@@ -71,7 +77,7 @@ impl<const K: usize> Columns<K> {
 
     #[inline(always)]
     fn set<L: Lane>(&mut self, column: usize, at: usize, value: L) {
-        value.store(&mut self.columns[column][at..at + L::N]);
+        value.store(&mut self.columns.0[column][at..at + L::N]);
     }
 
     #[inline(always)]
@@ -198,7 +204,8 @@ impl HitStream {
     #[inline(always)]
     pub fn points<L: Lane>(&self, at: usize) -> Vec3<L> {
         let p: Vec3<L> = self.0.get3(0, at);
-        let first = [self.0.columns[0][at], self.0.columns[1][at], self.0.columns[2][at]];
+        let columns = &self.0.columns.0;
+        let first = [columns[0][at], columns[1][at], columns[2][at]];
         Vec3::select(self.0.lanes::<L>(at), p, Vec3::splat(first))
     }
 

@@ -46,6 +46,8 @@ pub struct PassBlock {
     pairs: u32,
     /// `pairs x rows` points, empty for independent numbers.
     table: Vec<[u32; 2]>,
+    /// The points for a toss: of each couple of passes, those first that have the top bit of pair 1.
+    tossed: Vec<[u32; 2]>,
 }
 
 impl PassBlock {
@@ -59,11 +61,13 @@ impl PassBlock {
                 .flat_map(|pair| couples.clone().map(move |pass| scrambled_point(pass, pair, seed)))
                 .collect(),
         };
+        let rows = couples.len();
         Self {
             seed,
             first,
-            rows: couples.len(),
+            rows,
             pairs,
+            tossed: if pairs > 1 { tossed(&table, rows) } else { Vec::new() },
             table,
         }
     }
@@ -95,7 +99,7 @@ impl PassBlock {
         if self.table.is_empty() {
             return self.independent(key, pass, pair);
         }
-        shifted(self.points(pass, pair, false), key, pair)
+        shifted(self.points(&self.table, pass, pair), key, pair)
     }
 
     /// A coin for the choice between two techniques, and the numbers of pair `pair` without it: it is the top bit of the
@@ -125,7 +129,7 @@ impl PassBlock {
             } else {
                 B::splat(mix(group ^ self.seed))
             };
-            (self.points(pass, 1, false).0 ^ flip).top_bit()
+            (self.points(&self.table, pass, 1).0 ^ flip).top_bit()
         };
         mutate!(heads, AlwaysHeads => B::Mask::splat(true))
     }
@@ -136,7 +140,7 @@ impl PassBlock {
         let Pair(a, b) = if self.table.is_empty() {
             self.independent(key, pass, pair)
         } else {
-            shifted(self.points(pass, pair, true), key, pair)
+            shifted(self.points(&self.tossed, pass, pair), key, pair)
         };
         Pair(a.shl(1), b)
     }
@@ -154,34 +158,37 @@ impl PassBlock {
         Pair(a, b)
     }
 
-    /// The points of the table for each lane's pass; with their top bits as those of pair 1 where they are for a `toss`.
+    /// The points of a table for each lane's pass.
     #[inline(always)]
-    fn points<B: Bits>(&self, pass: B, pair: u32, toss: bool) -> Pair<B> {
-        let rows = |pair: u32| &self.table[pair as usize * self.rows..][..self.rows];
-        let (points, coins) = (rows(pair), rows(if toss { 1 } else { pair }));
+    fn points<B: Bits>(&self, table: &[[u32; 2]], pass: B, pair: u32) -> Pair<B> {
+        let points = &table[pair as usize * self.rows..][..self.rows];
         let odd = self.first & 1;
         // Most packets hold one pass only.
         let one = pass.lane(0);
         if pass.eq(B::splat(one)).all() {
-            let [a, b] = points[row(points, coins, one + odd)];
+            let [a, b] = points[(one + odd) as usize];
             return Pair(B::splat(a), B::splat(b));
         }
         // Through memory and without closures: adaptive renders mix passes often. Lanes that there are not read row 0.
         let (mut passes, mut first, mut second) = ([0; 16], [0; 16], [0; 16]);
         pass.store(&mut passes);
         for lane in 0..16 {
-            [first[lane], second[lane]] = points[row(points, coins, passes[lane] + odd)];
+            [first[lane], second[lane]] = points[(passes[lane] + odd) as usize];
         }
         Pair(B::load(&first), B::load(&second))
     }
 }
 
-/// The row of `pass` or of the other pass of its couple, whichever has the top bit that `coins` has for `pass`. Of a couple one
-/// has it set: the first digit of a Sobol point is the last of its index, and scrambles keep a couple together.
-#[inline(always)]
-fn row(points: &[[u32; 2]], coins: &[[u32; 2]], pass: u32) -> usize {
-    let pass = pass as usize;
-    pass ^ ((points[pass][0] ^ coins[pass][0]) >> 31) as usize
+/// For every pass the point of it or of the other pass of its couple, whichever has the top bit that pair 1 has there. Of a couple
+/// one has it set: the first digit of a Sobol point is the last of its index, and scrambles keep a couple together.
+fn tossed(table: &[[u32; 2]], rows: usize) -> Vec<[u32; 2]> {
+    let coins = || table.iter().skip(rows).take(rows);
+    let pairs = table.chunks_exact(rows);
+    let of_pair = |points: &[[u32; 2]]| -> Vec<[u32; 2]> {
+        let row = |(pass, coin): (usize, &[u32; 2])| points[pass ^ ((points[pass][0] ^ coin[0]) >> 31) as usize];
+        coins().enumerate().map(row).collect()
+    };
+    pairs.flat_map(of_pair).collect()
 }
 
 #[inline(always)]
@@ -190,11 +197,12 @@ fn shifted<B: Bits>(Pair(a, b): Pair<B>, key: B, pair: u32) -> Pair<B> {
     Pair(a ^ sa, b ^ sb)
 }
 
-/// The digital shift of a pixel for a pair: two words mixed from the pixel's key.
+/// The digital shift of a pixel for a pair: two words mixed from the pixel's key. Neither waits for the other: a product of whole
+/// numbers takes ten cycles in eight lanes, and each word has two in a row.
 #[inline(always)]
 fn shift<B: Bits>(key: B, pair: u32) -> [B; 2] {
-    let a = mix_lanes(key ^ B::splat(mix(pair ^ 0x68bc_21eb)));
-    [a, mix_lanes(a ^ B::splat(0x02e5_be93))]
+    let (a, b) = (mix(pair ^ 0x68bc_21eb), mix(pair ^ 0x02e5_be93));
+    [mix_lanes(key ^ B::splat(a)), mix_lanes(key ^ B::splat(b))]
 }
 
 #[cfg(test)]

@@ -152,7 +152,7 @@ fn weigh<L: Lane, D: Density>(
     let omega = warp::cone_solid_angle(mutate!(cone.omc, DoubledDensity => cone.omc * L::splat(0.5)));
     // Selected at the end: what overflows in an idle lane must not reach the sum of its point as infinity times 0.
     let ld = Vec3::splat(light.le).times(point.bsdf.rho) * density.mix().weight(omega, lobe, by_brdf);
-    let ld = Vec3::select(active, ld, Vec3::zero());
+    let ld = ld.or_zero(active);
     Some(Contribution {
         active,
         wi,

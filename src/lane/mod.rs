@@ -132,7 +132,7 @@ pub trait Mask:
 {
     /// The same in every lane.
     fn splat(on: bool) -> Self;
-    /// The first `n` lanes; all where `n` is at least their number.
+    /// The first `n` lanes; all where `n` is at least their number. `n` is below 2^31.
     fn first(n: usize) -> Self;
     /// Bit `i` tells of lane `i`.
     fn to_bitmask(self) -> u32;

@@ -166,7 +166,7 @@ impl Mask for Mask8 {
     #[inline(always)]
     fn first(n: usize) -> Self {
         let lane = must_cast([0, 1, 2, 3, 4, 5, 6, 7]);
-        Self::of(cmp_gt_mask_i32_m256i(set_splat_i32_m256i(n.min(8) as i32), lane))
+        Self::of(cmp_gt_mask_i32_m256i(set_splat_i32_m256i(n as i32), lane))
     }
     #[inline(always)]
     fn to_bitmask(self) -> u32 {

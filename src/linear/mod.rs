@@ -150,37 +150,40 @@ impl Line {
             geometry: L::Bits::splat(u32::MAX),
             primitive: L::Bits::splat(u32::MAX),
         };
-        for &i in set.triangles.iter().chain(&set.lights) {
-            let Member {
-                triangle,
-                from_origin,
-                unit,
-                name: [geometry, primitive],
-                ..
-            } = &self.triangles[i as usize];
-            let met = if FROM_ORIGIN {
-                from_origin.intersect(ray.direction, ray.tfar)
-            } else {
-                triangle.intersect(&ray)
-            };
-            let nearer = met.found & active & met.t.lt(hit.t);
-            if nearer.none() {
-                continue;
+        // Two loops, not a chain: that asks at each triangle which of the lists it is in. Idle lanes go along until the end.
+        for list in [&set.triangles, &set.lights] {
+            for &i in list {
+                let Member {
+                    triangle,
+                    from_origin,
+                    unit,
+                    name: [geometry, primitive],
+                    ..
+                } = &self.triangles[i as usize];
+                let met = if FROM_ORIGIN {
+                    from_origin.intersect(ray.direction, ray.tfar)
+                } else {
+                    triangle.intersect(&ray)
+                };
+                let nearer = met.found & met.t.lt(hit.t);
+                if nearer.none() {
+                    continue;
+                }
+                hit.found = hit.found | nearer;
+                hit.t = L::select(nearer, met.t, hit.t);
+                let (u, v) = met.barycentrics();
+                hit.u = L::select(nearer, u, hit.u);
+                hit.v = L::select(nearer, v, hit.v);
+                hit.ng = Vec3::select(nearer, Vec3::splat(*unit), hit.ng);
+                hit.geometry = L::Bits::select(nearer, L::Bits::splat(*geometry), hit.geometry);
+                hit.primitive = L::Bits::select(nearer, L::Bits::splat(*primitive), hit.primitive);
+                ray.tfar = hit.t;
             }
-            hit.found = hit.found | nearer;
-            hit.t = L::select(nearer, met.t, hit.t);
-            let (u, v) = met.barycentrics();
-            hit.u = L::select(nearer, u, hit.u);
-            hit.v = L::select(nearer, v, hit.v);
-            hit.ng = Vec3::select(nearer, Vec3::splat(*unit), hit.ng);
-            hit.geometry = L::Bits::select(nearer, L::Bits::splat(*geometry), hit.geometry);
-            hit.primitive = L::Bits::select(nearer, L::Bits::splat(*primitive), hit.primitive);
-            ray.tfar = hit.t;
         }
         for &i in &set.balls {
             let ball = &self.balls[i as usize];
             let (met, t) = ball.intersect(ray.origin, ray.direction, L::zero(), ray.tfar);
-            let nearer = met & active & t.lt(hit.t);
+            let nearer = met & t.lt(hit.t);
             if nearer.none() {
                 continue;
             }
@@ -192,6 +195,7 @@ impl Line {
             hit.primitive = L::Bits::select(nearer, L::Bits::splat(i), hit.primitive);
             ray.tfar = hit.t;
         }
+        hit.found = hit.found & active;
         hit
     }
 

@@ -96,6 +96,12 @@ impl<L: Lane> Vec3<L> {
         )
     }
 
+    /// The vector where the mask holds, else 0.
+    #[inline(always)]
+    pub fn or_zero(self, mask: L::Mask) -> Self {
+        Self::new(self.x.or_zero(mask), self.y.or_zero(mask), self.z.or_zero(mask))
+    }
+
     /// The vector in lane `i`.
     #[inline(always)]
     pub fn lane(self, i: usize) -> [f32; 3] {

@@ -90,7 +90,8 @@ impl FromOrigin {
 #[inline(always)]
 fn meeting<L: Lane>([u, v, w]: [L; 3], offset: L, normal: Vec3<L>, direction: Vec3<L>, tfar: L) -> Meeting<L> {
     let zero = L::zero();
-    let inside = (u.ge(zero) & v.ge(zero) & w.ge(zero)) | (u.le(zero) & v.le(zero) & w.le(zero));
+    // All on one side, or on the other.
+    let inside = u.min(v).min(w).ge(zero) | u.max(v).max(w).le(zero);
     let sides = [u, v, w];
     if inside.none() {
         return Meeting {

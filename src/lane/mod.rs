@@ -212,6 +212,8 @@ pub trait Bits:
     fn shl(self, by: u32) -> Self;
     /// Logical shift to the right by the same number of bits, below 32.
     fn shr(self, by: u32) -> Self;
+    /// Of a table of sixteen, the number at each lane's index; of an index the low four bits count.
+    fn lookup(table: &[u32], index: Self) -> Self;
     /// Which lanes are equal.
     fn eq(self, other: Self) -> Self::Mask;
     /// Which lanes have their top bit set.

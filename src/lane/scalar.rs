@@ -163,6 +163,10 @@ impl Bits for Word {
         Self(self.0 >> by)
     }
     #[inline(always)]
+    fn lookup(table: &[u32], index: Self) -> Self {
+        Self(table[(index.0 & 15) as usize])
+    }
+    #[inline(always)]
     fn eq(self, other: Self) -> bool {
         self.0 == other.0
     }

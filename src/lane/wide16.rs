@@ -222,6 +222,10 @@ impl Bits for U32x16 {
         Self(avx512!(_mm512_srl_epi32(self.0, _mm_cvtsi32_si128(by as i32))))
     }
     #[inline(always)]
+    fn lookup(table: &[u32], index: Self) -> Self {
+        Self(avx512!(_mm512_permutexvar_epi32(index.0, Self::load(table).0)))
+    }
+    #[inline(always)]
     fn eq(self, other: Self) -> Mask16 {
         Mask16(avx512!(_mm512_cmpeq_epi32_mask(self.0, other.0)))
     }

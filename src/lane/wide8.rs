@@ -212,6 +212,12 @@ impl Bits for U32x8 {
         Self(shr_all_u32_m256i(self.0, set_i64_m128i_s(by.into())))
     }
     #[inline(always)]
+    fn lookup(table: &[u32], index: Self) -> Self {
+        let (low, high) = (Self::load(table), Self::load(&table[8..]));
+        let of = |half: Self| Self(shuffle_av_i32_all_m256i(half.0, index.0));
+        Self::select(index.shl(28).top_bit(), of(high), of(low))
+    }
+    #[inline(always)]
     fn eq(self, other: Self) -> Mask8 {
         Mask8::of(cmp_eq_mask_i32_m256i(self.0, other.0))
     }

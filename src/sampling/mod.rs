@@ -4,6 +4,7 @@ pub mod discrete;
 pub mod hash;
 pub mod sampler;
 pub mod sobol;
+mod table;
 pub mod warp;
 
 pub use discrete::Discrete;

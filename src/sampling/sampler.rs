@@ -6,8 +6,8 @@
 //! price of one hash; hashing the scramble in every lane costs about eight times as much.
 
 use super::hash::{mix, mix_lanes, pcg4d};
-use super::sobol::scrambled_point;
-use crate::lane::{Bits, Lane, Mask};
+use super::table::Table;
+use crate::lane::{Bits, Lane};
 use crate::settings::SamplerKind;
 
 /// Two uniform numbers as 32-bit fractions.
@@ -42,32 +42,27 @@ pub fn unit<L: Lane>(bits: L::Bits) -> L {
 pub struct PassBlock {
     seed: u32,
     first: u32,
-    rows: usize,
     pairs: u32,
-    /// `pairs x rows` points, empty for independent numbers.
-    table: Vec<[u32; 2]>,
-    /// The points for a toss: of each couple of passes, those first that have the top bit of pair 1.
-    tossed: Vec<[u32; 2]>,
+    /// Sobol points; empty for independent numbers.
+    table: Table,
+    /// The points for a toss.
+    tossed: Table,
 }
 
 impl PassBlock {
     /// Prepares a block for addresses with `pair < pairs`; tosses need pair 1.
     pub fn new(kind: SamplerKind, seed: u32, first: u32, passes: u32, pairs: u32) -> Self {
-        // Whole couples of passes 2k and 2k + 1, for `row`.
+        // Whole couples of passes 2k and 2k + 1, for tosses.
         let couples = first & !1..(first + passes).next_multiple_of(2);
         let table = match kind {
-            SamplerKind::Independent => Vec::new(),
-            SamplerKind::Sobol => (0..pairs)
-                .flat_map(|pair| couples.clone().map(move |pass| scrambled_point(pass, pair, seed)))
-                .collect(),
+            SamplerKind::Independent => Table::default(),
+            SamplerKind::Sobol => Table::sobol(seed, couples, pairs),
         };
-        let rows = couples.len();
         Self {
             seed,
             first,
-            rows,
             pairs,
-            tossed: if pairs > 1 { tossed(&table, rows) } else { Vec::new() },
+            tossed: table.tossed(),
             table,
         }
     }
@@ -99,7 +94,7 @@ impl PassBlock {
         if self.table.is_empty() {
             return self.independent(key, pass, pair);
         }
-        shifted(self.points(&self.table, pass, pair), key, pair)
+        shifted(self.table.get(self.row(pass), pair), key, pair)
     }
 
     /// A coin for the choice between two techniques, and the numbers of pair `pair` without it: it is the top bit of the
@@ -129,9 +124,10 @@ impl PassBlock {
             } else {
                 B::splat(mix(group ^ self.seed))
             };
-            (self.points(&self.table, pass, 1).0 ^ flip).top_bit()
+            let [coin, _] = self.table.get(self.row(pass), 1);
+            (coin ^ flip).top_bit()
         };
-        mutate!(heads, AlwaysHeads => B::Mask::splat(true))
+        mutate!(heads, AlwaysHeads => crate::lane::Mask::splat(true))
     }
 
     /// The numbers of [`Self::toss`].
@@ -140,7 +136,7 @@ impl PassBlock {
         let Pair(a, b) = if self.table.is_empty() {
             self.independent(key, pass, pair)
         } else {
-            shifted(self.points(&self.tossed, pass, pair), key, pair)
+            shifted(self.tossed.get(self.row(pass), pair), key, pair)
         };
         Pair(a.shl(1), b)
     }
@@ -151,48 +147,22 @@ impl PassBlock {
         !self.table.is_empty()
     }
 
+    /// The row of a table for a pass: the first may be the second of its couple.
+    #[inline(always)]
+    fn row<B: Bits>(&self, pass: B) -> B {
+        pass + B::splat(self.first & 1)
+    }
+
     #[inline(always)]
     fn independent<B: Bits>(&self, pixel: B, pass: B, pair: u32) -> Pair<B> {
         let address = [pixel, pass + B::splat(self.first), B::splat(pair), B::splat(self.seed)];
         let [a, b, ..] = pcg4d(address);
         Pair(a, b)
     }
-
-    /// The points of a table for each lane's pass.
-    #[inline(always)]
-    fn points<B: Bits>(&self, table: &[[u32; 2]], pass: B, pair: u32) -> Pair<B> {
-        let points = &table[pair as usize * self.rows..][..self.rows];
-        let odd = self.first & 1;
-        // Most packets hold one pass only.
-        let one = pass.lane(0);
-        if pass.eq(B::splat(one)).all() {
-            let [a, b] = points[(one + odd) as usize];
-            return Pair(B::splat(a), B::splat(b));
-        }
-        // Through memory and without closures: adaptive renders mix passes often. Lanes that there are not read row 0.
-        let (mut passes, mut first, mut second) = ([0; 16], [0; 16], [0; 16]);
-        pass.store(&mut passes);
-        for lane in 0..16 {
-            [first[lane], second[lane]] = points[(passes[lane] + odd) as usize];
-        }
-        Pair(B::load(&first), B::load(&second))
-    }
-}
-
-/// For every pass the point of it or of the other pass of its couple, whichever has the top bit that pair 1 has there. Of a couple
-/// one has it set: the first digit of a Sobol point is the last of its index, and scrambles keep a couple together.
-fn tossed(table: &[[u32; 2]], rows: usize) -> Vec<[u32; 2]> {
-    let coins = || table.iter().skip(rows).take(rows);
-    let pairs = table.chunks_exact(rows);
-    let of_pair = |points: &[[u32; 2]]| -> Vec<[u32; 2]> {
-        let row = |(pass, coin): (usize, &[u32; 2])| points[pass ^ ((points[pass][0] ^ coin[0]) >> 31) as usize];
-        coins().enumerate().map(row).collect()
-    };
-    pairs.flat_map(of_pair).collect()
 }
 
 #[inline(always)]
-fn shifted<B: Bits>(Pair(a, b): Pair<B>, key: B, pair: u32) -> Pair<B> {
+fn shifted<B: Bits>([a, b]: [B; 2], key: B, pair: u32) -> Pair<B> {
     let [sa, sb] = shift(key, pair);
     Pair(a ^ sa, b ^ sb)
 }
@@ -208,7 +178,7 @@ fn shift<B: Bits>(key: B, pair: u32) -> [B; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lane::{F32x8, U32x8, Word};
+    use crate::lane::{F32x8, Mask, U32x8, Word};
 
     /// Chi-square of the first `passes` passes of many pixels over 16 x 16 cells.
     fn chi_square(kind: SamplerKind, seed: u32) -> f64 {

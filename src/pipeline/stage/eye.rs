@@ -137,9 +137,12 @@ struct Seen<L: TraceLane> {
 /// Has the normals of the triangles that were met on their way into the cache.
 #[inline(always)]
 fn fetch_normals<L: TraceLane>(world: &World, hit: &Hit<L>) {
+    let (mut geometries, mut primitives) = ([0; 16], [0; 16]);
+    hit.geometry.store(&mut geometries);
+    hit.primitive.store(&mut primitives);
     for lane in hit.found.lanes() {
-        if let Some(Some(normals)) = world.normals.get(hit.geometry.lane(lane) as usize) {
-            prefetch(&normals[hit.primitive.lane(lane) as usize]);
+        if let Some(Some(normals)) = world.normals.get(geometries[lane] as usize) {
+            prefetch(&normals[primitives[lane] as usize]);
         }
     }
 }

@@ -198,9 +198,12 @@ fn smooth_normal<L: Lane>(world: &World, hit: &Hit<L>, surfaces: &Surfaces<L>, n
     // Loaded first, weighed after: the loads of all lanes wait for memory together.
     let mut corners = [[0.0_f32; 16]; 9];
     let mut smooth = 0_u32;
+    let (mut indices, mut primitives) = ([0; 16], [0; 16]);
+    surfaces.index.store(&mut indices);
+    hit.primitive.store(&mut primitives);
     for lane in (hit.found & !surfaces.spheres).lanes() {
-        if let Some(normals) = &world.normals[surfaces.index.lane(lane) as usize] {
-            let triangle = normals[hit.primitive.lane(lane) as usize].as_flattened();
+        if let Some(normals) = &world.normals[indices[lane] as usize] {
+            let triangle = normals[primitives[lane] as usize].as_flattened();
             for k in 0..9 {
                 corners[k][lane] = triangle[k];
             }

@@ -133,6 +133,7 @@ mod tests {
         StaleTail "lanes",
         OneCornerBehind "accelerators",
         BallsAsPoints "accelerators",
+        LightAsPoint "accelerators",
         OffsetTooShort "acne",
         OppositeForgotten "large plates",
         OnePercentBright "study",
@@ -163,7 +164,7 @@ mod tests {
         ("exact", closed_forms::noise_free_scenes),
         ("oracle", oracle),
         ("lanes", lanes),
-        ("accelerators", || accelerators::random_scenes("random", &[2.0], 6, 1)),
+        ("accelerators", accelerators_agree),
         ("acne", acne),
         ("large plates", large_plates),
         ("study", costs::nothing_is_harmful),
@@ -192,6 +193,11 @@ mod tests {
         caps::every_sample_is_the_answer();
         weights::samples_of_points();
         weights::nothing_is_dropped();
+    }
+
+    fn accelerators_agree() {
+        accelerators::random_scenes("random", &[2.0], 6, 1);
+        accelerators::a_lamp_through_a_table();
     }
 
     fn closed_form() {

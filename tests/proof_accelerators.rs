@@ -5,7 +5,7 @@
 mod proof;
 
 use octolux::scene::EstimatorKind;
-use proof::accelerators::{compare, narrow_views, random_scenes};
+use proof::accelerators::{a_lamp_through_a_table, compare, narrow_views, random_scenes};
 use proof::runs::{load, settings};
 
 #[test]
@@ -40,6 +40,12 @@ fn both_accelerators_paint_random_scenes_alike() {
 #[test]
 fn both_accelerators_paint_what_is_seen_from_afar_alike() {
     random_scenes("afar", &[1e3], 20, 1);
+}
+
+/// What stands between a light and points is not only what stands between its middle and them.
+#[test]
+fn both_accelerators_see_a_lamp_through_a_table() {
+    a_lamp_through_a_table();
 }
 
 /// A ball that fills half of ever narrower views: the planes of a tile of 2e-7 degrees are crossed from directions that

@@ -157,8 +157,9 @@ impl Member {
             return false;
         }
         let center = dot(self.triangle.normal, light.center) - self.offset;
-        let reach = self.length * light.radius * (1.0 + MARGIN)
-            + MARGIN * (self.length * norm1(light.center) + self.offset.abs());
+        let radius = mutate!(light.radius, LightAsPoint => 0.0);
+        let reach =
+            self.length * radius * (1.0 + MARGIN) + MARGIN * (self.length * norm1(light.center) + self.offset.abs());
         (low > 0.0 && center > reach) || (high < 0.0 && center < -reach)
     }
 }

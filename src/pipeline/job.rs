@@ -1,6 +1,7 @@
 //! One block of passes for all tiles, chunk by chunk on as many threads as are free.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
@@ -26,6 +27,8 @@ pub struct Job<'a> {
     pub passes: u32,
     /// When no further tile is to be begun.
     pub pause: Option<Instant>,
+    /// Whether one has been: a block does so even if its random numbers took until the pause, or it would never be done.
+    pub begun: AtomicBool,
 }
 
 impl Job<'_> {
@@ -33,7 +36,7 @@ impl Job<'_> {
     /// or the tile has the block already from before a pause.
     pub fn render(&self, tile: &mut Tile) -> Counters {
         let mut counters = Counters::default();
-        let paused = || self.pause.is_some_and(|at| Instant::now() >= at);
+        let paused = || self.begun.swap(true, Ordering::Relaxed) && self.pause.is_some_and(|at| Instant::now() >= at);
         if tile.passes() > self.numbers.first() || self.progress.stop_requested() || paused() {
             return counters;
         }

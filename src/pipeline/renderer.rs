@@ -1,5 +1,6 @@
 //! One render from its setting-up to its picture.
 
+use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
@@ -209,8 +210,8 @@ impl Renderer {
         (self.film, self.counters) = (film, counters);
     }
 
-    /// Begins no further tile from then on, until another time is set: blocks then return early, and the next one takes up
-    /// what this one left. No bit depends on it.
+    /// Begins no further tile from then on but the first of a block, until another time is set: blocks then return early, and the
+    /// next one takes up what this one left. No bit depends on it.
     pub fn pause_at(&mut self, time: Option<Instant>) {
         self.pause = time;
     }
@@ -290,6 +291,7 @@ impl Renderer {
             film: size,
             passes: end - first,
             pause: self.pause,
+            begun: AtomicBool::new(false),
         };
         let tiles = self.film.tiles_mut();
         let counters = self

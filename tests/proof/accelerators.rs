@@ -3,6 +3,7 @@
 
 use glam::DVec3;
 use octolux::film::Picture;
+use octolux::linear::FEW;
 use octolux::pipeline::Settings;
 use octolux::scene::{Bsdf, Camera, EstimatorKind, FilmSize, Fov, Material, Mesh, RenderTable, Scene, Sphere, Surface};
 use octolux::settings::AccelKind;
@@ -124,6 +125,45 @@ pub fn random_scenes(name: &str, distances: &[f64], scenes: u64, most: usize) {
         worst[0].0,
         worst[0].1
     );
+}
+
+/// A lamp that stands half above a table and half below it, over a floor that only the lower half may light: the table's plane has
+/// the middle of the lamp and the floor on one side. Far below lie so many triangles that Embree answers every ray itself.
+///
+/// # Panics
+/// Where a pixel differs.
+pub fn a_lamp_through_a_table() {
+    let mut scene = random_scene(&mut Pcg64::seed_from_u64(0), 2.0);
+    let mesh = |vertices: Vec<DVec3>, triangles: Vec<[u32; 3]>| Mesh {
+        vertices,
+        triangles,
+        normals: None,
+        uvs: None,
+        surface: Surface::Material(0),
+    };
+    let square = |half: f64, y: f64| {
+        let corners = [(-half, -half), (-half, half), (half, half), (half, -half)];
+        mesh(
+            corners.map(|(x, z)| DVec3::new(x, y, z)).to_vec(),
+            vec![[0, 1, 2], [0, 2, 3]],
+        )
+    };
+    let below = (0..2 * FEW as u32).map(|i| DVec3::new(f64::from(i % 2), -50.0 - f64::from(i), f64::from(i % 3)));
+    let strip = (0..2 * FEW as u32 - 2).map(|i| [i, i + 1, i + 2]);
+    scene.meshes = vec![
+        square(4.0, 0.0),
+        square(3.0, 0.5),
+        mesh(below.collect(), strip.collect()),
+    ];
+    scene.spheres = vec![Sphere {
+        center: DVec3::new(0.0, 0.42, 0.0),
+        radius: 0.3,
+        surface: Surface::Emission(DVec3::splat(10.0)),
+    }];
+    (scene.camera.origin, scene.camera.target) = (DVec3::new(3.9, 0.4, 0.1), DVec3::new(0.5, 0.0, 0.0));
+    (scene.camera.up, scene.camera.fov) = (DVec3::Y, Fov::X(40.0));
+    let (count, files) = compare(&scene, settings(48, 33, EstimatorKind::Light), 4, "lamp-through-table");
+    assert_eq!(count, 0, "a lamp through a table: {}", files.join(", "));
 }
 
 /// A ball that fills half of the view, seen through so many degrees, must be the same in every pixel.

@@ -137,3 +137,26 @@ fn the_order_in_which_samples_make_packets_changes_no_bit() {
         }
     }
 }
+
+#[test]
+fn a_pause_that_is_over_before_work_begins_lets_a_tile_be_done() {
+    let scene = Scene::parse(SCENE, Path::new("lamp.toml")).unwrap();
+    let settings = Settings {
+        film: FilmSize { width: 48, height: 32 },
+        estimator: EstimatorKind::Mis,
+        sampler: SamplerKind::Sobol,
+        seed: 0,
+        lanes: 8,
+        accel: None,
+        robust: true,
+        threads: 1,
+    };
+    let mut hurried = Renderer::new(&scene, settings).unwrap();
+    hurried.pause_at(Some(Instant::now()));
+    // Six tiles, in blocks that end at 1, 2 and 4 passes.
+    let calls = (1..100).find(|_| hurried.next_block(4) == 4);
+    assert_eq!(calls, Some(18));
+    let mut calm = Renderer::new(&scene, settings).unwrap();
+    while calm.next_block(4) < 4 {}
+    assert!(hurried.picture().pixels == calm.picture().pixels);
+}

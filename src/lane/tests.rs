@@ -107,8 +107,10 @@ fn eight_lanes_round_as_one_does() {
 fn bits_wrap_alike() {
     let a = U32x8::from_fn(|i| 0x9e37_79b9_u32.wrapping_mul(i as u32 + 1));
     let b = U32x8::from_fn(|i| 0x85eb_ca6b_u32.wrapping_mul(i as u32 * 3 + 7));
+    let table: [u32; 16] = std::array::from_fn(|i| 1000 + i as u32);
     for i in 0..8 {
         let (x, y) = (a.lane(i), b.lane(i));
+        assert_eq!(U32x8::lookup(&table, a).lane(i), table[(x & 15) as usize]);
         assert_eq!((a + b).lane(i), x.wrapping_add(y));
         assert_eq!((a - b).lane(i), x.wrapping_sub(y));
         assert_eq!((a * b).lane(i), x.wrapping_mul(y));

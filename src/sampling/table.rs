@@ -90,3 +90,33 @@ impl Table {
         [B::load(&a), B::load(&b)]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lane::{U32x8, Word};
+
+    #[test]
+    fn packets_of_one_row_of_a_run_and_of_any_rows_find_the_points_of_single_rows() {
+        let table = Table::sobol(3, 64..101, 3);
+        let mixes: [fn(u32) -> u32; 4] = [
+            |_| 21,
+            |lane| 16 + 5 * lane % 16,
+            |lane| 11 * lane % 37,
+            |lane| 36 - lane,
+        ];
+        for table in [&table, &table.tossed()] {
+            for row in mixes {
+                for pair in 0..3 {
+                    let [a, b] = table.get(U32x8::from_fn(|lane| row(lane as u32)), pair);
+                    for lane in 0..8 {
+                        let [x, y] = table.get(Word(row(lane as u32)), pair);
+                        assert_eq!((a.lane(lane), b.lane(lane)), (x.0, y.0), "lane {lane}");
+                    }
+                }
+            }
+        }
+        let [a, b] = table.get(Word(36), 2);
+        assert_eq!([a.0, b.0], scrambled_point(100, 2, 3));
+    }
+}

@@ -37,6 +37,7 @@
 //! | `StaleTail` | behind the tail of a stream, old points count | lanes |
 //! | `OneCornerBehind` | a triangle is culled when one corner is out of sight | accelerators |
 //! | `BallsAsPoints` | a ball is culled when its centre is out of sight | accelerators |
+//! | `LightAsPoint` | a triangle is culled when the middle of the light is on the points' side of it | accelerators |
 //! | `OffsetTooShort` | shading points leave their surface by 2 half-ulps | acne |
 //! | `DensityOfTheNextTexel` | a texel of the environment with the density of its neighbour | density |
 //! | `OnePercentBright` | a study measures `independent` 1 % too bright | study |
@@ -48,7 +49,7 @@
 //! Embree, "acne" the surfaces that shadow themselves, "large plates" lights far larger than they are away, "study" its search
 //! for biased settings, "target" the error that `--target-error` sees. Most mutants fail several; nine of the 36 are seen by one
 //! alone: `HorizonDropped`, `ReachTooShort`, `DensityOfTheNextTexel`, `PairReused`, `SharesAlike`, `CornersSwapped`,
-//! `OnePercentBright` and `ErrorOfOneReplicate`.
+//! `LightAsPoint`, `OnePercentBright` and `ErrorOfOneReplicate`.
 
 /// The plain expression; in a test of mutants, the broken one beside it.
 #[cfg(not(test))]

@@ -1,9 +1,9 @@
 """The hard cases in which Mitsuba 3 was seen to fail, by Mitsuba and by Octolux, beside the truth.
 
     python3 -m pip install mitsuba==3.9.1 numpy
-    python3 benches/hard_peers.py target/release/octolux
+    python3 benches/hard_peers.py [PROGRAM]
 
-Rows: a sphere light of sin(theta) from 1e-1 to 1e-7 over a diffuse plate; the same scene moved away from the origin; a closed box
+PROGRAM is ours, by default target/release/octolux. Rows: a sphere light of sin(theta) from 1e-1 to 1e-7 over a diffuse plate; the same scene moved away from the origin; a closed box
 with the light outside of it, moved likewise; one seed twice. Mitsuba renders in `scalar_rgb` and `llvm_ad_rgb` (where it finds LLVM)
 with its integrator `direct`, one sample of emitters and none of BRDFs, as `light` does. Prints a table in Markdown.
 """
@@ -143,7 +143,10 @@ def rows(render):
 
 
 def main():
-    columns = {"Octolux": list(rows(lambda case: octolux(sys.argv[1], case)))}
+    program = sys.argv[1] if len(sys.argv) > 1 else "target/release/octolux"
+    if not os.access(program, os.X_OK):
+        sys.exit(f"error: there is no program {program}: `cargo build --release`, or name it")
+    columns = {"Octolux": list(rows(lambda case: octolux(program, case)))}
     for variant in ("scalar_rgb", "llvm_ad_rgb"):
         try:
             mi.set_variant(variant)

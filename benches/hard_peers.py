@@ -3,8 +3,8 @@
     python3 -m pip install mitsuba==3.9.1 numpy
     python3 benches/hard_peers.py [PROGRAM]
 
-PROGRAM is ours, by default target/release/octolux. Rows: a sphere light of sin(theta) from 1e-1 to 1e-7 over a diffuse plate; the same scene moved away from the origin; a closed box
-with the light outside of it, moved likewise; one seed twice. Mitsuba renders in `scalar_rgb` and `llvm_ad_rgb` (where it finds LLVM)
+PROGRAM is ours, by default target/release/octolux. Rows: a sphere light of sin(theta) from 1e-1 to 1e-7 over a diffuse plate; the
+same scene moved away from the origin; a closed box with the light outside of it, moved likewise; one seed twice. Mitsuba renders in `scalar_rgb` and `llvm_ad_rgb` (where it finds LLVM)
 with its integrator `direct`, one sample of emitters and none of BRDFs, as `light` does. Prints a table in Markdown.
 """
 

@@ -1,13 +1,23 @@
-/* What bare calls of Embree take for the very rays of a render: the ceiling of its speed.
+/* What bare calls of Embree take for the very rays of a render, while it renders: the ceiling of its speed.
  *
- * Loaded in front of Embree (LD_PRELOAD; benches/ceiling.py does it), it stands between a program and its calls. With
- * OCTOLUX_CEILING=time it counts rays and reads the processor time of the calling thread now and then; with
- * OCTOLUX_CEILING=record it keeps every packet, and when the scene is released asks Embree all of them again, in the
- * same order, with the same lanes and flags and nothing in between, and takes the time of that. Prints a line of JSON.
+ * Loaded in front of Embree (LD_PRELOAD; benches/ceiling.py does it), it stands between a program and its calls, and takes turns:
  *
- * A repetition copies 64 packets at a time into a buffer that stays in the cache, untimed, because a renderer's rays
- * come out of its caches too; timed are the calls and the look at their answers. One thread. It knows the layout of
- * Embree 4.3 and later for packets of 1, 8 and 16: a packet of N has 48 N bytes of ray and 36 N of hit (1: 48).
+ *   settle   a few calls pass, until the program has its caches back;
+ *   render   calls pass; the processor time from the first to the last is the renderer's, and its rays are counted;
+ *   replay   packets that were kept DELAY turns ago are asked again, in their order, with the same lanes and flags and nothing
+ *            in between, and the time of that is taken. Older ones, since those just asked would find their part of the scene
+ *            in the cache;
+ *   settle   again;
+ *   keep     calls pass, and every packet is kept.
+ *
+ * A turn takes some milliseconds, so that what else the machine does slows both sides alike. With OCTOLUX_CEILING=swap, keep and
+ * render change places: of two renders, one each way, every ray is once rendered and once replayed, whatever they cost from one
+ * part of the picture to the next. Prints a line of JSON when the scene is released: for each turn
+ * [rays rendered, seconds, eye rays replayed, shadow rays replayed, seconds, seconds].
+ *
+ * A replay copies 64 packets at a time into a buffer that stays in the cache, untimed, because a renderer's rays come out of its
+ * caches too; timed are the calls and the look at their answers, less what reading the clock takes. One thread. It knows the
+ * layout of Embree 4.3 and later for packets of 1, 8 and 16: a packet of N has 48 N bytes of ray and 36 N of hit (1: 48).
  */
 #define _GNU_SOURCE
 #include <dlfcn.h>
@@ -17,7 +27,8 @@
 #include <string.h>
 #include <time.h>
 
-enum { BATCH = 64, LOOK = 256, ROUNDS = 5, RAY = 48, TFAR = 8, HIT_GEOM = 6 };
+/* Phases end after so many lanes; DELAY is some hundred milliseconds. */
+enum { BATCH = 64, DELAY = 16, SETTLE = 1 << 14, PHASE = 1 << 16, RAY = 48, TFAR = 8, HIT_GEOM = 6, TURNS = 1 << 16 };
 
 typedef void (*Packet)(const int *valid, void *scene, void *rays, void *args);
 typedef void (*Single)(void *scene, void *rays, void *args);
@@ -28,20 +39,34 @@ struct Call { /* one packet as it was asked for */
     Single single;
     int lanes, hit;
     uint32_t flags, feature_mask;
-    size_t at; /* of its rays, then its valid mask, in `store` */
+};
+struct Kept {
+    size_t calls, turn; /* in which they were kept */
+    struct Call call[PHASE + 1];
+    char ray[PHASE + 16][RAY + 4]; /* the rays of each call, then its valid mask */
 };
 struct Arguments { /* those that Octolux gives: no context, no callbacks */
     uint32_t flags, feature_mask;
     void *context, *filter, *callback;
 };
+struct Turn {
+    uint64_t rays, replayed[2]; /* of replayed and seconds: those of occluded, those of intersect */
+    double seconds, replay_seconds[2];
+};
 
-static struct Call *calls;
-static size_t count, room;
-static char *store;
-static size_t used, space;
+static struct Kept *kept[DELAY];
+static struct Turn *turns;
+static size_t turn;
+static enum { SETTLE_FIRST, FIRST, SETTLE_SECOND, SECOND } phase;
+static int swapped;
+static int lanes_left;
 static void *scene_of;
-static uint64_t rays[2], asked, timed[2];
-static double first = -1, last;
+static uint64_t rays;
+static double begun, clock_costs, sum;
+
+static int keeping(void) {
+    return phase == (swapped ? FIRST : SECOND);
+}
 
 static double now(void) {
     struct timespec t;
@@ -49,99 +74,116 @@ static double now(void) {
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-static int recording(void) {
-    static int mode = -1;
-    if (mode < 0) {
-        const char *wanted = getenv("OCTOLUX_CEILING");
-        mode = wanted && !strcmp(wanted, "record");
-    }
-    return mode;
-}
-
-static void *grown(void *old, size_t bytes) {
-    void *memory = realloc(old, bytes);
+static void *some(size_t bytes) {
+    void *memory = calloc(1, bytes);
     if (!memory) {
-        fprintf(stderr, "ceiling: no memory for more rays; use a smaller film\n");
+        fprintf(stderr, "ceiling: no memory\n");
         exit(1);
     }
     return memory;
 }
 
-static int active(const int *valid, int lanes) {
-    int n = 0;
-    for (int i = 0; i < lanes; i++) n += valid ? valid[i] != 0 : 1;
-    return n;
+static void begin(void *scene) {
+    scene_of = scene;
+    const char *wanted = getenv("OCTOLUX_CEILING");
+    swapped = wanted && !strcmp(wanted, "swap");
+    phase = SETTLE_FIRST, lanes_left = SETTLE, turn = 0;
+    if (!turns) turns = some(TURNS * sizeof *turns);
+    for (int i = 0; i < DELAY; i++) {
+        if (!kept[i]) kept[i] = some(sizeof *kept[i]);
+        kept[i]->calls = kept[i]->turn = 0;
+    }
+    double first = now();
+    for (int i = 0; i < 10000; i++) now();
+    clock_costs = (now() - first) / 10001;
 }
 
-static void note(Packet packet, Single single, int lanes, int hit, const int *valid, void *scene, const void *ray,
-                 const struct Arguments *args) {
-    if (scene != scene_of) { /* a test of the program's own came before */
-        scene_of = scene;
-        count = used = 0;
-        rays[0] = rays[1] = asked = 0;
-        first = -1;
-    }
-    if (!recording() && asked++ % LOOK == 0) {
-        last = now();
-        if (first < 0) first = last;
-        timed[0] = rays[0], timed[1] = rays[1];
-    }
-    rays[hit] += (uint64_t)active(valid, lanes);
-    if (!recording() || !args) return; /* the test of the program's own has none */
-    size_t bytes = (size_t)lanes * (RAY + 4);
-    if (count == room) calls = grown(calls, sizeof *calls * (room = 2 * room + 4096));
-    if (used + bytes > space) store = grown(store, space = 2 * space + (1 << 24));
-    calls[count++] = (struct Call){packet, single, lanes, hit, args->flags, args->feature_mask, used};
-    memcpy(store + used, ray, (size_t)lanes * RAY);
-    if (valid) memcpy(store + used + lanes * RAY, valid, (size_t)lanes * 4);
-    used += bytes;
-}
-
-/* Seconds of all calls of a round, those of intersect in [1], of occluded in [0]. */
-static void replay(double seconds[2], double *sum) {
+static void replay(const struct Kept *k) {
+    struct Turn *t = &turns[k->turn];
     static _Alignas(64) char hot[BATCH][16 * (RAY + 4)];
     _Alignas(64) char packet[16 * 84];
-    for (size_t begin = 0, end; begin < count; begin = end) {
-        for (end = begin; end < count && end < begin + BATCH && calls[end].hit == calls[begin].hit; end++)
-            memcpy(hot[end - begin], store + calls[end].at, (size_t)calls[end].lanes * (RAY + 4));
-        double t = now();
-        for (size_t i = begin; i < end; i++) {
-            const struct Call *c = &calls[i];
+    size_t at = 0;
+    for (size_t first = 0, end; first < k->calls; first = end) {
+        for (end = first; end < k->calls && end < first + BATCH && k->call[end].hit == k->call[first].hit; end++) {
+            memcpy(hot[end - first], k->ray[at], (size_t)k->call[end].lanes * (RAY + 4));
+            at += (size_t)k->call[end].lanes;
+        }
+        double from = now();
+        for (size_t i = first; i < end; i++) {
+            const struct Call *c = &k->call[i];
             struct Arguments args = {c->flags, c->feature_mask, 0, 0, 0};
-            const char *from = hot[i - begin];
+            const char *packet_of = hot[i - first];
             size_t n = (size_t)c->lanes;
-            memcpy(packet, from, n * RAY);
+            memcpy(packet, packet_of, n * RAY);
             if (c->hit) memset(packet + n * RAY + n * 4 * HIT_GEOM, 0xff, n * 4);
             if (c->single) c->single(scene_of, packet, &args);
-            else c->packet((const int *)(from + n * RAY), scene_of, packet, &args);
+            else c->packet((const int *)(packet_of + n * RAY), scene_of, packet, &args);
             float tfar;
             memcpy(&tfar, packet + n * 4 * TFAR, 4);
-            *sum += tfar < 0 ? 1 : 0;
+            sum += tfar < 0 ? 1 : 0;
         }
-        seconds[calls[begin].hit] += now() - t;
+        t->replay_seconds[k->call[first].hit] += now() - from - clock_costs;
     }
+}
+
+static void next_phase(void) {
+    if (phase == SETTLE_FIRST || phase == SETTLE_SECOND) {
+        phase++, lanes_left = PHASE;
+        if (keeping()) {
+            struct Kept *k = kept[turn % DELAY];
+            replay(k);
+            k->calls = 0, k->turn = turn;
+        } else {
+            rays = 0, begun = now();
+        }
+        return;
+    }
+    if (!keeping()) {
+        turns[turn].seconds = now() - begun - clock_costs;
+        turns[turn].rays = rays;
+    }
+    if (phase == SECOND && turn + 1 < TURNS) turn++;
+    phase = phase == SECOND ? SETTLE_FIRST : SETTLE_SECOND, lanes_left = SETTLE;
+}
+
+static inline __attribute__((always_inline)) void note(Packet packet, Single single, int lanes, int hit, const int *valid,
+                                                       void *scene, const void *ray, const struct Arguments *args) {
+    if (scene != scene_of) { /* a test of the program's own came before */
+        if (!args) return;
+        begin(scene);
+    }
+    if (lanes_left <= 0) next_phase();
+    lanes_left -= lanes;
+    int active = 0;
+    for (int i = 0; i < lanes; i++) active += valid ? valid[i] != 0 : 1;
+    rays += (uint64_t)active;
+    if (!keeping()) return;
+    struct Kept *k = kept[turn % DELAY];
+    size_t at = (size_t)(PHASE - lanes_left - lanes);
+    k->call[k->calls++] = (struct Call){packet, single, lanes, hit, args->flags, args->feature_mask};
+    turns[turn].replayed[hit] += (uint64_t)active;
+    memcpy(k->ray[at], ray, (size_t)lanes * RAY);
+    if (valid) memcpy((char *)k->ray[at] + lanes * RAY, valid, (size_t)lanes * 4);
 }
 
 void rtcReleaseScene(void *scene) {
     static Release next;
     if (!next) next = (Release)dlsym(RTLD_NEXT, "rtcReleaseScene");
-    if (scene == scene_of && rays[1] > 1000) {
-        printf("{\"eye_rays\": %lu, \"shadow_rays\": %lu", rays[1], rays[0]);
-        if (recording()) {
-            double sum = 0;
-            printf(", \"packets\": %zu, \"seconds\": [", count);
-            for (int round = 0; round <= ROUNDS; round++) { /* the first one warms up */
-                double seconds[2] = {0, 0};
-                replay(seconds, &sum);
-                if (round) printf("%s[%.6f, %.6f]", round > 1 ? ", " : "", seconds[1], seconds[0]);
-            }
-            printf("], \"occluded\": %.0f}\n", sum);
-        } else {
-            printf(", \"timed_rays\": %lu, \"seconds\": %.6f}\n", timed[0] + timed[1], last - first);
+    if (scene == scene_of) {
+        for (size_t i = 0; i < DELAY; i++)
+            if (kept[i]->turn < turn) replay(kept[i]);
+        printf("{\"turns\": [");
+        const char *comma = "";
+        for (const struct Turn *t = turns; t < turns + turn; t++) {
+            printf("%s[%lu, %.9f, %lu, %lu, %.9f, %.9f]", comma, t->rays, t->seconds, t->replayed[1], t->replayed[0],
+                   t->replay_seconds[1], t->replay_seconds[0]);
+            comma = ", ";
         }
+        printf("], \"occluded\": %.0f}\n", sum);
         fflush(stdout);
+        memset(turns, 0, TURNS * sizeof *turns);
+        scene_of = NULL; /* a later scene may get its address */
     }
-    if (scene == scene_of) scene_of = NULL; /* a later scene may get its address */
     next(scene);
 }
 

@@ -3,7 +3,7 @@
  * Loaded in front of Embree (LD_PRELOAD; benches/ceiling.py does it), it stands between a program and its calls, and takes turns:
  *
  *   settle   a few calls pass, until the program has its caches back;
- *   render   calls pass; the processor time from the first to the last is the renderer's, and its rays are counted;
+ *   render   calls pass; the processor time from the first to the last is the renderer's;
  *   replay   packets that were kept DELAY turns ago are asked again, in their order, with the same lanes and flags and nothing
  *            in between, and the time of that is taken. Older ones, since those just asked would find their part of the scene
  *            in the cache;
@@ -12,8 +12,8 @@
  *
  * A turn takes some milliseconds, so that what else the machine does slows both sides alike. With OCTOLUX_CEILING=swap, keep and
  * render change places: of two renders, one each way, every ray is once rendered and once replayed, whatever they cost from one
- * part of the picture to the next. Prints a line of JSON when the scene is released: for each turn
- * [rays rendered, seconds, eye rays replayed, shadow rays replayed, seconds, seconds].
+ * part of the picture to the next. Prints a line of JSON when the scene is released: for each turn [seconds of rendering,
+ * eye rays kept, shadow rays kept, seconds of their replay: of the eye rays, of the shadow rays].
  *
  * A replay copies 64 packets at a time into a buffer that stays in the cache, untimed, because a renderer's rays come out of its
  * caches too; timed are the calls and the look at their answers, less what reading the clock takes. One thread. It knows the
@@ -50,23 +50,18 @@ struct Arguments { /* those that Octolux gives: no context, no callbacks */
     void *context, *filter, *callback;
 };
 struct Turn {
-    uint64_t rays, replayed[2]; /* of replayed and seconds: those of occluded, those of intersect */
-    double seconds, replay_seconds[2];
+    double rendering, replay[2]; /* of replay and kept: those of occluded, those of intersect */
+    uint64_t kept[2];
 };
 
 static struct Kept *kept[DELAY];
 static struct Turn *turns;
 static size_t turn;
 static enum { SETTLE_FIRST, FIRST, SETTLE_SECOND, SECOND } phase;
-static int swapped;
+static int swapped, keeping;
 static int lanes_left;
 static void *scene_of;
-static uint64_t rays;
 static double begun, clock_costs, sum;
-
-static int keeping(void) {
-    return phase == (swapped ? FIRST : SECOND);
-}
 
 static double now(void) {
     struct timespec t;
@@ -87,7 +82,7 @@ static void begin(void *scene) {
     scene_of = scene;
     const char *wanted = getenv("OCTOLUX_CEILING");
     swapped = wanted && !strcmp(wanted, "swap");
-    phase = SETTLE_FIRST, lanes_left = SETTLE, turn = 0;
+    phase = SETTLE_FIRST, lanes_left = SETTLE, turn = 0, keeping = 0;
     if (!turns) turns = some(TURNS * sizeof *turns);
     for (int i = 0; i < DELAY; i++) {
         if (!kept[i]) kept[i] = some(sizeof *kept[i]);
@@ -122,26 +117,25 @@ static void replay(const struct Kept *k) {
             memcpy(&tfar, packet + n * 4 * TFAR, 4);
             sum += tfar < 0 ? 1 : 0;
         }
-        t->replay_seconds[k->call[first].hit] += now() - from - clock_costs;
+        t->replay[k->call[first].hit] += now() - from - clock_costs;
     }
 }
 
 static void next_phase(void) {
     if (phase == SETTLE_FIRST || phase == SETTLE_SECOND) {
         phase++, lanes_left = PHASE;
-        if (keeping()) {
+        keeping = phase == (swapped ? FIRST : SECOND);
+        if (keeping) {
             struct Kept *k = kept[turn % DELAY];
             replay(k);
             k->calls = 0, k->turn = turn;
         } else {
-            rays = 0, begun = now();
+            begun = now();
         }
         return;
     }
-    if (!keeping()) {
-        turns[turn].seconds = now() - begun - clock_costs;
-        turns[turn].rays = rays;
-    }
+    if (!keeping) turns[turn].rendering = now() - begun - clock_costs;
+    keeping = 0;
     if (phase == SECOND && turn + 1 < TURNS) turn++;
     phase = phase == SECOND ? SETTLE_FIRST : SETTLE_SECOND, lanes_left = SETTLE;
 }
@@ -154,14 +148,11 @@ static inline __attribute__((always_inline)) void note(Packet packet, Single sin
     }
     if (lanes_left <= 0) next_phase();
     lanes_left -= lanes;
-    int active = 0;
-    for (int i = 0; i < lanes; i++) active += valid ? valid[i] != 0 : 1;
-    rays += (uint64_t)active;
-    if (!keeping()) return;
+    if (!keeping) return;
     struct Kept *k = kept[turn % DELAY];
     size_t at = (size_t)(PHASE - lanes_left - lanes);
     k->call[k->calls++] = (struct Call){packet, single, lanes, hit, args->flags, args->feature_mask};
-    turns[turn].replayed[hit] += (uint64_t)active;
+    for (int i = 0; i < lanes; i++) turns[turn].kept[hit] += valid ? valid[i] != 0 : 1;
     memcpy(k->ray[at], ray, (size_t)lanes * RAY);
     if (valid) memcpy((char *)k->ray[at] + lanes * RAY, valid, (size_t)lanes * 4);
 }
@@ -175,8 +166,7 @@ void rtcReleaseScene(void *scene) {
         printf("{\"turns\": [");
         const char *comma = "";
         for (const struct Turn *t = turns; t < turns + turn; t++) {
-            printf("%s[%lu, %.9f, %lu, %lu, %.9f, %.9f]", comma, t->rays, t->seconds, t->replayed[1], t->replayed[0],
-                   t->replay_seconds[1], t->replay_seconds[0]);
+            printf("%s[%.9f, %lu, %lu, %.9f, %.9f]", comma, t->rendering, t->kept[1], t->kept[0], t->replay[1], t->replay[0]);
             comma = ", ";
         }
         printf("], \"occluded\": %.0f}\n", sum);

@@ -69,8 +69,8 @@ def main():
 
 def summary(rows):
     """What is kept; rays a second of bare calls and of the render; what was replayed."""
-    rays, seconds, eye, shadow, of_eye, of_shadow = (sum(column) for column in zip(*rows))
-    bare, ours = (eye + shadow) / (of_eye + of_shadow), rays / seconds
+    seconds, eye, shadow, of_eye, of_shadow = (sum(column) for column in zip(*rows))
+    bare, ours = (eye + shadow) / (of_eye + of_shadow), (eye + shadow) / seconds
     return ours / bare, bare, ours, eye, shadow, of_eye, of_shadow
 
 

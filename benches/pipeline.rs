@@ -30,6 +30,7 @@ fn renderer(scene: &Scene, estimator: EstimatorKind, lanes: usize, threads: usiz
         threads,
         accel: None,
         robust: true,
+        cull: true,
     };
     Renderer::new(scene, settings).unwrap_or_else(|error| panic!("{}: {error}", scene.name))
 }

@@ -65,6 +65,7 @@ fn settings(estimator: EstimatorKind, sampler: SamplerKind) -> Settings {
         lanes: 8,
         accel: None,
         robust: true,
+        cull: true,
         threads: 1,
     }
 }

@@ -173,6 +173,7 @@ fn holds((text, which, linear, sobol, seed): &Case, near_ties: &AtomicU32) -> Re
         threads: 1,
         accel: Some(if *linear { AccelKind::Linear } else { AccelKind::Embree }),
         robust: true,
+        cull: true,
     };
     let eight = bits(&scene, settings)?;
     for lanes in other_widths() {

@@ -30,6 +30,7 @@ fn replayed_passes_add_up_to_the_picture() {
                     threads: 1,
                     accel: Some(accel),
                     robust: true,
+                    cull: true,
                 };
                 let fresh = Renderer::new(&scene, settings).unwrap();
                 let mut renderer = Renderer::new(&scene, settings).unwrap();

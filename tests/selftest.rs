@@ -101,6 +101,7 @@ fn no_sample_of_any_scene_is_thrown_away() {
                 threads: 1,
                 accel: None,
                 robust: true,
+                cull: true,
             };
             // Not every estimator can sample every light.
             let Ok(mut renderer) = Renderer::new(&scene, settings) else {

@@ -75,6 +75,8 @@ struct Explanation {
     why: String,
     /// `None` where no ray goes through Embree.
     robust: Option<bool>,
+    /// `None` where there are too many shapes.
+    cull: Option<bool>,
     lanes: usize,
     threads: usize,
     spp: u32,
@@ -108,6 +110,7 @@ impl Explanation {
             kernel: renderer.kernel().to_owned(),
             why: renderer.why().to_owned(),
             robust: renderer.robust(),
+            cull: renderer.cull(),
             lanes: settings.lanes,
             threads: settings.threads,
             spp: scene.render.spp.unwrap_or(options::DEFAULT_SPP),
@@ -134,6 +137,11 @@ impl Explanation {
             Some(false) => "off: rays aimed at edges and vertices may slip through meshes",
             None => "without effect: no ray goes through Embree",
         };
+        let cull = match self.cull {
+            Some(true) => "on: what cannot be in the way is left out for all rays of a tile at once",
+            Some(false) => "off: every ray is asked for",
+            None => "without effect: too many shapes",
+        };
         let lights = self.sphere_lights + self.mesh_lights;
         let mut lines = vec![
             format!("{}: {} x {} pixels", self.scene, self.width, self.height),
@@ -156,6 +164,7 @@ impl Explanation {
             format!("  kernel     {}, {rays}, {} threads", self.kernel, self.threads),
             format!("  because    {}", self.why),
             format!("  robust     {robust}"),
+            format!("  cull       {cull}"),
             format!(
                 "  render     {} spp, {}, {}, seed {}",
                 self.spp,

@@ -23,7 +23,7 @@ const SCENES: [&str; 2] = ["scene", "scenes"];
 const FILES: [&str; 3] = ["outputs", "stats", "checkpoint"];
 
 /// Options that are on or off, which TOML also calls true and false.
-const SWITCHES: [&str; 1] = ["robust"];
+const SWITCHES: [&str; 2] = ["robust", "cull"];
 
 /// What the batch decides for all.
 const NOT_HERE: [&str; 4] = ["json", "quiet", "threads", "output"];

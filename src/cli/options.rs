@@ -58,6 +58,10 @@ pub struct Options {
     /// is a little faster; it changes nothing where shapes are tested in a line [default: on]
     #[arg(long, value_name = "on|off", value_parser = PossibleValuesParser::new(SWITCH).map(|value| value == SWITCH[0]))]
     pub robust: Option<bool>,
+    /// Whether shapes that cannot be in the way are left out for all rays of a tile at once, where there are few shapes. `off`
+    /// asks for every ray, for benchmarks of rays: the picture is the same but for the last rounding [default: on]
+    #[arg(long, value_name = "on|off", value_parser = PossibleValuesParser::new(SWITCH).map(|value| value == SWITCH[0]))]
+    pub cull: Option<bool>,
     /// Threads, 1 to 1024 [default: as many as the machine offers]
     #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
     pub threads: Option<usize>,
@@ -90,6 +94,7 @@ impl Options {
             lanes: self.lanes.unwrap_or_else(widest_lanes),
             accel: self.accel,
             robust: self.robust.unwrap_or(true),
+            cull: self.cull.unwrap_or(true),
             threads: self.threads.unwrap_or_else(all_threads),
         })
     }
@@ -108,6 +113,7 @@ impl Options {
             ("lanes", self.lanes.map(|lanes| lanes.to_string())),
             ("accel", text(self.accel.map(AccelKind::name))),
             ("robust", text(self.robust.map(switch))),
+            ("cull", text(self.cull.map(switch))),
             ("threads", self.threads.map(|threads| threads.to_string())),
         ];
         let outside = if self.reading.allow_outside {

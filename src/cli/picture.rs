@@ -82,6 +82,10 @@ impl<'a> Job<'a> {
                 let what = "--robust off changes nothing: no ray goes through Embree, as shapes are tested in a line";
                 report::note(&format!("{of}{what}"));
             }
+            if !settings.cull && renderer.cull().is_none() {
+                let what = "--cull off changes nothing: shapes are too many for any to be left out at once";
+                report::note(&format!("{of}{what}"));
+            }
         }
         let mut render = Render {
             job: self,

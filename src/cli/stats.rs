@@ -42,6 +42,8 @@ pub struct Stats {
     pub kernel: String,
     /// Whether Embree closed the edges between triangles; `null` where shapes were tested in a line.
     pub robust: Option<bool>,
+    /// Whether shapes were left out for all rays of a tile at once; `null` where there were too many.
+    pub cull: Option<bool>,
     /// What the scene calls for.
     pub needs: Vec<&'static str>,
     pub octolux_version: &'static str,
@@ -156,6 +158,7 @@ impl Stats {
             threads: settings.threads,
             kernel: renderer.kernel().to_owned(),
             robust: renderer.robust(),
+            cull: renderer.cull(),
             needs: renderer.needs(),
             octolux_version: build::VERSION,
             commit: build::COMMIT,
@@ -235,6 +238,7 @@ impl Stats {
             ("lanes", Value::Number(self.lanes as f64)),
             ("kernel", text(&self.kernel)),
             ("robust", text(self.robust.map_or("without effect", switch))),
+            ("cull", text(self.cull.map_or("without effect", switch))),
             ("version", text(self.octolux_version)),
             ("commit", text(self.commit)),
             ("target_features", text(self.target_features)),

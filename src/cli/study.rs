@@ -191,9 +191,10 @@ mod tests {
             threads: 2,
             accel: None,
             robust: true,
+            cull: true,
         };
-        // `--robust` is a knob of Embree alone.
-        let variants = cost::knobs::variants(settings, crate::settings::AccelKind::Embree);
+        // `--robust` is a knob of Embree alone, `--cull` of few shapes.
+        let variants = cost::knobs::variants(settings, crate::settings::AccelKind::Embree, true);
         let render = super::super::render::Args::augment_args(clap::Command::new("render"));
         for knob in &cost::knobs::KNOBS {
             let option = render

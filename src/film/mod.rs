@@ -4,6 +4,7 @@
 //! knows nothing of files that stand half-written: [`replace`] sees to that.
 
 pub mod allocation;
+mod chunk_sum;
 mod error;
 mod exr_file;
 mod npy_file;
@@ -19,6 +20,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 pub use allocation::Noise;
+pub use chunk_sum::ChunkSum;
 pub use error::PictureError;
 pub use picture::Picture;
 pub use png_file::encode as srgb;

@@ -7,6 +7,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use super::chunk_sum::ChunkSum;
 use super::tree::{TileSum, Tree};
 use super::{Noise, Picture};
 use crate::scene::FilmSize;
@@ -62,8 +63,8 @@ impl Tile {
     }
 
     /// Empty sums for a chunk, all pixels in each slot: one for all passes, or while noise is measured one for each pair.
-    pub fn empty_sum(&self, passes: u32) -> TileSum {
-        TileSum::new(self.area() * self.slots(passes))
+    pub fn empty_sum(&self, passes: u32) -> ChunkSum {
+        ChunkSum::new(self.area() * self.slots(passes))
     }
 
     /// Sums that a pixel has in a chunk: one, or while noise is measured one for each pair of passes.
@@ -72,7 +73,7 @@ impl Tile {
     }
 
     /// Adds the sums of further passes, which must not go beyond the end of a leaf.
-    pub fn add(&mut self, chunk: &TileSum, passes: u32) {
+    pub fn add(&mut self, chunk: &ChunkSum, passes: u32) {
         for slot in chunk.0.chunks_exact(self.area()) {
             self.sums.add(slot);
             for (square, more) in self.squares.0.iter_mut().zip(slot) {
@@ -353,8 +354,8 @@ mod tests {
     #[test]
     fn a_picture_is_the_mean_of_what_each_tile_has() {
         let mut film = Film::new(FilmSize { width: 20, height: 3 });
-        let mut chunk = TileSum::new(film.tiles()[0].area());
-        chunk.add(0, [1.0, 2.0, 4.0]);
+        let mut chunk = ChunkSum::new(film.tiles()[0].area());
+        chunk.add(0, &[1.0, 2.0, 4.0, 0.0]);
         film.tiles_mut()[0].add(&chunk, 1);
         film.tiles_mut()[0].add(&chunk, 3);
         let picture = film.picture();
@@ -369,7 +370,7 @@ mod tests {
         let tile = &mut film.tiles_mut()[0];
         let mut chunk = tile.empty_sum(4);
         for (slot, radiance) in [(1, 2.0), (4, 6.0)] {
-            chunk.add(slot, [radiance, 0.0, radiance]);
+            chunk.add(slot, &[radiance, 0.0, radiance, 0.0]);
         }
         tile.add(&chunk, 4);
         let noise = film.noise();

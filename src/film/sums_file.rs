@@ -283,7 +283,7 @@ mod tests {
         let mut film = Film::new(FilmSize { width: 20, height: 17 });
         for (at, tile) in film.tiles_mut().iter_mut().enumerate() {
             let mut chunk = tile.empty_sum(1);
-            chunk.add(0, [0.1, 1.0 / 3.0, at as f32]);
+            chunk.add(0, &[0.1, 1.0 / 3.0, at as f32, 0.0]);
             let leaf = super::super::leaf_passes(FilmSize { width: 20, height: 17 });
             for passes in [leaf, leaf, leaf, 5] {
                 tile.add(&chunk, passes);

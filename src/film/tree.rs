@@ -17,15 +17,6 @@ impl TileSum {
     pub fn new(pixels: usize) -> Self {
         Self(vec![[0.0; 3]; pixels])
     }
-
-    /// Adds one contribution.
-    #[inline(always)]
-    pub fn add(&mut self, pixel: usize, radiance: [f32; 3]) {
-        let sum = &mut self.0[pixel];
-        for (s, r) in sum.iter_mut().zip(radiance) {
-            *s += f64::from(r);
-        }
-    }
 }
 
 /// The sum over the leaves `index << level .. (index + 1) << level`.
@@ -77,8 +68,8 @@ impl Tree {
         (&self.open, self.open_passes)
     }
 
-    /// Adds the sums of each pixel over passes of the leaf at hand.
-    pub fn add(&mut self, sums: &[[f64; 3]]) {
+    /// Adds the sums of each pixel over passes of the leaf at hand, as [`ChunkSum`](super::ChunkSum) has them.
+    pub fn add(&mut self, sums: &[[f64; 4]]) {
         if self.open.0.is_empty() {
             self.open = TileSum::new(sums.len());
         }
@@ -205,14 +196,14 @@ mod tests {
     fn a_leaf_that_is_full_becomes_a_node_and_the_rest_stays_behind() {
         let mut tree = Tree::default();
         for (passes, end) in [(1, 1), (1, 2), (2, 4), (4, 8), (4, 12)] {
-            tree.add(&[[1.0, 0.0, 0.0]]);
+            tree.add(&[[1.0, 0.0, 0.0, 0.0]]);
             tree.count(passes, end, 4);
         }
         assert_eq!(
             tree.nodes().iter().map(|n| (n.level, n.index)).collect::<Vec<_>>(),
             [(1, 0), (0, 2)]
         );
-        tree.add(&[[0.5, 0.0, 0.0]]);
+        tree.add(&[[0.5, 0.0, 0.0, 0.0]]);
         tree.count(3, 15, 4);
         assert_eq!((tree.total(0)[0], tree.passes(4)), (5.5, 15));
     }

@@ -45,6 +45,8 @@ pub trait Lane:
     type Bits: Bits<Mask = Self::Mask>;
     /// How the active lanes of a mask move to the front; see [`Lane::pack`].
     type Packing: Copy;
+    /// See [`Lane::rows`].
+    type Rows: AsRef<[[f32; 4]]>;
 
     /// The same number in every lane.
     fn splat(x: f32) -> Self;
@@ -94,6 +96,8 @@ pub trait Lane:
     /// Signed integers in two's complement, rounded to the nearest number.
     fn from_i32(bits: Self::Bits) -> Self;
 
+    /// A row of three numbers for each lane, and a 0.
+    fn rows(x: Self, y: Self, z: Self) -> Self::Rows;
     /// How to move the lanes of `mask` to the front.
     fn packing(mask: Self::Mask) -> Self::Packing;
     /// The lanes of the mask in their order, at the front; what is behind them is unspecified.
@@ -113,6 +117,11 @@ pub trait Lane:
     #[inline(always)]
     fn div_or_zero(self, divisor: Self, mask: Self::Mask) -> Self {
         Self::select(mask, self / divisor, Self::zero())
+    }
+    /// `-self` where the mask holds, else `self`.
+    #[inline(always)]
+    fn negated(self, mask: Self::Mask) -> Self {
+        Self::select(mask, -self, self)
     }
     /// `self` where the mask holds, else 0.
     #[inline(always)]

@@ -7,6 +7,7 @@ impl Lane for f32 {
     type Mask = bool;
     type Bits = Word;
     type Packing = ();
+    type Rows = [[f32; 4]; 1];
 
     #[inline(always)]
     fn splat(x: f32) -> Self {
@@ -81,6 +82,10 @@ impl Lane for f32 {
     #[inline(always)]
     fn from_i32(bits: Word) -> Self {
         bits.0 as i32 as f32
+    }
+    #[inline(always)]
+    fn rows(x: Self, y: Self, z: Self) -> [[f32; 4]; 1] {
+        [[x, y, z, 0.0]]
     }
     #[inline(always)]
     fn packing(_: bool) {}

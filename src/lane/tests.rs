@@ -127,6 +127,36 @@ fn bits_wrap_alike() {
 }
 
 #[test]
+fn rows_and_signs_are_those_of_each_lane() {
+    fn check<L: Lane>() {
+        let of = |k: usize| L::from_fn(|lane| (3 * lane + k) as f32 - 7.0);
+        let rows = L::rows(of(0), of(1), of(2));
+        for (lane, row) in rows.as_ref().iter().enumerate() {
+            assert_eq!(*row, [of(0).lane(lane), of(1).lane(lane), of(2).lane(lane), 0.0]);
+            let mask = L::Mask::from_bitmask(1 << lane);
+            for other in 0..L::N {
+                let sign = if other == lane { -1.0 } else { 1.0 };
+                assert!(same(of(0).negated(mask).lane(other), sign * of(0).lane(other)));
+            }
+        }
+        assert_eq!(rows.as_ref().len(), L::N);
+        assert!(same(L::zero().negated(L::Mask::splat(true)).lane(0), -0.0));
+    }
+    struct Check;
+    impl Work for Check {
+        #[inline(always)]
+        fn run(self) {
+            check::<F32x16>();
+        }
+    }
+    check::<f32>();
+    check::<F32x8>();
+    if has_avx512() {
+        with_avx512(Check);
+    }
+}
+
+#[test]
 fn packing_keeps_the_order_of_the_active_lanes() {
     let x = F32x8::from_fn(|i| i as f32);
     for m in 0..256_u32 {

@@ -62,11 +62,15 @@ macro_rules! avx512 {
     };
 }
 
+/// The lanes of four times four, the other way round.
+const TURNED: [u32; 16] = [0, 4, 8, 12, 1, 5, 9, 13, 2, 6, 10, 14, 3, 7, 11, 15];
+
 impl Lane for F32x16 {
     const N: usize = 16;
     type Mask = Mask16;
     type Bits = U32x16;
     type Packing = Mask16;
+    type Rows = [[f32; 4]; 16];
 
     #[inline(always)]
     fn splat(x: f32) -> Self {
@@ -144,6 +148,28 @@ impl Lane for F32x16 {
     #[inline(always)]
     fn from_i32(bits: U32x16) -> Self {
         Self(avx512!(_mm512_cvtepi32_ps(bits.0)))
+    }
+    #[inline(always)]
+    fn rows(x: Self, y: Self, z: Self) -> [[f32; 4]; 16] {
+        // What is done below turns round each 4 x 4 lanes: lanes are put so that they come out in order.
+        let turned = U32x16::load(&TURNED).0;
+        let mut rows = [[0.0; 4]; 16];
+        avx512!({
+            let x = _mm512_permutexvar_ps(turned, x.0);
+            let y = _mm512_permutexvar_ps(turned, y.0);
+            let z = _mm512_permutexvar_ps(turned, z.0);
+            let zero = _mm512_setzero_ps();
+            let xy = _mm512_castps_pd(_mm512_unpacklo_ps(x, y));
+            let z0 = _mm512_castps_pd(_mm512_unpacklo_ps(z, zero));
+            let more_xy = _mm512_castps_pd(_mm512_unpackhi_ps(x, y));
+            let more_z0 = _mm512_castps_pd(_mm512_unpackhi_ps(z, zero));
+            let to: *mut f64 = rows.as_mut_ptr().cast();
+            _mm512_storeu_pd(to, _mm512_unpacklo_pd(xy, z0));
+            _mm512_storeu_pd(to.add(8), _mm512_unpackhi_pd(xy, z0));
+            _mm512_storeu_pd(to.add(16), _mm512_unpacklo_pd(more_xy, more_z0));
+            _mm512_storeu_pd(to.add(24), _mm512_unpackhi_pd(more_xy, more_z0));
+        });
+        rows
     }
     #[inline(always)]
     fn packing(mask: Mask16) -> Mask16 {

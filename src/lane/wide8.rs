@@ -68,6 +68,7 @@ impl Lane for F32x8 {
     type Mask = Mask8;
     type Bits = U32x8;
     type Packing = m256i;
+    type Rows = [[f32; 4]; 8];
 
     #[inline(always)]
     fn splat(x: f32) -> Self {
@@ -146,6 +147,23 @@ impl Lane for F32x8 {
     #[inline(always)]
     fn from_i32(bits: U32x8) -> Self {
         Self(convert_to_m256_from_i32_m256i(bits.0))
+    }
+    #[inline(always)]
+    fn negated(self, mask: Mask8) -> Self {
+        Self(bitxor_m256(self.0, bitand_m256(mask.0, Self::splat(-0.0).0)))
+    }
+    #[inline(always)]
+    fn rows(x: Self, y: Self, z: Self) -> [[f32; 4]; 8] {
+        let wide = |v: m256| cast_to_m256d_from_m256(v);
+        let (zero, low, high) = (zeroed_m256(), unpack_lo_m256d, unpack_hi_m256d);
+        let (xy, z0) = (wide(unpack_lo_m256(x.0, y.0)), wide(unpack_lo_m256(z.0, zero)));
+        let (more_xy, more_z0) = (wide(unpack_hi_m256(x.0, y.0)), wide(unpack_hi_m256(z.0, zero)));
+        // Each holds the rows of a lane and of the fourth after it.
+        let [a, e]: [[f32; 4]; 2] = must_cast(low(xy, z0));
+        let [b, f]: [[f32; 4]; 2] = must_cast(high(xy, z0));
+        let [c, g]: [[f32; 4]; 2] = must_cast(low(more_xy, more_z0));
+        let [d, h]: [[f32; 4]; 2] = must_cast(high(more_xy, more_z0));
+        [a, b, c, d, e, f, g, h]
     }
     #[inline(always)]
     fn packing(mask: Mask8) -> m256i {

@@ -97,9 +97,14 @@ impl<L: Lane> View<L> {
         let both = L::one() / (d * sum);
         let inverse = both * sum;
         let omc = L::select(inside, L::splat(2.0), radius * (radius * both));
+        let axis = self.to_center * inverse;
         // At the very centre any axis will do.
-        let centered = !self.squared.gt(L::zero());
-        let axis = Vec3::select(centered, Vec3::splat([0.0, 0.0, 1.0]), self.to_center * inverse);
+        let apart = self.squared.gt(L::zero());
+        let axis = Vec3::new(
+            axis.x.or_zero(apart),
+            axis.y.or_zero(apart),
+            L::select(apart, axis.z, L::one()),
+        );
         Cone {
             axis,
             omc,

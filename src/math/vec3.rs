@@ -2,7 +2,10 @@
 
 use std::ops::{Add, Mul, Neg, Sub};
 
-use crate::lane::Lane;
+use crate::lane::{Bits, Lane};
+
+/// 2^126.
+const LARGE: f32 = f32::from_bits(253 << 23);
 
 /// A point, a direction or linear RGB in every lane.
 #[derive(Clone, Copy, Debug)]
@@ -58,10 +61,14 @@ impl<L: Lane> Vec3<L> {
         self * (L::one() / self.length())
     }
 
-    /// As [`Self::normalize`], of any length: no square overflows or is lost.
+    /// As [`Self::normalize`], of any length: no square overflows or is lost. A power of two comes first, which rounds nothing and is
+    /// the difference of two exponents; above 2^126 it stays as it is.
     #[inline(always)]
     pub fn unit(self) -> Self {
-        (self * (L::one() / self.max_abs())).normalize()
+        let largest = self.max_abs().min(L::splat(LARGE));
+        let exponent = largest.to_bits() & L::Bits::splat(f32::INFINITY.to_bits());
+        let scale = L::from_bits(L::Bits::splat((2.0 * LARGE).to_bits()) - exponent);
+        (self * scale).normalize()
     }
 
     /// `self * scale + offset`, each component rounded once.
@@ -84,6 +91,12 @@ impl<L: Lane> Vec3<L> {
     #[inline(always)]
     pub fn max_abs(self) -> L {
         self.x.abs().max(self.y.abs()).max(self.z.abs())
+    }
+
+    /// The opposite where the mask holds, else the vector.
+    #[inline(always)]
+    pub fn negated(self, mask: L::Mask) -> Self {
+        Self::new(self.x.negated(mask), self.y.negated(mask), self.z.negated(mask))
     }
 
     /// `yes` where the mask holds, else `no`.

@@ -12,7 +12,7 @@ use super::stage::{Chunk, Scratch};
 use super::stream::CAPACITY;
 use super::world::World;
 use super::{Counters, Progress};
-use crate::film::{Tile, TileSum, leaf_passes};
+use crate::film::{ChunkSum, Tile, leaf_passes};
 use crate::sampling::PassBlock;
 use crate::scene::FilmSize;
 
@@ -95,9 +95,8 @@ impl Job<'_> {
         chunks
     }
 
-    fn chunk(&self, tile: &Tile, range: Range<u32>) -> (TileSum, Counters) {
-        let passes = range.len() as u32;
-        let mut sum = tile.empty_sum(passes);
+    fn chunk(&self, tile: &Tile, range: Range<u32>) -> (ChunkSum, Counters) {
+        let mut sum = tile.empty_sum(range.len() as u32);
         let mut counters = Counters::default();
         // A panic elsewhere leaves whole scratch pads behind: they hold nothing between chunks.
         let pads = || self.scratch.lock().unwrap_or_else(PoisonError::into_inner);
@@ -108,7 +107,7 @@ impl Job<'_> {
             tile,
             film_width: self.film.width,
             first: range.start,
-            passes,
+            turns: &self.numbers.by_coin(range),
             order: self.plan.order,
             mix: self.plan.mix,
             sum: &mut sum,

@@ -14,6 +14,7 @@ use super::world::World;
 use super::{Counters, Progress};
 use crate::embree::{Device, EmbreeError, layout_canary};
 use crate::film::{Film, Noise, Picture, allocation, leaf_passes};
+use crate::linear::FEW;
 use crate::sampling::PassBlock;
 use crate::scene::{Effects, EstimatorKind, Features, FilmSize, SamplerKind, Scene};
 use crate::settings::AccelKind;
@@ -37,6 +38,9 @@ pub struct Settings {
     pub accel: Option<AccelKind>,
     /// Whether Embree closes the edges between triangles, for some of its speed. A line of shapes is what it is.
     pub robust: bool,
+    /// Whether shapes that cannot be in the way are left out for all rays of a tile at once, where there are few. Off, every ray is
+    /// asked for and asked of every shape; the picture is the same but for the last rounding.
+    pub cull: bool,
 }
 
 /// Why a render cannot start.
@@ -103,7 +107,7 @@ impl Renderer {
         let device = Device::new(settings.threads)?;
         layout_canary(&device)?;
         let begin = Instant::now();
-        let world = World::build(scene, settings.film, &device, plan.accel, settings.robust)?;
+        let world = World::build(scene, &device, plan.accel, settings)?;
         let build_seconds = begin.elapsed().as_secs_f64();
         Ok(Self {
             settings,
@@ -163,6 +167,12 @@ impl Renderer {
     /// Whether Embree closes the edges between triangles; `None` where it is not asked.
     pub fn robust(&self) -> Option<bool> {
         (self.plan.accel == AccelKind::Embree).then_some(self.settings.robust)
+    }
+
+    /// Whether shapes are left out for all rays of a tile at once; `None` where there are too many for it.
+    pub fn cull(&self) -> Option<bool> {
+        let few = self.plan.accel == AccelKind::Linear || self.features.shapes <= FEW;
+        few.then_some(self.settings.cull)
     }
 
     /// What the scene calls for, in words.

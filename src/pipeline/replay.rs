@@ -121,14 +121,14 @@ pub(super) fn replay(plan: &Plan, world: &World, settings: &Settings, tile: &Til
         tile,
         film_width: width,
         first: 0,
-        passes: 1,
+        turns: &[0],
         order: plan.order,
         mix: plan.mix,
         sum: &mut sum,
         counters: &mut counters,
     };
     (plan.eye)(&mut chunk, &mut scratch);
-    let seen = chunk.sum.0[0];
+    let [seen @ .., _] = chunk.sum.0[0];
     let mut asked = Vec::new();
     let mut point = None;
     for (model, phong) in [(Diffuse::STREAM, false), (Phong::STREAM, true)] {
@@ -158,6 +158,7 @@ pub(super) fn replay(plan: &Plan, world: &World, settings: &Settings, tile: &Til
     let key = numbers.key(Word(y * width + x));
     let (u, v) = numbers.pair(key, Word(0), pairs::PIXEL).unit::<f32>();
     let direction = world.camera.direction(x as f32 + u, y as f32 + v);
+    let [red, green, blue, _] = sum.0[0];
     Replay {
         sample: [x, y, pass],
         direction: direction.lane(0),
@@ -169,7 +170,7 @@ pub(super) fn replay(plan: &Plan, world: &World, settings: &Settings, tile: &Til
         point,
         asked,
         meshes_untold: !world.only_spheres_emit() && settings.estimator.per_light(),
-        radiance: sum.0[0],
+        radiance: [red, green, blue],
         invalid: [counters.invalid_nan, counters.invalid_inf, counters.invalid_negative],
     }
 }

@@ -10,6 +10,9 @@ use crate::estimator::per_light::Contribution;
 use crate::lane::{Bits, Lane, Mask};
 use crate::math::Vec3;
 
+/// The most lanes of a packet.
+const LANES: usize = 16;
+
 /// The most numbers in a column: the samples of a chunk.
 pub const CAPACITY: usize = 4096;
 
@@ -200,16 +203,16 @@ impl HitStream {
         self.0.put(19, &room, L::from_bits(address.pass));
     }
 
-    /// The points of the packet at `at`; idle lanes repeat the packet's first.
-    #[inline(always)]
-    pub fn points<L: Lane>(&self, at: usize) -> Vec3<L> {
-        let p: Vec3<L> = self.0.get3(0, at);
-        let columns = &self.0.columns.0;
-        let first = [columns[0][at], columns[1][at], columns[2][at]];
-        Vec3::select(self.0.lanes::<L>(at), p, Vec3::splat(first))
+    /// Repeats the last point behind the end, so that no packet has other places in its idle lanes. The stream must not be empty.
+    pub fn pad(&mut self) {
+        let len = self.len();
+        for column in &mut self.0.columns.0[..3] {
+            let last = column[len - 1];
+            column[len..len + LANES - 1].fill(last);
+        }
     }
 
-    /// Where the points of the packet at `at` are; idle lanes hold nothing of use.
+    /// Where the points of the packet at `at` are; idle lanes hold nothing of use but behind [`Self::pad`].
     #[inline(always)]
     pub fn position<L: Lane>(&self, at: usize) -> Vec3<L> {
         self.0.get3(0, at)

@@ -21,10 +21,11 @@ pub trait Tracer {
     const BLOCK: usize;
     /// Prepares for the eye rays of a tile.
     fn face_tile(world: &World, tile: &Tile, set: &mut Candidates);
-    /// Looks at the points of a stream.
+    /// Looks at the points of a stream, which must not be empty.
     #[inline(always)]
-    fn survey<L: Lane>(world: &World, stream: &HitStream, points: &mut Points) {
-        if !world.line.is_empty() {
+    fn survey<L: Lane>(world: &World, stream: &mut HitStream, points: &mut Points) {
+        if world.culls {
+            stream.pad();
             survey::<L>(stream, points);
         }
     }
@@ -55,7 +56,7 @@ pub trait Tracer {
         set: &mut Candidates,
     ) -> bool {
         // Where there are few shapes the line knows them, whoever answers rays.
-        !world.line.is_empty() && cull::<L>(world, stream, points, ball, aimed_at, set)
+        world.culls && cull::<L>(world, stream, points, ball, aimed_at, set)
     }
     /// Prepares for any rays.
     fn face_all(world: &World, set: &mut Candidates);
@@ -119,6 +120,9 @@ impl Tracer for InLine {
     const BLOCK: usize = 256;
 
     fn face_tile(world: &World, tile: &Tile, set: &mut Candidates) {
+        if !world.culls {
+            return world.line.all(set);
+        }
         let [first, last] = tile.corners();
         // A pixel's far side, and a little for the rounding of points in it.
         let [left, top] = first.map(|low| low as f32 - 0.01);
@@ -127,6 +131,22 @@ impl Tracer for InLine {
         world
             .line
             .in_frustum(corners.map(|(x, y)| world.camera.direction::<f32>(x, y).lane(0)), set);
+    }
+
+    #[inline(always)]
+    fn face_ball<L: Lane>(
+        world: &World,
+        stream: &HitStream,
+        points: &mut Points,
+        ball: &Ball,
+        aimed_at: u32,
+        set: &mut Candidates,
+    ) -> bool {
+        if !world.culls {
+            world.line.all(set);
+            return false;
+        }
+        cull::<L>(world, stream, points, ball, aimed_at, set)
     }
 
     fn face_all(world: &World, set: &mut Candidates) {
@@ -166,7 +186,7 @@ fn survey<L: Lane>(stream: &HitStream, points: &mut Points) {
     let far: Vec3<L> = Vec3::splat([f32::INFINITY; 3]);
     let (mut low, mut high) = (far, -far);
     for at in (0..stream.len()).step_by(L::N) {
-        let p = stream.points::<L>(at);
+        let p = stream.position::<L>(at);
         low = Vec3::new(low.x.min(p.x), low.y.min(p.y), low.z.min(p.z));
         high = Vec3::new(high.x.max(p.x), high.y.max(p.y), high.z.max(p.z));
     }
@@ -204,7 +224,7 @@ fn sides<L: Lane>(stream: &HitStream, normal: [f32; 3], offset: f32) -> [f32; 2]
     let (normal, offset) = (Vec3::splat(normal), L::splat(offset));
     let (mut low, mut high) = (L::splat(f32::INFINITY), L::splat(f32::NEG_INFINITY));
     for at in (0..stream.len()).step_by(L::N) {
-        let side = stream.points::<L>(at).dot(normal) - offset;
+        let side = stream.position::<L>(at).dot(normal) - offset;
         low = low.min(side);
         high = high.max(side);
     }

@@ -8,6 +8,7 @@ use std::collections::HashSet;
 use glam::DVec3;
 
 use super::emitters::{self, Emitters};
+use super::renderer::Settings;
 use super::texture::Textured;
 use crate::bsdf::phong;
 use crate::embree::{Accel, Device, EmbreeError, SceneBuilder};
@@ -24,8 +25,10 @@ use crate::shape::Ball;
 pub struct World {
     /// Answers rays, unless the line does.
     pub accel: Accel,
-    /// The shapes in a line; empty unless it answers rays or there are few.
+    /// The shapes in a line; empty unless it answers rays or culls.
     pub line: Line,
+    /// Whether the line says for all rays of a tile at once what may be in their way.
+    pub culls: bool,
     /// What surfaces do, meshes first, then spheres.
     pub surfaces: Vec<SurfaceRecord>,
     /// The geometry that the spheres are, and so also the number of meshes.
@@ -143,22 +146,21 @@ fn largest_box(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> [f32; 3] {
 }
 
 impl World {
-    /// Builds the tables and the accelerator for pictures of the given size; `robust` as for [`SceneBuilder::new`].
+    /// Builds the tables and the accelerator.
     ///
     /// # Errors
     /// [`EmbreeError`] if Embree cannot build.
     pub fn build(
         scene: &Scene,
-        film: FilmSize,
         device: &Device,
         accel: AccelKind,
-        robust: bool,
+        Settings { film, robust, cull, .. }: Settings,
     ) -> Result<Self, EmbreeError> {
         let origin = scene.camera.origin;
         let mut builder = SceneBuilder::new(device, robust)?;
         let mut line = Line::default();
         let shapes = scene.spheres.len() + scene.meshes.iter().map(|m| m.triangles.len()).sum::<usize>();
-        let in_line = accel == AccelKind::Linear || shapes <= FEW;
+        let in_line = accel == AccelKind::Linear || (cull && shapes <= FEW);
         let lamps = Emitters::of(scene);
         let mut surfaces = Vec::with_capacity(scene.meshes.len() + scene.spheres.len());
         let mut normals = Vec::with_capacity(scene.meshes.len());
@@ -218,6 +220,7 @@ impl World {
         Ok(Self {
             accel: builder.commit()?,
             line,
+            culls: cull && in_line,
             surfaces,
             sphere_geometry,
             normals,

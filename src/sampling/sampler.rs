@@ -5,9 +5,11 @@
 //! digital shift keeps every net property and makes each number uniform and pixels independent of each other, at the
 //! price of one hash; hashing the scramble in every lane costs about eight times as much.
 
+use std::ops::Range;
+
 use super::hash::{mix, mix_lanes, pcg4d};
 use super::table::Table;
-use crate::lane::{Bits, Lane};
+use crate::lane::{Bits, Lane, Word};
 use crate::settings::SamplerKind;
 
 /// Two uniform numbers as 32-bit fractions.
@@ -141,6 +143,16 @@ impl PassBlock {
         Pair(a.shl(1), b)
     }
 
+    /// Passes, counted from the block's first, in the order in which to take them: those whose coin shows the same come after each
+    /// other, so that packets of few pixels and many passes mix techniques as little as others.
+    pub fn by_coin(&self, passes: Range<u32>) -> Vec<u32> {
+        let mut passes: Vec<u32> = passes.collect();
+        if self.one_coin() {
+            passes.sort_by_key(|&pass| self.table.point(self.row(Word(pass)).0 as usize, 1)[0] >> 31);
+        }
+        passes
+    }
+
     /// Whether all pairs have one coin.
     #[inline(always)]
     pub fn one_coin(&self) -> bool {
@@ -178,7 +190,7 @@ fn shift<B: Bits>(key: B, pair: u32) -> [B; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lane::{F32x8, Mask, U32x8, Word};
+    use crate::lane::{F32x8, Mask, U32x8};
 
     /// Chi-square of the first `passes` passes of many pixels over 16 x 16 cells.
     fn chi_square(kind: SamplerKind, seed: u32) -> f64 {

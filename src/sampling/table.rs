@@ -8,84 +8,84 @@ use crate::lane::{Bits, Mask};
 /// Rows that one instruction looks up.
 const RUN: usize = 16;
 
-/// A point for each pair of dimensions and each row, which stands for a pass. The first words of a pair come one after the other,
-/// then the second ones.
+/// Points of so many rows, one after the other: the first words, then the second ones.
+type Run = [[u32; RUN]; 2];
+
+/// A point for each pair of dimensions and each row, which stands for a pass.
 #[derive(Debug, Default)]
 pub struct Table {
-    words: Vec<u32>,
-    /// Rows, and some that stay 0 up to a whole number of runs.
-    rows: usize,
+    runs: Vec<Run>,
+    /// Of a pair; in the last one some rows may stay 0.
+    per_pair: usize,
 }
 
 impl Table {
     /// Owen-scrambled Sobol points of the pairs below `pairs` for each of the passes.
     pub fn sobol(seed: u32, passes: Range<u32>, pairs: u32) -> Self {
-        Self::new(
-            (0..pairs).map(|pair| passes.clone().map(move |pass| scrambled_point(pass, pair, seed))),
-            passes.len(),
-        )
+        let point = |row: usize, pair: u32| scrambled_point(passes.start + row as u32, pair, seed);
+        Self::new(pairs, passes.len(), point)
     }
 
-    fn new(pairs: impl Iterator<Item = impl Iterator<Item = [u32; 2]>>, rows: usize) -> Self {
-        let rows = rows.next_multiple_of(RUN);
-        let mut words = Vec::new();
-        for points in pairs {
-            let start = words.len();
-            words.resize(start + 2 * rows, 0);
-            for (row, [a, b]) in points.enumerate() {
-                (words[start + row], words[start + rows + row]) = (a, b);
+    fn new(pairs: u32, rows: usize, point: impl Fn(usize, u32) -> [u32; 2]) -> Self {
+        let per_pair = rows.div_ceil(RUN);
+        let mut runs = vec![[[0; RUN]; 2]; pairs as usize * per_pair];
+        for pair in 0..pairs {
+            for row in 0..rows {
+                let [a, b] = &mut runs[pair as usize * per_pair + row / RUN];
+                [a[row % RUN], b[row % RUN]] = point(row, pair);
             }
         }
-        Self { words, rows }
+        Self { runs, per_pair }
     }
 
     /// The same for couples of rows that have their top bits as pair 1 has: where a pair's bit says otherwise, the two rows change
     /// their points. Of a couple one has it set: the first digit of a Sobol point is the last of its index, and scrambles keep a
     /// couple together.
     pub fn tossed(&self) -> Self {
-        let pairs = (self.words.len() / (2 * self.rows.max(1))) as u32;
+        let pairs = (self.runs.len() / self.per_pair.max(1)) as u32;
         let point = |row: usize, pair: u32| {
-            let [coins, points] = [self.pair(1), self.pair(pair)];
-            let row = row ^ ((points.0[row] ^ coins.0[row]) >> 31) as usize;
-            [points.0[row], points.1[row]]
+            let turned = (self.point(row, pair)[0] ^ self.point(row, 1)[0]) >> 31;
+            self.point(row ^ turned as usize, pair)
         };
-        let pairs = if pairs > 1 { 0..pairs } else { 0..0 };
-        Self::new(
-            pairs.map(|pair| (0..self.rows).map(move |row| point(row, pair))),
-            self.rows,
-        )
+        Self::new(if pairs > 1 { pairs } else { 0 }, self.per_pair * RUN, point)
     }
 
     /// Whether there are no points.
     pub fn is_empty(&self) -> bool {
-        self.words.is_empty()
+        self.runs.is_empty()
+    }
+
+    /// The point of a row.
+    #[inline(always)]
+    pub fn point(&self, row: usize, pair: u32) -> [u32; 2] {
+        self.run(row, pair).map(|words| words[row % RUN])
     }
 
     #[inline(always)]
-    fn pair(&self, pair: u32) -> (&[u32], &[u32]) {
-        self.words[2 * pair as usize * self.rows..][..2 * self.rows].split_at(self.rows)
+    fn run(&self, row: usize, pair: u32) -> &Run {
+        &self.runs[pair as usize * self.per_pair + row / RUN]
     }
 
     /// The point of each lane's row.
     #[inline(always)]
     pub fn get<B: Bits>(&self, row: B, pair: u32) -> [B; 2] {
-        let (first, second) = self.pair(pair);
         let one = row.lane(0);
+        let [a, b] = self.run(one as usize, pair);
         // Most packets hold one pass only,
         if row.eq(B::splat(one)).all() {
-            return [B::splat(first[one as usize]), B::splat(second[one as usize])];
+            let at = one as usize % RUN;
+            return [B::splat(a[at]), B::splat(b[at])];
         }
         // those of neighbouring pixels the passes of a chunk,
-        let run = one as usize / RUN;
-        if row.shr(RUN.ilog2()).eq(B::splat(run as u32)).all() {
-            let (first, second) = (&first[run * RUN..][..RUN], &second[run * RUN..][..RUN]);
-            return [B::lookup(first, row), B::lookup(second, row)];
+        if row.shr(RUN.ilog2()).eq(B::splat(one / RUN as u32)).all() {
+            return [B::lookup(a, row), B::lookup(b, row)];
         }
         // and adaptive renders mix them as they come. Through memory and without closures, which would be calls.
         let (mut rows, mut a, mut b) = ([0; 16], [0; 16], [0; 16]);
         row.store(&mut rows);
         for lane in 0..16 {
-            (a[lane], b[lane]) = (first[rows[lane] as usize], second[rows[lane] as usize]);
+            let [first, second] = self.run(rows[lane] as usize, pair);
+            (a[lane], b[lane]) = (first[rows[lane] as usize % RUN], second[rows[lane] as usize % RUN]);
         }
         [B::load(&a), B::load(&b)]
     }

@@ -50,7 +50,7 @@ impl Ball {
         }
         let c = from_center.length_squared() - r2;
         let root = (a * discriminant).safe_sqrt();
-        let q = b + L::select(b.lt(L::zero()), -root, root);
+        let q = b + root.negated(b.lt(L::zero()));
         let (t0, t1) = (c / q, q / a);
         let (near, far) = (t0.min(t1), t0.max(t1));
         let near_counts = near.ge(tnear) & near.le(tfar);

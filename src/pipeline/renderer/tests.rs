@@ -48,6 +48,7 @@ fn means(sampler: SamplerKind, first_seed: u32, allocate: Option<Allocate>) -> V
             lanes: 8,
             accel: None,
             robust: true,
+            cull: true,
             threads: 1,
         };
         let mut renderer = Renderer::new(&scene, settings).unwrap();
@@ -109,6 +110,7 @@ fn the_order_in_which_samples_make_packets_changes_no_bit() {
             lanes,
             accel: Some(AccelKind::Embree),
             robust: true,
+            cull: true,
             threads: 1,
         };
         let mut renderer = Renderer::new(&scene, settings).unwrap();
@@ -149,6 +151,7 @@ fn a_pause_that_is_over_before_work_begins_lets_a_tile_be_done() {
         lanes: 8,
         accel: None,
         robust: true,
+        cull: true,
         threads: 1,
     };
     let mut hurried = Renderer::new(&scene, settings).unwrap();

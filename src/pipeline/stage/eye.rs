@@ -56,7 +56,7 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
     }
     grid.repeat_keys();
     let (left, top) = (L::splat(left as f32), L::splat(top as f32));
-    let (mut at, mut pass) = (0, chunk.first);
+    let (mut at, mut turn) = (0, 0);
     let mut waiting = None;
     for done in (0..samples + T::WAITING * L::N).step_by(L::N) {
         let mut seen = None;
@@ -67,17 +67,17 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
             let x = left + L::load(&grid.x[at..]);
             let y = top + L::load(&grid.y[at..]);
             let passes = if listed {
-                L::Bits::splat(chunk.first) + L::Bits::load(&grid.pass[at..])
+                L::Bits::load(&grid.pass[at..])
             } else if at + L::N <= length {
-                L::Bits::splat(pass)
+                L::Bits::splat(chunk.turns[turn])
             } else {
-                let last = chunk.first + chunk.passes - 1;
-                L::Bits::from_fn(|lane| (pass + ((at + lane) / length) as u32).min(last))
+                let last = chunk.turns.len() - 1;
+                L::Bits::from_fn(|lane| chunk.turns[(turn + (at + lane) / length).min(last)])
             };
             at += L::N;
             while at >= length {
                 at -= length;
-                pass += 1;
+                turn += 1;
             }
 
             let (u, v) = chunk.numbers.pair(key, passes, pairs::PIXEL).unit::<L>();
@@ -162,7 +162,10 @@ fn settle<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, hits: &mu
         let misses = *active & !hit.found;
         let radiance = beyond.radiance(ray.direction, misses);
         for lane in misses.lanes() {
-            chunk.sum.add(address.index.lane(lane) as usize, radiance.lane(lane));
+            let [red, green, blue] = radiance.lane(lane);
+            chunk
+                .sum
+                .add(address.index.lane(lane) as usize, &[red, green, blue, 0.0]);
         }
     }
     if hit.found.none() {
@@ -171,10 +174,10 @@ fn settle<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, hits: &mu
     let surfaces = Surfaces::of(chunk.world, hit);
     let mut reflects = hit.found & !surfaces.emits;
     for lane in (hit.found & surfaces.emits).lanes() {
-        let surface = surfaces.record(chunk.world, lane);
+        let [red, green, blue] = surfaces.record(chunk.world, lane).le.unwrap_or_default();
         chunk
             .sum
-            .add(address.index.lane(lane) as usize, surface.le.unwrap_or_default());
+            .add(address.index.lane(lane) as usize, &[red, green, blue, 0.0]);
     }
     if surfaces.call::<HELD>(Effect::OneSided) {
         let back = hit.ng.dot(ray.direction).gt(L::zero());

@@ -29,8 +29,10 @@ pub struct Grid {
     pub pixel: Vec<u32>,
     /// What stands for the pixel among random numbers; for the eye stage to fill, chunk by chunk.
     pub key: Vec<u32>,
-    /// Of samples only.
+    /// Of samples only: the pass, counted from the block's first.
     pub pass: Vec<u32>,
+    /// The place of that pass among the turns of its chunk.
+    turn: Vec<u32>,
     length: usize,
     shape: Option<Shape>,
 }
@@ -41,7 +43,7 @@ pub struct Grid {
 struct Shape {
     size: [u32; 2],
     film_width: u32,
-    passes: Option<u32>,
+    passes: Option<usize>,
 }
 
 impl Grid {
@@ -54,7 +56,7 @@ impl Grid {
         let shape = even.then_some(Shape {
             size: [right - left, bottom - top],
             film_width: chunk.film_width,
-            passes: listed.then_some(chunk.passes),
+            passes: listed.then_some(chunk.turns.len()),
         });
         if shape.is_none() || self.shape != shape {
             self.clear();
@@ -70,14 +72,17 @@ impl Grid {
                 let last = self.length - 1;
                 self.repeat(if listed { last } else { at % self.length });
                 if listed {
-                    self.pass.push(self.pass[last]);
+                    self.turn.push(self.turn[last]);
                 }
             }
         }
+        self.pass.clear();
+        self.pass
+            .extend(self.turn.iter().map(|&turn| chunk.turns[turn as usize]));
         if listed {
             self.length
         } else {
-            self.length * chunk.passes as usize
+            self.length * chunk.turns.len()
         }
     }
 
@@ -100,39 +105,39 @@ impl Grid {
 
     /// Whether samples are listed, each with its pass, and not only pixels.
     pub fn lists_passes(&self) -> bool {
-        !self.pass.is_empty()
+        !self.turn.is_empty()
     }
 
     /// Pass by pass and in each the pixels that take part, in tile order.
     fn pass_by_pass(&mut self, chunk: &Chunk) {
-        let pixels = chunk.tile.area();
-        for at in (0..pixels).filter(|&at| takes_part(chunk, at, 0)) {
+        // Who takes part in a pass did so in all before it: the first pass is a pattern for all, and is taken away at the end.
+        for at in (0..chunk.tile.area()).filter(|&at| takes_part(chunk, at, chunk.first)) {
             self.push(chunk, at);
         }
-        let mut before = 0..self.x.len();
-        self.pass.resize(before.end, 0);
-        for pass in 1..chunk.passes {
-            let next = self.x.len();
-            if before
-                .clone()
-                .all(|row| takes_part(chunk, self.index[row] as usize % pixels, pass))
-            {
-                self.x.extend_from_within(before.clone());
-                self.y.extend_from_within(before.clone());
-                self.pixel.extend_from_within(before.clone());
-                self.index.extend_from_within(before);
-                let step = slot(chunk, pass) - slot(chunk, pass - 1);
-                self.index[next..].iter_mut().for_each(|index| *index += step);
+        let pattern = 0..self.x.len();
+        for (turn, &pass) in (0..).zip(chunk.turns) {
+            let begin = self.x.len();
+            let takes_part = |row: usize, index: &[u32]| takes_part(chunk, index[row] as usize, pass);
+            if pattern.clone().all(|row| takes_part(row, &self.index)) {
+                self.x.extend_from_within(pattern.clone());
+                self.y.extend_from_within(pattern.clone());
+                self.pixel.extend_from_within(pattern.clone());
+                self.index.extend_from_within(pattern.clone());
             } else {
-                for row in before {
-                    if takes_part(chunk, self.index[row] as usize, pass) {
+                for row in pattern.clone() {
+                    if takes_part(row, &self.index) {
                         self.repeat(row);
                     }
                 }
             }
-            before = next..self.x.len();
-            self.pass.resize(before.end, pass);
+            let slot = slot(chunk, pass);
+            self.index[begin..].iter_mut().for_each(|index| *index += slot);
+            self.turn.resize(self.x.len() - pattern.len(), turn);
         }
+        self.x.drain(pattern.clone());
+        self.y.drain(pattern.clone());
+        self.pixel.drain(pattern.clone());
+        self.index.drain(pattern);
     }
 
     /// By squares of 2 x 2 pixels along Morton's curve, in each pass by pass.
@@ -146,11 +151,11 @@ impl Grid {
         let mut order: Vec<usize> = (0..pixels.len()).collect();
         order.sort_by_key(square);
         for four in order.chunk_by(|a, b| square(a) == square(b)) {
-            for pass in 0..chunk.passes {
+            for (turn, &pass) in (0..).zip(chunk.turns) {
                 for &at in four.iter().filter(|&&at| takes_part(chunk, at, pass)) {
                     self.push(chunk, at);
                     *self.index.last_mut().expect("just pushed") += slot(chunk, pass);
-                    self.pass.push(pass);
+                    self.turn.push(turn);
                 }
             }
         }
@@ -161,7 +166,7 @@ impl Grid {
         self.y.clear();
         self.index.clear();
         self.pixel.clear();
-        self.pass.clear();
+        self.turn.clear();
     }
 
     fn push(&mut self, chunk: &Chunk, at: usize) {
@@ -180,16 +185,16 @@ impl Grid {
     }
 }
 
-/// Whether a pixel takes part in a pass of the chunk.
+/// Whether a pixel takes part in a pass, counted from the block's first.
 fn takes_part(chunk: &Chunk, at: usize, pass: u32) -> bool {
-    let pass = chunk.numbers.first() + chunk.first + pass;
+    let pass = chunk.numbers.first() + pass;
     chunk.tile.goals().get(at).is_none_or(|&goal| goal > pass)
 }
 
 /// What a pass adds to the places of pixels: while noise is measured every pair of passes has sums of its own.
 fn slot(chunk: &Chunk, pass: u32) -> u32 {
     if chunk.tile.measures_noise() {
-        pass / 2 * chunk.tile.area() as u32
+        (pass - chunk.first) / 2 * chunk.tile.area() as u32
     } else {
         0
     }

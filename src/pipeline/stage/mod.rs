@@ -15,7 +15,7 @@ use super::tracer::Tracer;
 use super::world::World;
 use crate::embree::TraceLane;
 use crate::estimator::density::Mix;
-use crate::film::{Tile, TileSum};
+use crate::film::{ChunkSum, Tile};
 use crate::lane::{Lane, Mask};
 use crate::linear::Candidates;
 use crate::linear::cull::Points;
@@ -85,14 +85,14 @@ pub struct Chunk<'a> {
     pub film_width: u32,
     /// First pass, counted from the block's first.
     pub first: u32,
-    /// Passes.
-    pub passes: u32,
+    /// All passes, counted so too, in the order in which they are taken; there is one at least.
+    pub turns: &'a [u32],
     /// How they make packets.
     pub order: grid::Order,
     /// How directions of lights and of the BRDF are combined, for the stages that ask.
     pub mix: Mix,
     /// Sums of the chunk, slot by slot and in each pixel by pixel of its tile.
-    pub sum: &'a mut TileSum,
+    pub sum: &'a mut ChunkSum,
     /// What was traced.
     pub counters: &'a mut Counters,
 }

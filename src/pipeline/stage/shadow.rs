@@ -6,7 +6,7 @@ use super::Chunk;
 use super::surface::has;
 use crate::embree::{Coherence, NO_SPHERE, Ray, TraceLane};
 use crate::estimator::per_triangle;
-use crate::film::TileSum;
+use crate::film::ChunkSum;
 use crate::lane::{Bits, Lane, Mask};
 use crate::light::MeshLight;
 use crate::linear::Candidates;
@@ -129,22 +129,20 @@ fn segment<L: Lane>(rays: &QueuedRays<L>, aims_at: L::Bits) -> Ray<L> {
 
 /// Adds what is a number to the film, lane by lane in order; counts what is not, by cause.
 #[inline(always)]
-fn deposit<L: Lane>(sum: &mut TileSum, counters: &mut Counters, lanes: L::Mask, value: Vec3<L>, index: L::Bits) {
+fn deposit<L: Lane>(sum: &mut ChunkSum, counters: &mut Counters, lanes: L::Mask, value: Vec3<L>, index: L::Bits) {
     let infinity = L::splat(f32::INFINITY);
     let low = value.x.min(value.y).min(value.z);
     let high = value.x.max(value.y).max(value.z);
     // NaN in any component makes the sum one, and fails every comparison.
     let total = value.x + value.y + value.z;
     let sound = low.ge(L::zero()) & high.lt(infinity) & total.ge(L::zero());
-    let (mut red, mut green, mut blue, mut at) = ([0.0_f32; 16], [0.0_f32; 16], [0.0_f32; 16], [0_u32; 16]);
-    value.x.store(&mut red);
-    value.y.store(&mut green);
-    value.z.store(&mut blue);
-    index.store(&mut at);
     for lane in (lanes & !sound).lanes() {
-        counters.reject([red[lane], green[lane], blue[lane]]);
+        counters.reject(value.lane(lane));
     }
+    let rows = L::rows(value.x, value.y, value.z);
+    let mut at = [0_u32; 16];
+    index.store(&mut at);
     for lane in (lanes & sound).lanes() {
-        sum.add(at[lane] as usize, [red[lane], green[lane], blue[lane]]);
+        sum.add(at[lane] as usize, &rows.as_ref()[lane]);
     }
 }

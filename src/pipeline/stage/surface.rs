@@ -189,7 +189,7 @@ pub fn texels<L: Lane>(world: &World, hit: &Hit<L>, surfaces: &Surfaces<L>) -> V
 /// `v` or its opposite, whichever is on the side of `towards`.
 #[inline(always)]
 fn face<L: Lane>(v: Vec3<L>, towards: Vec3<L>) -> Vec3<L> {
-    Vec3::select(v.dot(towards).lt(L::zero()), -v, v)
+    v.negated(v.dot(towards).lt(L::zero()))
 }
 
 /// The interpolated normal where the mesh has one, on the side of `ng`; else `ng`.

@@ -25,7 +25,7 @@ pub struct Knob {
 }
 
 /// All knobs, in the order of the report.
-pub const KNOBS: [Knob; 7] = [
+pub const KNOBS: [Knob; 8] = [
     Knob {
         name: "estimator",
         what: "how directions of light are drawn",
@@ -78,6 +78,14 @@ pub const KNOBS: [Knob; 7] = [
             [("on", true), ("off", false)].map(of).into()
         },
     },
+    Knob {
+        name: "cull",
+        what: "whether shapes are left out for a tile at once",
+        values: |from| {
+            let of = |(name, cull): (&str, bool)| (name.to_owned(), from.with(|s| s.cull = cull));
+            [("on", true), ("off", false)].map(of).into()
+        },
+    },
 ];
 
 impl Choice {
@@ -123,7 +131,7 @@ impl Variant {
             (knob, "") => knob.to_owned(),
             ("lanes" | "threads", "1") => format!("1 {}", self.knob.trim_end_matches('s')),
             ("lanes" | "threads", count) => format!("{count} {}", self.knob),
-            ("robust", value) => format!("{} {value}", self.knob),
+            ("robust" | "cull", value) => format!("{} {value}", self.knob),
             (_, value) => value.to_owned(),
         }
     }
@@ -139,15 +147,18 @@ impl Variant {
 }
 
 /// The defaults first, then every value of every knob that changes something, one knob at a time. Some may not be possible
-/// with the scene: the renderer says so.
-pub fn variants(settings: Settings, plan_accel: AccelKind) -> Vec<Variant> {
+/// with the scene: the renderer says so. `culls` tells whether there are so few shapes that
+/// they are culled.
+pub fn variants(settings: Settings, plan_accel: AccelKind, culls: bool) -> Vec<Variant> {
     let defaults = Variant::defaults(settings);
     let from = defaults.choice;
-    // What the plan would choose anyway is no change, nor is Embree's flag where the shapes stand in a line.
+    // What the plan would choose anyway is no change, nor is Embree's flag where the shapes stand in a line, nor culling where
+    // there is none.
     let resolved = |choice: &Choice| {
         choice.with(|s| {
             let accel = *s.accel.get_or_insert(plan_accel);
             s.robust |= accel == AccelKind::Linear;
+            s.cull |= !culls;
         })
     };
     let same = |choice: &Choice| resolved(choice) == resolved(&from);
@@ -178,12 +189,13 @@ mod tests {
             threads: 2,
             accel: None,
             robust: true,
+            cull: true,
         }
     }
 
     #[test]
     fn each_variant_turns_one_knob_and_none_is_the_default() {
-        let all = variants(settings(), AccelKind::Linear);
+        let all = variants(settings(), AccelKind::Linear, true);
         let labels: Vec<String> = all.iter().map(Variant::label).collect();
         assert_eq!(
             labels[..10],
@@ -203,11 +215,13 @@ mod tests {
         assert!(labels.contains(&"embree".to_owned()) && !labels.contains(&"linear".to_owned()));
         assert!(all[1..].iter().all(|variant| variant.choice != all[0].choice));
         assert!(!labels.iter().any(|label| label.starts_with("robust")));
-        let through_embree: Vec<String> = variants(settings(), AccelKind::Embree)
-            .iter()
-            .map(Variant::arguments)
-            .collect();
-        assert_eq!(through_embree.last().unwrap(), " --robust off");
+        assert!(labels.contains(&"cull off".to_owned()));
+        let through_embree = |culls: bool| -> Vec<String> {
+            let all = variants(settings(), AccelKind::Embree, culls);
+            all.iter().map(Variant::arguments).collect()
+        };
+        assert_eq!(through_embree(false).last().unwrap(), " --robust off");
+        assert_eq!(through_embree(true)[through_embree(false).len()..], [" --cull off"]);
         assert_eq!(all[1].arguments(), " --estimator uniform");
         assert_eq!(all[8].arguments(), " --adaptive");
     }

@@ -24,7 +24,6 @@ use serde::Serialize;
 
 use crate::pipeline::{Renderer, Settings, SetupError};
 use crate::scene::{FilmSize, Scene};
-use crate::settings::AccelKind;
 use crate::study::error::Errors;
 use crate::study::verify::Watch;
 use knobs::Variant;
@@ -208,13 +207,8 @@ fn possible(scene: &Scene, settings: Settings) -> Result<(Vec<Variant>, Impossib
         Renderer::new(scene, small)
     };
     let first = starts(settings)?;
-    let accel = if first.kernel().starts_with(AccelKind::Linear.name()) {
-        AccelKind::Linear
-    } else {
-        AccelKind::Embree
-    };
     let (mut variants, mut impossible) = (Vec::new(), Vec::new());
-    for variant in knobs::variants(settings, accel) {
+    for variant in knobs::variants(settings, first.accel(), first.cull().is_some()) {
         match starts(variant.choice.settings) {
             Ok(_) => variants.push(variant),
             Err(error @ SetupError::Unsupported { .. }) => impossible.push((variant.label(), error.to_string())),

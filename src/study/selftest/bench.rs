@@ -70,6 +70,7 @@ pub fn settings(width: u32, height: u32, estimator: EstimatorKind) -> Settings {
         threads: 1,
         accel: None,
         robust: true,
+        cull: true,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::bench::{self, Mean, SIGMAS};
 use super::row::{Check, Checks, Effort};
-use crate::film::{Film, TileSum};
+use crate::film::{ChunkSum, Film};
 use crate::pipeline::{Settings, widest_lanes};
 use crate::scene::{EstimatorKind, FilmSize, Scene};
 
@@ -98,9 +98,9 @@ pub fn long_sums(effort: Effort) -> Checks {
     let mut film = Film::new(FilmSize { width: 1, height: 1 });
     let mut naive = 0.0_f32;
     for _ in 0..chunks {
-        let mut sum = TileSum::new(1);
+        let mut sum = ChunkSum::new(1);
         for _ in 0..chunk {
-            sum.add(0, [0.1; 3]);
+            sum.add(0, &[0.1, 0.1, 0.1, 0.0]);
             naive += 0.1;
         }
         film.tiles_mut()[0].add(&sum, chunk);

@@ -114,6 +114,7 @@ pub fn run(scene: &Scene, options: Options, watch: &dyn Watch) -> Result<Report,
         threads: options.threads,
         accel: None,
         robust: true,
+        cull: true,
     };
     let mut bench = Bench::new(scene, settings, options.budget, watch);
     bench.announce("the scene")?;

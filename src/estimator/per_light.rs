@@ -25,6 +25,36 @@ pub struct Contribution<L: Lane> {
     pub ld: Vec3<L>,
 }
 
+/// A [`Contribution`] before it has a colour.
+#[derive(Clone, Copy, Debug)]
+pub struct Weighed<L: Lane> {
+    /// Lanes with anything to ask for; elsewhere the weight is exactly 0.
+    pub active: L::Mask,
+    /// Direction to the light; unit.
+    pub wi: Vec3<L>,
+    /// Distance to the light.
+    pub distance: L,
+    /// What the radiance of the light and the reflectance are multiplied by: `f_cos / pdf` without the latter.
+    pub weight: L,
+}
+
+impl<L: Lane> Weighed<L> {
+    /// `le * f_cos / pdf` for points of this reflectance.
+    #[inline(always)]
+    pub fn ld(&self, light: &SphereLight, rho: Vec3<L>) -> Vec3<L> {
+        Vec3::splat(light.le).times(rho) * self.weight
+    }
+}
+
+/// A direction in the cone of a light.
+#[derive(Clone, Copy, Debug)]
+pub struct Drawn<L: Lane> {
+    cone: Cone<L>,
+    /// `1 - cos` about the axis of the cone.
+    t: L,
+    wi: Vec3<L>,
+}
+
 /// One sample of the density: a direction of the BRDF where the coin shows heads and both kinds count, else of the light. What a
 /// render does in two steps, since its packets mostly follow one technique, and lights share the direction of the BRDF.
 #[inline(always)]
@@ -38,55 +68,67 @@ pub fn sample<L: Lane, D: Density>(
     let heads = density.mix().by_brdf::<L>(heads);
     let view = light.seen_from(point.p);
     let tails = active & !heads & may_contribute(point, &view);
-    let tails = by_light(density, point, light, &view, pair, tails);
+    let tails = if D::PROJECTED {
+        by_cap(point, &view, pair, tails)
+    } else {
+        by_light(density, point, &draw(&view, pair), tails)
+    };
     let heads = active & heads & light.may_meet(point.p, along_lobe(point, pair));
     let heads = by_brdf(density, point, light, along_lobe(point, pair), heads);
-    match (tails, heads) {
-        (Some(a), Some(b)) => Some(Contribution {
+    let found = match (tails, heads) {
+        (Some(a), Some(b)) => Weighed {
             active: a.active | b.active,
             wi: Vec3::select(b.active, b.wi, a.wi),
             distance: L::select(b.active, b.distance, a.distance),
-            ld: a.ld + b.ld,
-        }),
-        (a, b) => a.or(b),
-    }
+            weight: a.weight + b.weight,
+        },
+        (a, b) => a.or(b)?,
+    };
+    Some(Contribution {
+        active: found.active,
+        wi: found.wi,
+        distance: found.distance,
+        ld: found.ld(light, point.bsdf.rho),
+    })
 }
 
-/// Draws one direction to `light`, as it is viewed from each active point, and weighs it; `None` where no lane gets light by it. Ask
-/// [`may_contribute`] first: it is cheaper.
+/// Draws one direction in the cone of a light, uniformly.
+#[inline(always)]
+pub fn draw<L: Lane>(view: &View<L>, numbers: Pair<L::Bits>) -> Drawn<L> {
+    let cone = view.cone();
+    let (u, v) = numbers.unit::<L>();
+    let t = warp::cone(u, cone.omc);
+    let (sin_phi, cos_phi) = sin_cos_turn(v);
+    let wi = Frame::about(cone.axis).direction(t, sin_phi, cos_phi);
+    Drawn { cone, t, wi }
+}
+
+/// Weighs a direction that [`draw`] has drawn; `None` where no lane gets light by it. Ask [`may_contribute`] before drawing: it is
+/// cheaper.
 #[inline(always)]
 pub fn by_light<L: Lane, D: Density>(
     density: D,
     point: &ShadingPoint<L>,
-    light: &SphereLight,
-    view: &View<L>,
-    numbers: Pair<L::Bits>,
+    drawn: &Drawn<L>,
     active: L::Mask,
-) -> Option<Contribution<L>> {
-    let cone = view.cone();
-    let (u, v) = numbers.unit::<L>();
-    if D::PROJECTED {
-        return by_cap(point, light, &cone, (u, v), active);
-    }
-    let t = warp::cone(u, cone.omc);
-    let (sin_phi, cos_phi) = sin_cos_turn(v);
-    let wi = Frame::about(cone.axis).direction(t, sin_phi, cos_phi);
-    let (cos_theta, above) = point.above(wi);
+) -> Option<Weighed<L>> {
+    let (cos_theta, above) = point.above(drawn.wi);
     let technique = (active & above, L::Mask::splat(false));
-    weigh(density, point, light, &cone, (t, wi, cos_theta), technique)
+    weigh(density, point, drawn, cos_theta, technique)
 }
 
 /// Draws a direction of the part of the light above the horizon in proportion to its cosine. The points must be diffuse: what is
 /// left of `f_cos / pdf` is the light's projected solid angle over pi, the same for every direction.
 #[inline(always)]
-fn by_cap<L: Lane>(
+pub fn by_cap<L: Lane>(
     point: &ShadingPoint<L>,
-    light: &SphereLight,
-    cone: &Cone<L>,
-    (u, v): (L, L),
+    view: &View<L>,
+    numbers: Pair<L::Bits>,
     active: L::Mask,
-) -> Option<Contribution<L>> {
-    let cap = Cap::above(point.bsdf.n, cone);
+) -> Option<Weighed<L>> {
+    let cone = view.cone();
+    let (u, v) = numbers.unit::<L>();
+    let cap = Cap::above(point.bsdf.n, &cone);
     let drawn = cap.draw(u, v);
     // The cosine itself is above 0 by its form; that of the direction is not, where a light is at the horizon.
     let lit = cap.projected().gt(L::zero()) & drawn.cos_theta.gt(L::zero());
@@ -95,12 +137,11 @@ fn by_cap<L: Lane>(
         return None;
     }
     let t = L::select(cone.inside, cone.t(drawn.wi), drawn.t);
-    let share = (cap.projected() * L::splat(FRAC_1_PI)).or_zero(active);
-    Some(Contribution {
+    Some(Weighed {
         active,
         wi: drawn.wi,
         distance: cone.distance(t),
-        ld: Vec3::splat(light.le).times(point.bsdf.rho) * share,
+        weight: (cap.projected() * L::splat(FRAC_1_PI)).or_zero(active),
     })
 }
 
@@ -110,7 +151,7 @@ pub fn along_lobe<L: Lane>(point: &ShadingPoint<L>, numbers: Pair<L::Bits>) -> V
     let (u, v) = numbers.unit::<L>();
     let wi = point.bsdf.draw(u, v);
     let (_, above) = point.above(wi);
-    Vec3::select(above, wi, Vec3::zero())
+    wi.or_zero(above)
 }
 
 /// Weighs a direction that [`along_lobe`] has drawn, for `light`; `None` where no lane gets light by it.
@@ -121,43 +162,39 @@ pub fn by_brdf<L: Lane, D: Density>(
     light: &SphereLight,
     wi: Vec3<L>,
     active: L::Mask,
-) -> Option<Contribution<L>> {
+) -> Option<Weighed<L>> {
     let cone = light.seen_from(point.p).cone();
     let t = cone.t(wi);
     let (cos_theta, above) = point.above(wi);
     let met = above & mutate!(cone.contains(t), FlippedMask => !cone.contains(t));
     let technique = (active & met, L::Mask::splat(true));
-    weigh(density, point, light, &cone, (t, wi, cos_theta), technique)
+    weigh(density, point, &Drawn { cone, t, wi }, cos_theta, technique)
 }
 
-/// `le f_cos / pdf` of directions at `t` from the axis of a cone that they are in; lanes that count, and those of them that follow
-/// their BRDF.
+/// `f_cos / pdf` of directions without the reflectance; lanes that count, and those of them that follow their BRDF.
 #[inline(always)]
 fn weigh<L: Lane, D: Density>(
     density: D,
     point: &ShadingPoint<L>,
-    light: &SphereLight,
-    cone: &Cone<L>,
-    (t, wi, cos_theta): (L, Vec3<L>, L),
+    Drawn { cone, t, wi }: &Drawn<L>,
+    cos_theta: L,
     (active, by_brdf): (L::Mask, L::Mask),
-) -> Option<Contribution<L>> {
+) -> Option<Weighed<L>> {
     if active.none() {
         return None;
     }
-    let lobe = point.bsdf.eval(wi, cos_theta);
+    let lobe = point.bsdf.eval(*wi, cos_theta);
     let active = active & lobe.shape.gt(L::zero());
     if active.none() {
         return None;
     }
     let omega = warp::cone_solid_angle(mutate!(cone.omc, DoubledDensity => cone.omc * L::splat(0.5)));
-    // Selected at the end: what overflows in an idle lane must not reach the sum of its point as infinity times 0.
-    let ld = Vec3::splat(light.le).times(point.bsdf.rho) * density.mix().weight(omega, lobe, by_brdf);
-    let ld = ld.or_zero(active);
-    Some(Contribution {
+    Some(Weighed {
         active,
-        wi,
-        distance: cone.distance(t),
-        ld,
+        wi: *wi,
+        distance: cone.distance(*t),
+        // What overflows in an idle lane must not reach the sum of its point.
+        weight: density.mix().weight(omega, lobe, by_brdf).or_zero(active),
     })
 }
 

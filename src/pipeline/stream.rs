@@ -203,16 +203,19 @@ impl HitStream {
         self.0.put(19, &room, L::from_bits(address.pass));
     }
 
-    /// Repeats the last point behind the end, so that no packet has other places in its idle lanes. The stream must not be empty.
+    /// Repeats the last point behind the end: idle lanes of the last packet hold it, and no place and no address that is not one of
+    /// the stream's. To be called once all points are there.
     pub fn pad(&mut self) {
         let len = self.len();
-        for column in &mut self.0.columns.0[..3] {
-            let last = column[len - 1];
-            column[len..len + LANES - 1].fill(last);
+        if len > 0 {
+            for column in &mut self.0.columns.0[..20] {
+                let last = column[len - 1];
+                column[len..len + LANES - 1].fill(last);
+            }
         }
     }
 
-    /// Where the points of the packet at `at` are; idle lanes hold nothing of use but behind [`Self::pad`].
+    /// Where the points of the packet at `at` are.
     #[inline(always)]
     pub fn position<L: Lane>(&self, at: usize) -> Vec3<L> {
         self.0.get3(0, at)
@@ -258,10 +261,16 @@ impl HitStream {
     /// Where the pixels of the packet at `at` sum up.
     #[inline(always)]
     pub fn index<L: Lane>(&self, at: usize) -> L::Bits {
-        self.0.get::<L>(17, at).or_zero(self.0.lanes::<L>(at)).to_bits()
+        self.0.get::<L>(17, at).to_bits()
     }
 
-    /// The packet that starts at point `at`.
+    /// The reflectance at the points of the packet at `at`.
+    #[inline(always)]
+    pub fn reflectance<L: Lane>(&self, at: usize) -> Vec3<L> {
+        self.0.get3(12, at)
+    }
+
+    /// The packet that starts at point `at`; the stream must be [padded](Self::pad).
     #[inline(always)]
     pub fn packet<L: Lane, M: Model>(&self, at: usize) -> (L::Mask, ShadingPoint<L>, Address<L>) {
         let columns = &self.0;
@@ -284,11 +293,10 @@ impl HitStream {
             ng: columns.get3(3, at),
             bsdf,
         };
-        // Behind the tail lies what an earlier, longer stream left: an idle lane's address must still be one.
         let address = Address {
-            index: columns.get::<L>(17, at).or_zero(mask).to_bits(),
-            key: columns.get::<L>(18, at).or_zero(mask).to_bits(),
-            pass: columns.get::<L>(19, at).or_zero(mask).to_bits(),
+            index: self.index::<L>(at),
+            key: columns.get::<L>(18, at).to_bits(),
+            pass: columns.get::<L>(19, at).to_bits(),
         };
         (mask, point, address)
     }

@@ -23,9 +23,8 @@ pub trait Tracer {
     fn face_tile(world: &World, tile: &Tile, set: &mut Candidates);
     /// Looks at the points of a stream, which must not be empty.
     #[inline(always)]
-    fn survey<L: Lane>(world: &World, stream: &mut HitStream, points: &mut Points) {
+    fn survey<L: Lane>(world: &World, stream: &HitStream, points: &mut Points) {
         if world.culls {
-            stream.pad();
             survey::<L>(stream, points);
         }
     }

@@ -122,6 +122,7 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
             settle::<L, T, HELD>(chunk, hits, &seen);
         }
     }
+    hits.iter_mut().for_each(HitStream::pad);
     chunk.counters.eye_rays += samples as u64;
     chunk.counters.samples += samples as u64;
 }

@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::{Chunk, Scratch, Shaft, Stage, pairs, shadow};
 use crate::embree::TraceLane;
 use crate::estimator::density::Density;
-use crate::estimator::{ShadingPoint, per_light, per_point};
+use crate::estimator::{per_light, per_point};
 use crate::lane::{Lane, Mask};
 use crate::light::SphereLight;
 use crate::math::Vec3;
@@ -94,22 +94,22 @@ struct Sink<'a> {
 
 impl Sink<'_> {
     #[inline(always)]
-    fn take<L: Lane>(
-        &mut self,
-        stream: &mut HitStream,
-        at: usize,
-        point: &ShadingPoint<L>,
-        address: &Address<L>,
-        found: &per_light::Contribution<L>,
-    ) {
+    fn take<L: Lane>(&mut self, stream: &mut HitStream, at: usize, light: &SphereLight, found: &per_light::Weighed<L>) {
+        let ld = found.ld(light, stream.reflectance(at));
         if self.open {
-            let light = stream.light(at) + found.ld;
+            let light = stream.light(at) + ld;
             stream.set_light(at, light);
             self.answered += found.active.count() as u64;
             return;
         }
-        self.queue
-            .push(found.active, &QueuedRays::to_light(point, address, found));
+        let rays = QueuedRays {
+            origin: stream.position(at),
+            direction: found.wi,
+            tfar: found.distance,
+            value: ld,
+            index: stream.index::<L>(at),
+        };
+        self.queue.push(found.active, &rays);
     }
 }
 
@@ -174,8 +174,16 @@ fn toward<L: TraceLane, D: Density, M: Model>(
         } else {
             chunk.numbers.after_toss(address.key, address.pass, light.pair)
         };
-        if let Some(found) = per_light::by_light(density, &point, &light.sphere, &view, numbers, active) {
-            sink.take(stream, at, &point, &address, &found);
+        let found = if D::PROJECTED {
+            per_light::by_cap(&point, &view, numbers, active)
+        } else {
+            let drawn = per_light::draw(&view, numbers);
+            // Loaded again: sixteen registers do not hold all that is needed before a direction is drawn and after it.
+            let (_, point, _) = stream.packet::<L, M>(at);
+            per_light::by_light(density, &point, &drawn, active)
+        };
+        if let Some(found) = found {
+            sink.take(stream, at, &light.sphere, &found);
         }
     }
 }
@@ -203,9 +211,9 @@ fn along<L: TraceLane, D: Density, M: Model>(
         if active.none() {
             continue;
         }
-        let (_, point, address) = stream.packet::<L, M>(at);
+        let (_, point, _) = stream.packet::<L, M>(at);
         if let Some(found) = per_light::by_brdf(density, &point, &light.sphere, wi, active) {
-            sink.take(stream, at, &point, &address, &found);
+            sink.take(stream, at, &light.sphere, &found);
         }
     }
 }

@@ -29,7 +29,7 @@ impl<M: Model> Stage for PerTriangle<M> {
             ..
         } = scratch;
         let world = chunk.world;
-        let stream = &mut hits[M::STREAM];
+        let stream = &hits[M::STREAM];
         if stream.len() == 0 {
             return;
         }
@@ -75,7 +75,7 @@ impl<M: Model> Stage for PerMesh<M> {
         } = scratch;
         let world = chunk.world;
         let before = world.lights.len() + world.triangle_lights.len();
-        let stream = &mut hits[M::STREAM];
+        let stream = &hits[M::STREAM];
         if stream.len() == 0 {
             return;
         }

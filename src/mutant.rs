@@ -36,6 +36,7 @@
 //! | `LaneShift` | a packet's contributions belong to the next lane's rays | lanes |
 //! | `StaleTail` | behind the tail of a stream, old points count | lanes |
 //! | `OneCornerBehind` | a triangle is culled when one corner is out of sight | accelerators |
+//! | `OneCornerOutside` | a triangle is culled when one corner of the tile is beyond an edge | accelerators |
 //! | `BallsAsPoints` | a ball is culled when its centre is out of sight | accelerators |
 //! | `LightAsPoint` | a triangle is culled when the middle of the light is on the points' side of it | accelerators |
 //! | `OffsetTooShort` | shading points leave their surface by 2 half-ulps | acne |
@@ -47,7 +48,7 @@
 //! "numbers" the independence of random numbers, "closed form" and "exact" are the scenes of `scenes/tests`, "oracle" the
 //! agreement of estimators and oracle, "lanes" the bits of eight lanes and one, "accelerators" the line of shapes against
 //! Embree, "acne" the surfaces that shadow themselves, "large plates" lights far larger than they are away, "study" its search
-//! for biased settings, "target" the error that `--target-error` sees. Most mutants fail several; nine of the 36 are seen by one
+//! for biased settings, "target" the error that `--target-error` sees. Most mutants fail several; nine of the 37 are seen by one
 //! alone: `HorizonDropped`, `ReachTooShort`, `DensityOfTheNextTexel`, `PairReused`, `SharesAlike`, `CornersSwapped`,
 //! `LightAsPoint`, `OnePercentBright` and `ErrorOfOneReplicate`.
 
@@ -133,6 +134,7 @@ mod tests {
         LaneShift "lanes",
         StaleTail "lanes",
         OneCornerBehind "accelerators",
+        OneCornerOutside "accelerators",
         BallsAsPoints "accelerators",
         LightAsPoint "accelerators",
         OffsetTooShort "acne",

@@ -62,7 +62,9 @@ impl Plane {
 }
 
 impl Line {
-    /// The shapes that rays from the origin between four directions may meet; `corners` go round the tile.
+    /// The shapes that rays from the origin between four unit directions may meet; `corners` go round the tile. Of a triangle, no
+    /// plane through the origin and a side of the tile may part it from the tile, nor one through a side of its own: where there is
+    /// neither, they overlap.
     pub fn in_frustum(&self, corners: [[f32; 3]; 4], set: &mut Candidates) {
         let middle: [f32; 3] = std::array::from_fn(|k| corners.iter().map(|c| c[k]).sum());
         let planes: [Plane; 4] = std::array::from_fn(|i| {
@@ -80,7 +82,7 @@ impl Line {
         });
         self.select(
             set,
-            |member| !planes.iter().any(|p| p.excludes(member)),
+            |member| !planes.iter().any(|p| p.excludes(member)) && !member.apart(&corners),
             |ball| !planes.iter().any(|p| p.excludes_ball(ball)),
         );
     }
@@ -149,6 +151,17 @@ impl Member {
             name,
             aim,
         }
+    }
+
+    /// Whether all rays from the origin between these unit directions pass outside of one and the same edge.
+    fn apart(&self, corners: &[[f32; 3]; 4]) -> bool {
+        let inward = self.from_origin.offset.signum();
+        let outside = |&side: &[f32; 3]| {
+            let passes = |&corner: &[f32; 3]| inward * dot(side, corner) < -MARGIN * norm1(side);
+            let mut corners = corners.iter();
+            mutate!(corners.all(passes), OneCornerOutside => corners.any(passes))
+        };
+        self.from_origin.offset != 0.0 && self.from_origin.sides.iter().any(outside)
     }
 
     /// Whether points between `low` and `high` from the plane and a light are all strictly on one side of it.

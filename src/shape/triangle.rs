@@ -68,9 +68,11 @@ impl<L: Lane> Meeting<L> {
 /// [`Triangle::intersect`] has for such rays.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FromOrigin {
-    sides: [[f32; 3]; 3],
+    /// Normals of the planes through the origin and an edge.
+    pub sides: [[f32; 3]; 3],
     normal: [f32; 3],
-    offset: f32,
+    /// `dot(normal, corner)`. A ray that meets the triangle has no scalar product with a side of the other sign.
+    pub offset: f32,
 }
 
 impl FromOrigin {

@@ -61,7 +61,7 @@ fn the_statistics_have_every_key() {
     assert_eq!(printed, written);
     let keys = "scene width height spp estimator sampler seed lanes threads target_features embree_version commit load_s \
                 build_s render_s write_s samples eye_rays shadow_rays samples_per_s rays_per_s invalid_samples kernel \
-                needs cpu first_pass_s peak_rss_bytes octolux_version interrupted adaptive spp_min spp_mean spp_max robust";
+                needs cpu first_pass_s peak_rss_bytes octolux_version interrupted adaptive spp_min spp_mean spp_max robust cull";
     for key in keys.split_whitespace() {
         assert!(printed.get(key).is_some(), "{key}");
     }
@@ -89,6 +89,7 @@ fn an_exr_says_how_it_was_made() {
         "lanes",
         "kernel",
         "robust",
+        "cull",
         "version",
         "commit",
         "embree_version",
@@ -181,6 +182,26 @@ fn whether_embree_is_robust_is_told_and_where_it_says_nothing() {
         assert!(explained.contains(&format!("  robust     {words}")), "{explained}");
     }
     place.refused("render in/small.toml --robust maybe");
+}
+
+#[test]
+fn whether_shapes_are_culled_is_told_and_changes_no_figure() {
+    let place = Place::new();
+    let stats = |arguments: &str| -> serde_json::Value {
+        let output = place.succeeds(&format!("render in/small.toml --json -o a.npy {arguments}"));
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    for accel in ["linear", "embree"] {
+        let on = stats(&format!("--accel {accel}"));
+        let off = stats(&format!("--accel {accel} --cull off"));
+        assert_eq!((&on["cull"], &off["cull"]), (&true.into(), &false.into()), "{accel}");
+        for key in ["samples", "eye_rays", "shadow_rays"] {
+            assert_eq!(on[key], off[key], "{accel}: {key}");
+        }
+        let explained = stdout(&place.succeeds(&format!("explain in/small.toml --accel {accel} --cull off")));
+        assert!(explained.contains("  cull       off: "), "{explained}");
+    }
+    place.refused("render in/small.toml --cull maybe");
 }
 
 #[test]

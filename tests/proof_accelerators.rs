@@ -5,8 +5,12 @@
 mod proof;
 
 use octolux::scene::EstimatorKind;
-use proof::accelerators::{a_lamp_through_a_table, compare, narrow_views, random_scenes};
+use proof::accelerators::{
+    a_lamp_through_a_table, compare, narrow_views, nothing_is_missed, random_scene, random_scenes,
+};
 use proof::runs::{load, settings};
+use rand::SeedableRng;
+use rand_pcg::Pcg64;
 
 #[test]
 fn both_accelerators_paint_the_scenes_alike() {
@@ -25,6 +29,30 @@ fn both_accelerators_paint_the_scenes_alike() {
                 "{what}: {count} pixels differ, {}",
                 files.join(", ")
             );
+        }
+    }
+}
+
+/// In the line itself there is no tolerance: a shape that is left out for a tile is met by none of its rays.
+#[test]
+fn what_is_left_out_for_a_tile_is_met_by_none_of_its_rays() {
+    for name in [
+        "veach-mis.toml",
+        "large-lights.toml",
+        "still-life.toml",
+        "one-sided.toml",
+    ] {
+        let scene = load(name);
+        for estimator in [EstimatorKind::Mis, EstimatorKind::Brdf] {
+            let what = format!("cull-{}-{}", scene.name, estimator.name());
+            nothing_is_missed(&scene, settings(144, 96, estimator), 3, &what);
+        }
+    }
+    for distance in [0.5, 2.0, 6.0, 50.0, 1e3, 1e5] {
+        for seed in 0..30 {
+            let scene = random_scene(&mut Pcg64::seed_from_u64(seed), distance);
+            let base = settings(scene.film.width, scene.film.height, EstimatorKind::Mis);
+            nothing_is_missed(&scene, base, 2, &format!("cull-{distance}-{seed}"));
         }
     }
 }

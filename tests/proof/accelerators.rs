@@ -10,7 +10,7 @@ use octolux::settings::AccelKind;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
-use super::runs::{leave, load, picture, settings};
+use super::runs::{leave, load, picture, rendered, settings};
 
 /// Pixels whose two values differ by more than 1 % in any channel.
 fn apart(a: &Picture, b: &Picture) -> usize {
@@ -94,6 +94,32 @@ pub fn random_scene(rng: &mut Pcg64, distance: f64) -> Scene {
         meshes,
         environment: None,
         notes: vec![],
+    }
+}
+
+/// Renders in a line with shapes left out for tiles and with none left out. Both ask the same questions of what is met, so they
+/// count the same rays, and pixels differ by no more than sums of a few `f32` do: what is worth as much together as one ray is added
+/// up before, where no ray is asked for.
+///
+/// # Panics
+/// Where anything else differs.
+pub fn nothing_is_missed(scene: &Scene, base: Settings, passes: u32, name: &str) {
+    let [culled, all] = [true, false].map(|cull| {
+        let accel = Some(AccelKind::Linear);
+        let renderer = rendered(scene, Settings { accel, cull, ..base }, passes);
+        (renderer.picture(), renderer.counters())
+    });
+    let differ = |(a, b): (&f32, &f32)| (a - b).abs() > 1e-6 * a.max(*b);
+    let pixels = culled.0.pixels.iter().zip(&all.0.pixels);
+    let count = pixels.filter(|(a, b)| a.iter().zip(*b).any(differ)).count();
+    if count > 0 || culled.1 != all.1 {
+        let files = [(&culled.0, "culled"), (&all.0, "all")].map(|(p, how)| leave(p, &format!("{name}-{how}")));
+        panic!(
+            "{name}: {count} pixels differ, counted {:?} and {:?}, {}",
+            culled.1,
+            all.1,
+            files.join(", ")
+        );
     }
 }
 

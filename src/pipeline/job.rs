@@ -7,9 +7,10 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
+use super::columns::CAPACITY;
 use super::plan::Plan;
 use super::stage::{Chunk, Scratch};
-use super::stream::CAPACITY;
+
 use super::world::World;
 use super::{Counters, Progress};
 use crate::film::{ChunkSum, Tile, leaf_passes};

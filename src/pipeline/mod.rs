@@ -1,9 +1,11 @@
 //! From a scene to a film: streams, queues and stages.
 
+mod columns;
 mod emitters;
 mod job;
 mod plan;
 mod progress;
+mod queue;
 mod renderer;
 mod replay;
 mod rows;

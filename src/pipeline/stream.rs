@@ -1,128 +1,11 @@
-//! Streams and queues: columns of numbers, filled by packets and read by packets.
-//!
-//! A packet with idle lanes is packed when it is pushed, so every packet that is read is full but the last. The order
-//! of what is pushed does not depend on the width of packets: lanes go in ascending order.
+//! Streams: shading points that wait for light.
 
+use super::columns::Columns;
 use crate::bsdf::Bsdf;
 use crate::estimator::ShadingPoint;
 use crate::estimator::density::{ConeOnly, Density, Projected};
-use crate::estimator::per_light::Contribution;
-use crate::lane::{Bits, Lane, Mask};
+use crate::lane::{Bits, Lane};
 use crate::math::Vec3;
-
-/// The most lanes of a packet.
-const LANES: usize = 16;
-
-/// The most numbers in a column: the samples of a chunk.
-pub const CAPACITY: usize = 4096;
-
-/// A push writes a whole packet, also when few of its lanes count; and columns are 25 lines of the cache apart, modulo a page of 64.
-/// A load waits for a store before it that ends in the same twelve bits: so those of two columns seldom do.
-const STRIDE: usize = CAPACITY + 25 * 16;
-
-/// `K` columns of at most [`CAPACITY`] numbers. The length of a column is known when the program is compiled, so that one
-/// check of bounds serves all columns.
-#[derive(Debug)]
-struct Columns<const K: usize> {
-    columns: Box<Aligned<K>>,
-    len: usize,
-}
-
-/// Columns start at a line of the cache, as then does every packet that is read: none takes two.
-#[derive(Debug, bytemuck::Zeroable)]
-#[repr(C, align(64))]
-struct Aligned<const K: usize>([[f32; STRIDE]; K]);
-
-impl<const K: usize> Columns<K> {
-    fn new() -> Self {
-        Self {
-            columns: bytemuck::zeroed_box(),
-            len: 0,
-        }
-    }
-
-    /// Makes room for the lanes of `mask`; [`put`](Self::put) then fills them column by column.
-    #[inline(always)]
-    fn grow<L: Lane>(&mut self, mask: L::Mask) -> Room<L> {
-        let at = self.len;
-        assert!(at + L::N <= STRIDE, "a stream is never pushed beyond its capacity");
-        self.len += mask.count();
-        Room {
-            at,
-            packing: L::packing(mask),
-        }
-    }
-
-    // Packing a full packet changes nothing and costs one instruction a column: less than asking each time.
-    #[inline(always)]
-    fn put<L: Lane>(&mut self, column: usize, room: &Room<L>, value: L) {
-        value
-            .pack(room.packing)
-            .store(&mut self.columns.0[column][room.at..room.at + L::N]);
-    }
-
-    #[inline(always)]
-    fn put3<L: Lane>(&mut self, column: usize, room: &Room<L>, value: Vec3<L>) {
-        self.put(column, room, value.x);
-        self.put(column + 1, room, value.y);
-        self.put(column + 2, room, value.z);
-    }
-
-    #[inline(always)]
-    fn get<L: Lane>(&self, column: usize, at: usize) -> L {
-        L::load(&self.columns.0[column][at..at + L::N])
-    }
-
-    #[inline(always)]
-    fn get3<L: Lane>(&self, column: usize, at: usize) -> Vec3<L> {
-        Vec3::new(self.get(column, at), self.get(column + 1, at), self.get(column + 2, at))
-    }
-
-    #[inline(always)]
-    fn set<L: Lane>(&mut self, column: usize, at: usize, value: L) {
-        value.store(&mut self.columns.0[column][at..at + L::N]);
-    }
-
-    #[inline(always)]
-    fn set3<L: Lane>(&mut self, column: usize, at: usize, value: Vec3<L>) {
-        self.set(column, at, value.x);
-        self.set(column + 1, at, value.y);
-        self.set(column + 2, at, value.z);
-    }
-
-    #[inline(always)]
-    fn put_rays<L: Lane>(&mut self, room: &Room<L>, rays: &QueuedRays<L>) {
-        self.put3(0, room, rays.origin);
-        self.put3(3, room, rays.direction);
-        self.put(6, room, rays.tfar);
-        self.put3(7, room, rays.value);
-        self.put(10, room, L::from_bits(rays.index));
-    }
-
-    /// The rays at `at` with the values at `value`, which is the same place.
-    #[inline(always)]
-    fn rays<L: Lane>(&self, at: usize, value: usize) -> QueuedRays<L> {
-        QueuedRays {
-            origin: self.get3(0, at),
-            direction: self.get3(3, at),
-            tfar: self.get(6, at),
-            value: self.get3(7, value),
-            index: self.get::<L>(10, at).to_bits(),
-        }
-    }
-
-    /// The lanes of the packet at `at` that hold anything.
-    #[inline(always)]
-    fn lanes<L: Lane>(&self, at: usize) -> L::Mask {
-        L::Mask::first(self.len - at)
-    }
-}
-
-/// Where a packet goes in a stream.
-struct Room<L: Lane> {
-    at: usize,
-    packing: L::Packing,
-}
 
 /// What a shading point needs to be found again on the film and in the sequence of random numbers.
 #[derive(Clone, Copy, Debug)]
@@ -164,9 +47,12 @@ impl Model for Phong {
     type Projected = ConeOnly;
 }
 
+/// Columns that a point is pushed into; what shading finds out is in those behind them.
+const PUSHED: usize = 20;
+
 /// Shading points of one model that wait for light.
 #[derive(Debug)]
-pub struct HitStream(Columns<27>);
+pub struct HitStream(Columns<{ PUSHED + 7 }>);
 
 impl HitStream {
     /// Room for the points of a chunk.
@@ -176,12 +62,12 @@ impl HitStream {
 
     /// Points in the stream.
     pub fn len(&self) -> usize {
-        self.0.len
+        self.0.len()
     }
 
     /// Empties it.
     pub fn clear(&mut self) {
-        self.0.len = 0;
+        self.0.clear();
     }
 
     /// Adds the points of the mask.
@@ -206,13 +92,7 @@ impl HitStream {
     /// Repeats the last point behind the end: idle lanes of the last packet hold it, and no place and no address that is not one of
     /// the stream's. To be called once all points are there.
     pub fn pad(&mut self) {
-        let len = self.len();
-        if len > 0 {
-            for column in &mut self.0.columns.0[..20] {
-                let last = column[len - 1];
-                column[len..len + LANES - 1].fill(last);
-            }
-        }
+        self.0.pad(PUSHED);
     }
 
     /// Where the points of the packet at `at` are.
@@ -299,104 +179,5 @@ impl HitStream {
             pass: columns.get::<L>(19, at).to_bits(),
         };
         (mask, point, address)
-    }
-}
-
-/// Rays that carry what they are worth, and one more number each.
-#[derive(Debug)]
-pub struct WideQueue(Columns<12>);
-
-impl WideQueue {
-    /// Room for the rays of a chunk.
-    pub fn new() -> Self {
-        Self(Columns::new())
-    }
-
-    /// Rays in the queue.
-    pub fn len(&self) -> usize {
-        self.0.len
-    }
-
-    /// Empties it.
-    pub fn clear(&mut self) {
-        self.0.len = 0;
-    }
-
-    /// Adds the rays of the mask, with a number.
-    #[inline(always)]
-    pub fn push<L: Lane>(&mut self, mask: L::Mask, rays: &QueuedRays<L>, number: L) {
-        let room = self.0.grow::<L>(mask);
-        self.0.put_rays(&room, rays);
-        self.0.put(11, &room, number);
-    }
-
-    /// The packet that starts at ray `at`, with its numbers.
-    #[inline(always)]
-    pub fn packet<L: Lane>(&self, at: usize) -> (L::Mask, QueuedRays<L>, L) {
-        (self.0.lanes::<L>(at), self.0.rays(at, at), self.0.get(11, at))
-    }
-}
-
-/// Rays that carry what they are worth.
-#[derive(Debug)]
-pub struct RayQueue(Columns<11>);
-
-/// A packet of queued rays.
-#[derive(Clone, Copy, Debug)]
-pub struct QueuedRays<L: Lane> {
-    /// Where they start.
-    pub origin: Vec3<L>,
-    /// Unit directions.
-    pub direction: Vec3<L>,
-    /// Where they end.
-    pub tfar: L,
-    /// A contribution, or a throughput where the radiance is not known yet.
-    pub value: Vec3<L>,
-    /// Where the pixel sums up in its chunk.
-    pub index: L::Bits,
-}
-
-impl<L: Lane> QueuedRays<L> {
-    /// The rays that a contribution waits for.
-    #[inline(always)]
-    pub fn to_light(point: &ShadingPoint<L>, address: &Address<L>, found: &Contribution<L>) -> Self {
-        Self {
-            origin: point.p,
-            direction: found.wi,
-            tfar: found.distance,
-            value: found.ld,
-            index: address.index,
-        }
-    }
-}
-
-impl RayQueue {
-    /// Room for the rays of a chunk.
-    pub fn new() -> Self {
-        Self(Columns::new())
-    }
-
-    /// Rays in the queue.
-    pub fn len(&self) -> usize {
-        self.0.len
-    }
-
-    /// Empties it.
-    pub fn clear(&mut self) {
-        self.0.len = 0;
-    }
-
-    /// Adds the rays of the mask.
-    #[inline(always)]
-    pub fn push<L: Lane>(&mut self, mask: L::Mask, rays: &QueuedRays<L>) {
-        let room = self.0.grow::<L>(mask);
-        self.0.put_rays(&room, rays);
-    }
-
-    /// The packet that starts at ray `at`.
-    #[inline(always)]
-    pub fn packet<L: Lane>(&self, at: usize) -> (L::Mask, QueuedRays<L>) {
-        let value = mutate!(at, LaneShift => at + usize::from(L::N > 1));
-        (self.0.lanes::<L>(at), self.0.rays(at, value))
     }
 }

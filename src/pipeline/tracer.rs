@@ -1,6 +1,7 @@
 //! Who answers rays: Embree's hierarchy, or all shapes in a line. Kernels are compiled for each.
 
-use super::stream::{CAPACITY, HitStream};
+use super::columns::CAPACITY;
+use super::stream::HitStream;
 use super::world::World;
 use crate::embree::{Coherence, TraceLane};
 use crate::film::Tile;

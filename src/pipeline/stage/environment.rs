@@ -9,7 +9,8 @@ use crate::estimator::per_environment;
 use crate::light::Environment;
 use crate::light::environment::Beyond;
 use crate::linear::Candidates;
-use crate::pipeline::stream::{HitStream, Model, QueuedRays, RayQueue};
+use crate::pipeline::queue::{QueuedRays, RayQueue};
+use crate::pipeline::stream::{HitStream, Model};
 use crate::pipeline::tracer::Tracer;
 use crate::shape::NO_SPHERE;
 

@@ -10,7 +10,8 @@ pub mod surface;
 pub mod triangles;
 
 use super::Counters;
-use super::stream::{Address, HitStream, RayQueue, WideQueue};
+use super::queue::{RayQueue, WideQueue};
+use super::stream::{Address, HitStream};
 use super::tracer::Tracer;
 use super::world::World;
 use crate::embree::TraceLane;

@@ -10,7 +10,8 @@ use crate::estimator::{per_light, per_point};
 use crate::lane::{Lane, Mask};
 use crate::light::SphereLight;
 use crate::math::Vec3;
-use crate::pipeline::stream::{Address, HitStream, Model, QueuedRays, RayQueue};
+use crate::pipeline::queue::{QueuedRays, RayQueue};
+use crate::pipeline::stream::{Address, HitStream, Model};
 use crate::pipeline::tracer::Tracer;
 
 /// A direction for every sphere that emits, or two.

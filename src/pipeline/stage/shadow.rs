@@ -12,7 +12,8 @@ use crate::light::MeshLight;
 use crate::linear::Candidates;
 use crate::math::Vec3;
 use crate::pipeline::Counters;
-use crate::pipeline::stream::{HitStream, QueuedRays, RayQueue, WideQueue};
+use crate::pipeline::queue::{QueuedRays, RayQueue, WideQueue};
+use crate::pipeline::stream::HitStream;
 use crate::pipeline::tracer::Tracer;
 use crate::scene::Effect;
 

@@ -8,7 +8,8 @@ use crate::embree::TraceLane;
 use crate::estimator::per_triangle;
 use crate::lane::Mask;
 use crate::math::Vec3;
-use crate::pipeline::stream::{Model, QueuedRays};
+use crate::pipeline::queue::QueuedRays;
+use crate::pipeline::stream::Model;
 use crate::pipeline::tracer::Tracer;
 use crate::shape::{Ball, NO_SPHERE};
 

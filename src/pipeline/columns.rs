@@ -87,10 +87,12 @@ impl<const K: usize> Columns<K> {
     }
 
     /// Numbers in a column.
+    #[inline(always)]
     pub(super) fn len(&self) -> usize {
         self.len
     }
 
+    #[inline(always)]
     pub(super) fn clear(&mut self) {
         self.len = 0;
     }

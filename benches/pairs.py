@@ -17,6 +17,7 @@ import os
 import pathlib
 import statistics
 import subprocess
+import sys
 import tempfile
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -55,7 +56,10 @@ def main():
                 program, *options = args.ways[i]
                 command = [program, "render", args.scene, "--size", args.size, "--threads", args.threads, "--quiet", "--json"]
                 command += ["-o", f"{folder}/picture.npy", *options]
-                figures = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+                done = subprocess.run(command, capture_output=True, text=True)
+                if done.returncode != 0:
+                    sys.exit(f"{' '.join(command)}:\n{done.stderr}")
+                figures = json.loads(done.stdout)
                 times[i].append(1e9 * figures["render_s"] / figures["samples"])
     ratios = sorted(a / b for a, b in zip(*times))
     low, high = interval(len(ratios))

@@ -104,7 +104,7 @@ impl HitStream {
     /// The lanes of the packet at `at`.
     #[inline(always)]
     pub fn lanes<L: Lane>(&self, at: usize) -> L::Mask {
-        mutate!(self.0.lanes::<L>(at), StaleTail => L::Mask::splat(true))
+        mutate!(self.0.lanes::<L>(at), StaleTail => crate::lane::Mask::splat(true))
     }
 
     /// Notes which points of the packet at `at` follow their BRDF, and the direction that it gave them.

@@ -4,14 +4,14 @@
  *
  *   settle   a few calls pass, until the program has its caches back;
  *   render   calls pass; the processor time from the first to the last is the renderer's;
+ *   settle   again;
  *   replay   packets that were kept DELAY turns ago are asked again, in their order, with the same lanes and flags and nothing
  *            in between, and the time of that is taken. Older ones, since those just asked would find their part of the scene
  *            in the cache;
- *   settle   again;
  *   keep     calls pass, and every packet is kept.
  *
- * A turn takes some milliseconds, so that what else the machine does slows both sides alike. With OCTOLUX_CEILING=swap, keep and
- * render change places: of two renders, one each way, every ray is once rendered and once replayed, whatever they cost from one
+ * A turn takes some milliseconds, so that what else the machine does slows both sides alike. With OCTOLUX_CEILING=swap, render and
+ * what follows the second settling change places: of two renders, one each way, every ray is once rendered and once replayed, whatever they cost from one
  * part of the picture to the next. Prints a line of JSON when the scene is released: for each turn [seconds of rendering,
  * eye rays kept, shadow rays kept, seconds of their replay: of the eye rays, of the shadow rays].
  *

@@ -58,6 +58,8 @@ def main():
             renders = [turns(scene, order) for _ in range(args.rounds) for order in ("render first", "swap")]
             # The same stretch of every render, added up.
             rows = [[sum(column) for column in zip(*stretch)] for stretch in zip(*renders)]
+            if not rows:
+                raise SystemExit(f"{scene}: too few rays for a turn; raise --spp or --size")
             kept, bare, ours, eye, shadow, of_eye, of_shadow = summary(rows)
             low, high = interval(rows)
             print(

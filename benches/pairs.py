@@ -32,6 +32,8 @@ def parse():
     parser.add_argument("--size", default="192x128", help="[default: 192x128]")
     parser.add_argument("--threads", default="1", help="[default: 1]")
     args = parser.parse_args()
+    if not 6 <= args.rounds <= 1000:
+        parser.error("--rounds is from 6, below which no interval is sure to 95 %, to 1000")
     target = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", HERE.parent / "target"))
     programs = args.program or [str(target / "release" / "octolux")]
     args.ways = [[programs[i % len(programs)], *options.split()] for i, options in enumerate(args.options)]

@@ -34,15 +34,17 @@ pub struct Weighed<L: Lane> {
     pub wi: Vec3<L>,
     /// Distance to the light.
     pub distance: L,
-    /// What the radiance of the light and the reflectance are multiplied by: `f_cos / pdf` without the latter.
+    /// What the radiance of the light and the reflectance are multiplied by: `f_cos / pdf` without the
+    /// reflectance.
     pub weight: L,
 }
 
 impl<L: Lane> Weighed<L> {
-    /// `le * f_cos / pdf` for points of this reflectance.
+    /// `le * f_cos / pdf` for points of this reflectance. Selected at the end: what overflows in an idle lane must not reach the sum of
+    /// its point as infinity times 0.
     #[inline(always)]
     pub fn ld(&self, light: &SphereLight, rho: Vec3<L>) -> Vec3<L> {
-        Vec3::splat(light.le).times(rho) * self.weight
+        (Vec3::splat(light.le).times(rho) * self.weight).or_zero(self.active)
     }
 }
 
@@ -193,7 +195,6 @@ fn weigh<L: Lane, D: Density>(
         active,
         wi: *wi,
         distance: cone.distance(*t),
-        // What overflows in an idle lane must not reach the sum of its point.
         weight: density.mix().weight(omega, lobe, by_brdf).or_zero(active),
     })
 }
@@ -216,4 +217,42 @@ pub fn may_contribute<L: Lane>(point: &ShadingPoint<L>, view: &View<L>) -> L::Ma
     let apart = bsdf.wr.mul_add(view.distance, -view.to_center);
     let near = apart.length_squared().le(reach * reach) | view.inside();
     rises & (!bsdf.phong | near)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bsdf::Bsdf;
+    use crate::lane::{Bits, F32x8};
+
+    /// Every other point looks away from a light whose radiance times their reflectance is more than `f32` holds.
+    #[test]
+    fn what_overflows_in_an_idle_lane_stays_out_of_it() {
+        let light = SphereLight {
+            center: [0.0, 2.0, 0.0],
+            radius: 0.5,
+            le: [3e38; 3],
+            sphere: 0,
+        };
+        let up = F32x8::from_fn(|lane| if lane % 2 == 0 { 1.0 } else { -1.0 });
+        let n = Vec3::new(F32x8::zero(), up, F32x8::zero());
+        let point = ShadingPoint {
+            p: Vec3::zero(),
+            ng: n,
+            bsdf: Bsdf::diffuse(n, Vec3::splat([4.0; 3])),
+        };
+        let numbers = Pair(
+            <F32x8 as Lane>::Bits::splat(1 << 31),
+            <F32x8 as Lane>::Bits::splat(1 << 30),
+        );
+        let drawn = draw(&light.seen_from(point.p), numbers);
+        let all = <F32x8 as Lane>::Mask::splat(true);
+        let found = by_light(crate::estimator::density::ConeOnly, &point, &drawn, all).unwrap();
+        let ld = found.ld(&light, point.bsdf.rho);
+        assert_eq!(found.active.to_bitmask(), 0b0101_0101);
+        for lane in 0..8 {
+            let expected = if lane % 2 == 0 { [f32::INFINITY; 3] } else { [0.0; 3] };
+            assert_eq!(ld.lane(lane), expected, "lane {lane}");
+        }
+    }
 }

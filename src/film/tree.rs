@@ -1,7 +1,7 @@
 //! Sums over passes, added up as one tree whoever does it.
 //!
 //! Addition rounds, so the order of the terms decides the bits. Passes are divided into *leaves* of a fixed number of
-//! passes; inside a leaf they are added one after the other, and two neighbours of which the left one has an even number
+//! passes; inside a leaf they are added chunk after chunk, and two neighbours of which the left one has an even number
 //! make their parent, level upon level. A node is thus the same sum whichever process computes it, and a render that is
 //! divided between processes at the ends of leaves is put together to the bits of a render in one piece.
 //!

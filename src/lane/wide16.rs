@@ -57,7 +57,7 @@ pub fn with_avx512<W: Work>(work: W) {
 macro_rules! avx512 {
     ($call:expr) => {
         // SAFETY: values of these types come to life only in kernels behind `with_avx512`, which has asked the processor.
-        // No intrinsic here touches memory but through the references beside it.
+        // No intrinsic here touches memory but through the references beside it, and in `rows`.
         unsafe { $call }
     };
 }
@@ -154,6 +154,7 @@ impl Lane for F32x16 {
         // What is done below turns round each 4 x 4 lanes: lanes are put so that they come out in order.
         let turned = U32x16::load(&TURNED).0;
         let mut rows = [[0.0; 4]; 16];
+        // Sixteen rows of four `f32` are 32 `f64`: four stores of eight, none beyond them.
         avx512!({
             let x = _mm512_permutexvar_ps(turned, x.0);
             let y = _mm512_permutexvar_ps(turned, y.0);

@@ -3,7 +3,7 @@
 
 use super::{Candidates, Line, Member};
 use crate::math::Vec3;
-use crate::shape::{Ball, NO_SPHERE, Triangle};
+use crate::shape::{Ball, FromOrigin, NO_SPHERE, Triangle};
 
 /// A plane's share of rounding: what is nearer to it than this part of the largest number involved counts as both sides.
 const MARGIN: f32 = 1e-5;
@@ -155,13 +155,15 @@ impl Member {
 
     /// Whether all rays from the origin between these unit directions pass outside of one and the same edge.
     fn apart(&self, corners: &[[f32; 3]; 4]) -> bool {
-        let inward = self.from_origin.offset.signum();
+        let FromOrigin { sides, offset, .. } = self.from_origin;
+        // Of a triangle that is seen edge-on one side is short, and rounding is that of the others.
+        let limit = -MARGIN * sides.iter().copied().map(norm1).fold(0.0, f32::max);
         let outside = |&side: &[f32; 3]| {
-            let passes = |&corner: &[f32; 3]| inward * dot(side, corner) < -MARGIN * norm1(side);
+            let passes = |&corner: &[f32; 3]| offset.signum() * dot(side, corner) < limit;
             let mut corners = corners.iter();
             mutate!(corners.all(passes), OneCornerOutside => corners.any(passes))
         };
-        self.from_origin.offset != 0.0 && self.from_origin.sides.iter().any(outside)
+        offset != 0.0 && sides.iter().any(outside)
     }
 
     /// Whether points between `low` and `high` from the plane and a light are all strictly on one side of it.

@@ -61,8 +61,8 @@ impl<L: Lane> Vec3<L> {
         self * (L::one() / self.length())
     }
 
-    /// As [`Self::normalize`], of any length: no square overflows or is lost. A power of two comes first, which rounds nothing and is
-    /// the difference of two exponents; above 2^126 it stays as it is.
+    /// As [`Self::normalize`], of any length: no square overflows or is lost. A power of two comes first, the difference of two
+    /// exponents, which rounds nothing that counts; from 2^126 on it stays 2^-126.
     #[inline(always)]
     pub fn unit(self) -> Self {
         let largest = self.max_abs().min(L::splat(LARGE));

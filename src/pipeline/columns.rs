@@ -41,7 +41,7 @@ impl<const K: usize> Columns<K> {
     #[inline(always)]
     pub(super) fn grow<L: Lane>(&mut self, mask: L::Mask) -> Room<L> {
         let at = self.len;
-        assert!(at + L::N <= STRIDE, "a stream is never pushed beyond its capacity");
+        assert!(at + L::N <= STRIDE, "no more is pushed than there is room for");
         self.len += mask.count();
         Room {
             at,

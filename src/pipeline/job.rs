@@ -10,7 +10,6 @@ use rayon::prelude::*;
 use super::columns::CAPACITY;
 use super::plan::Plan;
 use super::stage::{Chunk, Scratch};
-
 use super::world::World;
 use super::{Counters, Progress};
 use crate::film::{ChunkSum, Tile, leaf_passes};

@@ -2,7 +2,7 @@
 
 use super::Chunk;
 
-/// The order of a chunk's samples. A pixel's own samples come in the order of their passes in each, so a picture does not
+/// The order of a chunk's samples. A pixel's own samples come in the order of the chunk's turns in each, so a picture does not
 /// depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
@@ -37,7 +37,7 @@ pub struct Grid {
     shape: Option<Shape>,
 }
 
-/// What decides the columns where all pixels take part in all passes: columns and rows of the tile, pixels in a row of the
+/// What decides the columns where all pixels take part in all passes: steps to the last column and row of the tile, pixels in a row of the
 /// film, and passes if samples are listed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Shape {

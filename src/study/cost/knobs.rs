@@ -147,8 +147,8 @@ impl Variant {
 }
 
 /// The defaults first, then every value of every knob that changes something, one knob at a time. Some may not be possible
-/// with the scene: the renderer says so. `culls` tells whether there are so few shapes that
-/// they are culled.
+/// with the scene: the renderer says so. `culls` tells whether there are so few shapes that they are
+/// culled.
 pub fn variants(settings: Settings, plan_accel: AccelKind, culls: bool) -> Vec<Variant> {
     let defaults = Variant::defaults(settings);
     let from = defaults.choice;

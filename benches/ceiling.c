@@ -11,8 +11,8 @@
  *   keep     calls pass, and every packet is kept.
  *
  * A turn takes some milliseconds, so that what else the machine does slows both sides alike. With OCTOLUX_CEILING=swap, render and
- * what follows the second settling change places: of two renders, one each way, every ray is once rendered and once replayed, whatever they cost from one
- * part of the picture to the next. Prints a line of JSON when the scene is released: for each turn [seconds of rendering,
+ * keep change places: of two renders, one each way, every ray is once rendered and once replayed, whatever rays cost from one part
+ * of the picture to the next. Prints a line of JSON when the scene is released: for each turn [seconds of rendering,
  * eye rays kept, shadow rays kept, seconds of their replay: of the eye rays, of the shadow rays].
  *
  * A replay copies 64 packets at a time into a buffer that stays in the cache, untimed, because a renderer's rays come out of its

@@ -48,9 +48,9 @@
 //! "numbers" the independence of random numbers, "closed form" and "exact" are the scenes of `scenes/tests`, "oracle" the
 //! agreement of estimators and oracle, "lanes" the bits of eight lanes and one, "accelerators" the line of shapes against
 //! Embree, "acne" the surfaces that shadow themselves, "large plates" lights far larger than they are away, "study" its search
-//! for biased settings, "target" the error that `--target-error` sees. Most mutants fail several; of the 36 without `OneCornerOutside` nine are seen by one
-//! alone: `HorizonDropped`, `ReachTooShort`, `DensityOfTheNextTexel`, `PairReused`, `SharesAlike`, `CornersSwapped`,
-//! `LightAsPoint`, `OnePercentBright` and `ErrorOfOneReplicate`.
+//! for biased settings, "target" the error that `--target-error` sees. Most mutants fail several; of the 36 without
+//! `OneCornerOutside` nine are seen by one alone: `HorizonDropped`, `ReachTooShort`, `DensityOfTheNextTexel`, `PairReused`,
+//! `SharesAlike`, `CornersSwapped`, `LightAsPoint`, `OnePercentBright` and `ErrorOfOneReplicate`.
 
 /// The plain expression; in a test of mutants, the broken one beside it.
 #[cfg(not(test))]

@@ -7,67 +7,15 @@ use crate::estimator::per_light::Contribution;
 use crate::lane::Lane;
 use crate::math::Vec3;
 
-impl<const K: usize> Columns<K> {
-    #[inline(always)]
-    fn put_rays<L: Lane>(&mut self, room: &Room<L>, rays: &QueuedRays<L>) {
-        self.put3(0, room, rays.origin);
-        self.put3(3, room, rays.direction);
-        self.put(6, room, rays.tfar);
-        self.put3(7, room, rays.value);
-        self.put(10, room, L::from_bits(rays.index));
-    }
-
-    /// The rays at `at` with the values at `value`, which is the same place.
-    #[inline(always)]
-    fn rays<L: Lane>(&self, at: usize, value: usize) -> QueuedRays<L> {
-        QueuedRays {
-            origin: self.get3(0, at),
-            direction: self.get3(3, at),
-            tfar: self.get(6, at),
-            value: self.get3(7, value),
-            index: self.get::<L>(10, at).to_bits(),
-        }
-    }
-}
-
-/// Rays that carry what they are worth, and one more number each.
+/// Rays that wait, in `K` columns.
 #[derive(Debug)]
-pub struct WideQueue(Columns<12>);
-
-impl WideQueue {
-    /// Room for the rays of a chunk.
-    pub fn new() -> Self {
-        Self(Columns::new())
-    }
-
-    /// Rays in the queue.
-    pub fn len(&self) -> usize {
-        self.0.len()
-    }
-
-    /// Empties it.
-    pub fn clear(&mut self) {
-        self.0.clear();
-    }
-
-    /// Adds the rays of the mask, with a number.
-    #[inline(always)]
-    pub fn push<L: Lane>(&mut self, mask: L::Mask, rays: &QueuedRays<L>, number: L) {
-        let room = self.0.grow::<L>(mask);
-        self.0.put_rays(&room, rays);
-        self.0.put(11, &room, number);
-    }
-
-    /// The packet that starts at ray `at`, with its numbers.
-    #[inline(always)]
-    pub fn packet<L: Lane>(&self, at: usize) -> (L::Mask, QueuedRays<L>, L) {
-        (self.0.lanes::<L>(at), self.0.rays(at, at), self.0.get(11, at))
-    }
-}
+pub struct Queue<const K: usize>(Columns<K>);
 
 /// Rays that carry what they are worth.
-#[derive(Debug)]
-pub struct RayQueue(Columns<11>);
+pub type RayQueue = Queue<11>;
+
+/// Rays that carry what they are worth, and one more number each.
+pub type WideQueue = Queue<12>;
 
 /// A packet of queued rays.
 #[derive(Clone, Copy, Debug)]
@@ -98,7 +46,7 @@ impl<L: Lane> QueuedRays<L> {
     }
 }
 
-impl RayQueue {
+impl<const K: usize> Queue<K> {
     /// Room for the rays of a chunk.
     pub fn new() -> Self {
         Self(Columns::new())
@@ -114,17 +62,56 @@ impl RayQueue {
         self.0.clear();
     }
 
+    #[inline(always)]
+    fn put<L: Lane>(&mut self, mask: L::Mask, rays: &QueuedRays<L>) -> Room<L> {
+        let room = self.0.grow::<L>(mask);
+        self.0.put3(0, &room, rays.origin);
+        self.0.put3(3, &room, rays.direction);
+        self.0.put(6, &room, rays.tfar);
+        self.0.put3(7, &room, rays.value);
+        self.0.put(10, &room, L::from_bits(rays.index));
+        room
+    }
+
+    /// The rays at `at` with the values at `value`, which is the same place.
+    #[inline(always)]
+    fn rays<L: Lane>(&self, at: usize, value: usize) -> QueuedRays<L> {
+        QueuedRays {
+            origin: self.0.get3(0, at),
+            direction: self.0.get3(3, at),
+            tfar: self.0.get(6, at),
+            value: self.0.get3(7, value),
+            index: self.0.get::<L>(10, at).to_bits(),
+        }
+    }
+}
+
+impl RayQueue {
     /// Adds the rays of the mask.
     #[inline(always)]
     pub fn push<L: Lane>(&mut self, mask: L::Mask, rays: &QueuedRays<L>) {
-        let room = self.0.grow::<L>(mask);
-        self.0.put_rays(&room, rays);
+        self.put(mask, rays);
     }
 
     /// The packet that starts at ray `at`.
     #[inline(always)]
     pub fn packet<L: Lane>(&self, at: usize) -> (L::Mask, QueuedRays<L>) {
         let value = mutate!(at, LaneShift => at + usize::from(L::N > 1));
-        (self.0.lanes::<L>(at), self.0.rays(at, value))
+        (self.0.lanes::<L>(at), self.rays(at, value))
+    }
+}
+
+impl WideQueue {
+    /// Adds the rays of the mask, with a number.
+    #[inline(always)]
+    pub fn push<L: Lane>(&mut self, mask: L::Mask, rays: &QueuedRays<L>, number: L) {
+        let room = self.put(mask, rays);
+        self.0.put(11, &room, number);
+    }
+
+    /// The packet that starts at ray `at`, with its numbers.
+    #[inline(always)]
+    pub fn packet<L: Lane>(&self, at: usize) -> (L::Mask, QueuedRays<L>, L) {
+        (self.0.lanes::<L>(at), self.rays(at, at), self.0.get(11, at))
     }
 }

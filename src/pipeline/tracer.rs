@@ -56,7 +56,11 @@ pub trait Tracer {
         set: &mut Candidates,
     ) -> bool {
         // Where there are few shapes the line knows them, whoever answers rays.
-        world.culls && cull::<L>(world, stream, points, ball, aimed_at, set)
+        if world.culls {
+            return cull::<L>(world, stream, points, ball, aimed_at, set);
+        }
+        Self::face_all(world, set);
+        false
     }
     /// Prepares for any rays.
     fn face_all(world: &World, set: &mut Candidates);
@@ -131,22 +135,6 @@ impl Tracer for InLine {
         world
             .line
             .in_frustum(corners.map(|(x, y)| world.camera.direction::<f32>(x, y).lane(0)), set);
-    }
-
-    #[inline(always)]
-    fn face_ball<L: Lane>(
-        world: &World,
-        stream: &HitStream,
-        points: &mut Points,
-        ball: &Ball,
-        aimed_at: u32,
-        set: &mut Candidates,
-    ) -> bool {
-        if !world.culls {
-            world.line.all(set);
-            return false;
-        }
-        cull::<L>(world, stream, points, ball, aimed_at, set)
     }
 
     fn face_all(world: &World, set: &mut Candidates) {

@@ -37,8 +37,8 @@ pub struct Grid {
     shape: Option<Shape>,
 }
 
-/// What decides the columns where all pixels take part in all passes: steps to the last column and row of the tile, pixels in a row of the
-/// film, and passes if samples are listed.
+/// What decides the columns where all pixels take part in all passes: steps to the last column and row of the tile, pixels in a
+/// row of the film, and passes if samples are listed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Shape {
     size: [u32; 2],

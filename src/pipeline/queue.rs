@@ -73,16 +73,18 @@ impl<const K: usize> Queue<K> {
         room
     }
 
-    /// The rays at `at` with the values at `value`, which is the same place.
+    /// The rays at `at` with the values at `value`, which is the same place. Lanes behind the end have place 0.
     #[inline(always)]
-    fn rays<L: Lane>(&self, at: usize, value: usize) -> QueuedRays<L> {
-        QueuedRays {
+    fn rays<L: Lane>(&self, at: usize, value: usize) -> (L::Mask, QueuedRays<L>) {
+        let lanes = self.0.lanes::<L>(at);
+        let rays = QueuedRays {
             origin: self.0.get3(0, at),
             direction: self.0.get3(3, at),
             tfar: self.0.get(6, at),
             value: self.0.get3(7, value),
-            index: self.0.get::<L>(10, at).to_bits(),
-        }
+            index: self.0.get::<L>(10, at).or_zero(lanes).to_bits(),
+        };
+        (lanes, rays)
     }
 }
 
@@ -97,7 +99,7 @@ impl RayQueue {
     #[inline(always)]
     pub fn packet<L: Lane>(&self, at: usize) -> (L::Mask, QueuedRays<L>) {
         let value = mutate!(at, LaneShift => at + usize::from(L::N > 1));
-        (self.0.lanes::<L>(at), self.rays(at, value))
+        self.rays(at, value)
     }
 }
 
@@ -112,6 +114,7 @@ impl WideQueue {
     /// The packet that starts at ray `at`, with its numbers.
     #[inline(always)]
     pub fn packet<L: Lane>(&self, at: usize) -> (L::Mask, QueuedRays<L>, L) {
-        (self.0.lanes::<L>(at), self.rays(at, at), self.0.get(11, at))
+        let (lanes, rays) = self.rays(at, at);
+        (lanes, rays, self.0.get(11, at))
     }
 }

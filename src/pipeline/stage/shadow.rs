@@ -128,7 +128,8 @@ fn segment<L: Lane>(rays: &QueuedRays<L>, aims_at: L::Bits) -> Ray<L> {
     }
 }
 
-/// Adds what is a number to the film, lane by lane in order; counts what is not, by cause.
+/// Adds what is a number to the film, lane by lane in order; counts what is not, by cause. Lanes that add nothing must have a place
+/// too: they add 0 to it, for to guess how many lanes count costs more than to add them.
 #[inline(always)]
 fn deposit<L: Lane>(sum: &mut ChunkSum, counters: &mut Counters, lanes: L::Mask, value: Vec3<L>, index: L::Bits) {
     let infinity = L::splat(f32::INFINITY);
@@ -140,10 +141,15 @@ fn deposit<L: Lane>(sum: &mut ChunkSum, counters: &mut Counters, lanes: L::Mask,
     for lane in (lanes & !sound).lanes() {
         counters.reject(value.lane(lane));
     }
-    let rows = L::rows(value.x, value.y, value.z);
+    let counts = lanes & sound;
+    if counts.none() {
+        return;
+    }
+    let [x, y, z] = [value.x, value.y, value.z].map(|x| x.or_zero(counts));
+    let rows = L::rows(x, y, z);
     let mut at = [0_u32; 16];
     index.store(&mut at);
-    for lane in (lanes & sound).lanes() {
-        sum.add(at[lane] as usize, &rows.as_ref()[lane]);
+    for (&pixel, row) in at.iter().zip(rows.as_ref()) {
+        sum.add(pixel as usize, row);
     }
 }

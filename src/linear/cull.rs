@@ -1,7 +1,10 @@
 //! Which shapes rays from a tile can meet at all, decided once for thousands of rays. Every test here is one-sided: a
-//! shape that could be met is never left out.
+//! shape that could be met is never left out. Shapes are tested as many at a time as there are lanes: tested one by one, what
+//! the processor guessed wrong cost more than the tests.
 
-use super::{Candidates, Line, Member};
+use super::columns::Columns;
+use super::{Candidates, Line};
+use crate::lane::{Bits, F32x8, Lane, Mask};
 use crate::math::Vec3;
 use crate::shape::{Ball, FromOrigin, NO_SPHERE, Triangle};
 
@@ -32,8 +35,111 @@ fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     ]
 }
 
+/// What is asked of the shapes of a line again and again.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Shapes {
+    triangles: Columns<33>,
+    balls: Columns<4>,
+}
+
+// Columns of triangles. A box, the corners, and the plane `dot(normal, p) = offset`.
+const LOW: usize = 0;
+const HIGH: usize = 3;
+const CORNERS: usize = 6;
+const NORMAL: usize = 15;
+const OFFSET: usize = 18;
+// Of the normal.
+const LENGTH: usize = 19;
+// The corners are no farther from the origin than this; what margins grow with.
+const REACH: usize = 20;
+// Bits: what rays call it that aim at it.
+const AIM: usize = 21;
+// Of `FromOrigin`, and the largest `norm1` of its sides.
+const SIDES: usize = 22;
+const SIGN: usize = 31;
+const WIDEST: usize = 32;
+
+// Columns of balls.
+const CENTER: usize = 0;
+const RADIUS: usize = 3;
+
+impl Shapes {
+    pub(super) fn add(&mut self, triangle: &Triangle, from_origin: &FromOrigin, aim: u32) {
+        let corners = triangle.corners;
+        let mut all = [0.0; 33];
+        for k in 0..3 {
+            let [a, b, c] = corners.map(|corner| corner[k]);
+            all[LOW + k] = a.min(b).min(c);
+            all[HIGH + k] = a.max(b).max(c);
+            all[NORMAL + k] = triangle.normal[k];
+            for i in 0..3 {
+                all[CORNERS + 3 * i + k] = corners[i][k];
+                all[SIDES + 3 * i + k] = from_origin.sides[i][k];
+            }
+        }
+        all[OFFSET] = dot(triangle.normal, corners[0]);
+        all[LENGTH] = length(triangle.normal);
+        all[REACH] = corners.map(norm1).into_iter().fold(0.0, f32::max);
+        all[AIM] = f32::from_bits(aim);
+        let offset = from_origin.offset;
+        all[SIGN] = if offset == 0.0 { 0.0 } else { offset.signum() };
+        all[WIDEST] = from_origin.sides.map(norm1).into_iter().fold(0.0, f32::max);
+        self.triangles.push(all);
+    }
+
+    pub(super) fn set_balls(&mut self, balls: &[Ball]) {
+        self.balls = Columns::default();
+        for &Ball { center: [x, y, z], radius } in balls {
+            self.balls.push([x, y, z, radius]);
+        }
+    }
+
+    fn corner<L: Lane>(&self, i: usize, at: usize) -> Vec3<L> {
+        self.triangles.get3(CORNERS + 3 * i, at)
+    }
+
+    /// Which triangles no ray from the origin between these unit directions meets, for all pass outside of one and the same edge.
+    fn apart<L: Lane>(&self, at: usize, corners: &[[f32; 3]; 4]) -> L::Mask {
+        let sign: L = self.triangles.get(SIGN, at);
+        // Of a triangle that is seen edge-on one side is short, and rounding is that of the others.
+        let limit = L::splat(-MARGIN) * self.triangles.get(WIDEST, at);
+        let mut apart = L::Mask::splat(false);
+        for i in 0..3 {
+            let side: Vec3<L> = self.triangles.get3(SIDES + 3 * i, at);
+            let [a, b, c, d] = corners.map(|corner| (sign * side.dot(Vec3::splat(corner))).lt(limit));
+            apart = apart | mutate!(a & b & c & d, OneCornerOutside => a | b | c | d);
+        }
+        apart
+    }
+
+    /// Which triangles have a light, and points between `low` and `high` from their planes, strictly on one side.
+    fn beside<L: Lane>(&self, at: usize, light: &Ball, low: L, high: L) -> L::Mask {
+        let (length, offset): (L, L) = (self.triangles.get(LENGTH, at), self.triangles.get(OFFSET, at));
+        let center = self.triangles.get3::<L>(NORMAL, at).dot(Vec3::splat(light.center)) - offset;
+        let radius = mutate!(light.radius, LightAsPoint => 0.0) * (1.0 + MARGIN);
+        let size = length * L::splat(norm1(light.center)) + offset.abs();
+        let reach = length * L::splat(radius) + L::splat(MARGIN) * size;
+        (low.gt(L::zero()) & center.gt(reach)) | (high.lt(L::zero()) & center.lt(-reach))
+    }
+
+    /// The lowest and highest of `dot(normal, p) - offset` over a box, with room for rounding.
+    fn sides<L: Lane>(&self, at: usize, bounds: &Bounds) -> [L; 2] {
+        let offset: L = self.triangles.get(OFFSET, at);
+        let (mut low, mut high, mut slack) = (-offset, -offset, offset.abs());
+        for k in 0..3 {
+            let n: L = self.triangles.get(NORMAL + k, at);
+            let (a, b) = (n * L::splat(bounds.low[k]), n * L::splat(bounds.high[k]));
+            low = low + a.min(b);
+            high = high + a.max(b);
+            slack = slack + a.abs().max(b.abs());
+        }
+        let slack = L::splat(MARGIN) * slack;
+        [low - slack, high + slack]
+    }
+}
+
 /// A half space `dot(normal, x) >= offset` that holds every ray.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Plane {
     normal: [f32; 3],
     offset: f32,
@@ -46,26 +152,45 @@ struct Plane {
 const ROUNDED: f32 = 8.0 * f32::EPSILON / 2.0 / MARGIN;
 
 impl Plane {
-    /// Whether the shape lies wholly on the other side.
-    fn excludes(&self, member: &Member) -> bool {
-        let limit = self.offset - MARGIN * (self.size * member.reach + self.offset.abs());
-        let behind = |&c: &[f32; 3]| dot(self.normal, c) < limit;
-        let mut corners = member.triangle.corners.iter();
-        mutate!(corners.all(behind), OneCornerBehind => corners.any(behind))
+    /// What is below this is on the other side, of shapes so far from the origin.
+    fn limit<L: Lane>(&self, reach: L) -> L {
+        let margin = L::splat(self.size).mul_add(reach, L::splat(self.offset.abs()));
+        L::splat(self.offset) - L::splat(MARGIN) * margin
     }
 
-    fn excludes_ball(&self, ball: &Ball) -> bool {
-        let reach = length(self.normal) * mutate!(ball.radius, BallsAsPoints => 0.0) * (1.0 + MARGIN);
-        let margin = MARGIN * (self.size * norm1(ball.center) + self.offset.abs());
-        dot(self.normal, ball.center) + reach < self.offset - margin
+    /// Which triangles lie wholly on the other side.
+    fn excludes<L: Lane>(&self, shapes: &Shapes, at: usize) -> L::Mask {
+        let limit = self.limit::<L>(shapes.triangles.get(REACH, at));
+        let behind = |i: usize| shapes.corner::<L>(i, at).dot(Vec3::splat(self.normal)).lt(limit);
+        let [a, b, c] = [behind(0), behind(1), behind(2)];
+        mutate!(a & b & c, OneCornerBehind => a | b | c)
+    }
+
+    /// Which balls do.
+    fn excludes_balls<L: Lane>(&self, shapes: &Shapes, at: usize) -> L::Mask {
+        let center: Vec3<L> = shapes.balls.get3(CENTER, at);
+        let radius = mutate!(shapes.balls.get::<L>(RADIUS, at), BallsAsPoints => L::zero());
+        let reach = L::splat(length(self.normal) * (1.0 + MARGIN)) * radius;
+        let limit = self.limit(center.x.abs() + center.y.abs() + center.z.abs());
+        (center.dot(Vec3::splat(self.normal)) + reach).lt(limit)
     }
 }
 
 impl Line {
     /// The shapes that rays from the origin between four unit directions may meet; `corners` go round the tile. Of a triangle, no
     /// plane through the origin and a side of the tile may part it from the tile, nor one through a side of its own: where there is
-    /// neither, they overlap.
-    pub fn in_frustum(&self, corners: [[f32; 3]; 4], set: &mut Candidates) {
+    /// neither, they overlap. `L` is for speed alone.
+    pub fn in_frustum<L: Lane>(&self, corners: [[f32; 3]; 4], set: &mut Candidates) {
+        // What is not inlined has no AVX-512, and eight are many where there are few shapes.
+        if L::N == 1 {
+            self.frustum::<f32>(corners, set);
+        } else {
+            self.frustum::<F32x8>(corners, set);
+        }
+    }
+
+    #[inline(never)]
+    fn frustum<L: Lane>(&self, corners: [[f32; 3]; 4], set: &mut Candidates) {
         let middle: [f32; 3] = std::array::from_fn(|k| corners.iter().map(|c| c[k]).sum());
         let planes: [Plane; 4] = std::array::from_fn(|i| {
             let normal = cross(corners[i], corners[(i + 1) % 4]);
@@ -80,112 +205,140 @@ impl Line {
                 size: norm1(inward) + ROUNDED,
             }
         });
-        self.select(
-            set,
-            |member| !planes.iter().any(|p| p.excludes(member)) && !member.apart(&corners),
-            |ball| !planes.iter().any(|p| p.excludes_ball(ball)),
-        );
+        set.clear();
+        for (at, mut kept) in self.shapes.triangles.packets::<L>() {
+            for plane in &planes {
+                kept = kept & !plane.excludes::<L>(&self.shapes, at);
+            }
+            if kept.any() {
+                kept = kept & !self.shapes.apart::<L>(at, &corners);
+            }
+            self.take::<L>(at, kept, set);
+        }
+        for (at, mut kept) in self.shapes.balls.packets::<L>() {
+            for plane in &planes {
+                kept = kept & !plane.excludes_balls::<L>(&self.shapes, at);
+            }
+            set.balls.extend(kept.lanes().map(|lane| (at + lane) as u32));
+        }
+    }
+
+    /// What a box around points tells of them.
+    pub fn look<L: Lane>(&self, bounds: Bounds, points: &mut Points) {
+        if L::N == 1 {
+            self.box_tells::<f32>(bounds, points);
+        } else {
+            self.box_tells::<F32x8>(bounds, points);
+        }
+    }
+
+    #[inline(never)]
+    fn box_tells<L: Lane>(&self, bounds: Bounds, points: &mut Points) {
+        points.bounds = bounds;
+        let triangles = &self.shapes.triangles;
+        points.measured.clear();
+        points.measured.resize(triangles.len(), false);
+        points.low.resize(triangles.room(), 0.0);
+        points.high.resize(triangles.room(), 0.0);
+        for (at, _) in triangles.packets::<L>() {
+            let [low, high] = self.shapes.sides::<L>(at, &bounds);
+            low.store(&mut points.low[at..]);
+            high.store(&mut points.high[at..]);
+        }
     }
 
     /// The shapes that may stand between points and the ball `light`; the sphere or the triangles that `aimed_at` names block none
-    /// of the rays there.
+    /// of the rays there. `L` is for speed alone.
     ///
     /// The segments lie in the convex hull of both. It is bounded by planes along one axis through a corner of one box
     /// and the same corner of the other, wherever both boxes lie on one side (the shafts of Haines and Wallace 1994), and
     /// by the box around both. A triangle with points and light strictly on one side of its plane stands between none:
-    /// where only its plane could tell and [`Points::sides`] does not know yet, it is kept for [`Self::beside`].
-    pub fn in_shaft(&self, points: &mut Points, light: &Ball, aimed_at: u32, set: &mut Candidates) {
+    /// where only its plane could tell and [`Points`] were not measured against it yet, it is kept for [`Self::beside`].
+    pub fn in_shaft<L: Lane>(&self, points: &Points, light: &Ball, aimed_at: u32, set: &mut Candidates) {
+        if L::N == 1 {
+            self.shaft::<f32>(points, light, aimed_at, set);
+        } else {
+            self.shaft::<F32x8>(points, light, aimed_at, set);
+        }
+    }
+
+    #[inline(never)]
+    fn shaft<L: Lane>(&self, points: &Points, light: &Ball, aimed_at: u32, set: &mut Candidates) {
+        let Shapes { triangles, balls } = &self.shapes;
         let target = Bounds::of_ball(light);
         let around = points.bounds.around(&target);
-        // Most shapes are ruled out without the planes.
-        let mut planes = None;
-        let mut planes = || *planes.get_or_insert_with(|| shaft(&points.bounds, &target));
-        points.sides.resize(self.triangles.len(), None);
+        let mut hull = [Plane::default(); 12];
+        let planes = hull_of(&points.bounds, &target, &mut hull);
         set.clear();
-        for (i, member) in (0..).zip(&self.triangles) {
-            let aimed = aimed_at != NO_SPHERE && member.aim == aimed_at;
-            let excluded = aimed
-                || around.apart(&member.bounds)
-                || member.beside(light, points.bounds.sides(member))
-                || planes().iter().flatten().any(|plane| plane.excludes(member));
-            if !excluded {
-                self.take(i, set);
+        for (at, lanes) in triangles.packets::<L>() {
+            let mut kept = lanes & !around.apart(triangles.get3::<L>(LOW, at), triangles.get3(HIGH, at));
+            if aimed_at != NO_SPHERE {
+                let aim = triangles.get::<L>(AIM, at).to_bits();
+                kept = kept & !aim.eq(L::Bits::splat(aimed_at));
             }
+            let (low, high) = (L::load(&points.low[at..]), L::load(&points.high[at..]));
+            kept = kept & !self.shapes.beside(at, light, low, high);
+            for plane in planes {
+                if kept.none() {
+                    break;
+                }
+                kept = kept & !plane.excludes::<L>(&self.shapes, at);
+            }
+            self.take::<L>(at, kept, set);
         }
-        for (i, ball) in (0..).zip(&self.balls) {
-            let excluded = i == aimed_at
-                || around.apart(&Bounds::of_ball(ball))
-                || planes().iter().flatten().any(|plane| plane.excludes_ball(ball));
-            if !excluded {
-                set.balls.push(i);
+        for (at, lanes) in balls.packets::<L>() {
+            let center: Vec3<L> = balls.get3(CENTER, at);
+            let reach = balls.get::<L>(RADIUS, at) * L::splat(1.0 + MARGIN);
+            let reach = Vec3::new(reach, reach, reach);
+            let mut kept = lanes & !around.apart(center - reach, center + reach);
+            for plane in planes {
+                if kept.none() {
+                    break;
+                }
+                kept = kept & !plane.excludes_balls::<L>(&self.shapes, at);
             }
+            let kept = kept.lanes().map(|lane| (at + lane) as u32);
+            set.balls.extend(kept.filter(|&ball| ball != aimed_at));
         }
     }
 
     /// Leaves out the triangles that have all points, as measured, and the light on one side.
     pub fn beside(&self, points: &Points, light: &Ball, set: &mut Candidates) {
         set.triangles.retain(|&i| {
-            let known = points.sides[i as usize];
-            !known.is_some_and(|sides| self.triangles[i as usize].beside(light, sides))
+            let i = i as usize;
+            !self.shapes.beside::<f32>(i, light, points.low[i], points.high[i])
         });
     }
 
-    /// The plane of a triangle, normal and offset: what [`Points::sides`] is measured against.
+    /// The plane of a triangle, normal and offset: what [`Points::measure`] wants.
     pub fn plane(&self, triangle: u32) -> ([f32; 3], f32) {
-        let member = &self.triangles[triangle as usize];
-        (member.triangle.normal, member.offset)
-    }
-}
-
-impl Member {
-    pub fn new(corners: [[f32; 3]; 3], name: [u32; 2], aim: u32) -> Self {
-        let triangle = Triangle::new(corners);
-        Self {
-            bounds: Bounds::of_triangle(&triangle),
-            offset: dot(triangle.normal, corners[0]),
-            length: length(triangle.normal),
-            reach: corners.map(norm1).into_iter().fold(0.0, f32::max),
-            from_origin: triangle.from_origin(),
-            unit: Vec3::<f32>::splat(triangle.normal).unit().lane(0),
-            triangle,
-            name,
-            aim,
-        }
-    }
-
-    /// Whether all rays from the origin between these unit directions pass outside of one and the same edge.
-    fn apart(&self, corners: &[[f32; 3]; 4]) -> bool {
-        let FromOrigin { sides, offset, .. } = self.from_origin;
-        // Of a triangle that is seen edge-on one side is short, and rounding is that of the others.
-        let limit = -MARGIN * sides.iter().copied().map(norm1).fold(0.0, f32::max);
-        let outside = |&side: &[f32; 3]| {
-            let passes = |&corner: &[f32; 3]| offset.signum() * dot(side, corner) < limit;
-            let mut corners = corners.iter();
-            mutate!(corners.all(passes), OneCornerOutside => corners.any(passes))
-        };
-        offset != 0.0 && sides.iter().any(outside)
-    }
-
-    /// Whether points between `low` and `high` from the plane and a light are all strictly on one side of it.
-    fn beside(&self, light: &Ball, [low, high]: [f32; 2]) -> bool {
-        if low <= 0.0 && high >= 0.0 {
-            return false;
-        }
-        let center = dot(self.triangle.normal, light.center) - self.offset;
-        let radius = mutate!(light.radius, LightAsPoint => 0.0);
-        let reach =
-            self.length * radius * (1.0 + MARGIN) + MARGIN * (self.length * norm1(light.center) + self.offset.abs());
-        (low > 0.0 && center > reach) || (high < 0.0 && center < -reach)
+        let at = triangle as usize;
+        let triangles = &self.shapes.triangles;
+        (triangles.get3::<f32>(NORMAL, at).lane(0), triangles.get(OFFSET, at))
     }
 }
 
 /// What is known of a set of points.
 #[derive(Clone, Debug, Default)]
 pub struct Points {
-    /// A box around them.
-    pub bounds: Bounds,
-    /// For each triangle of the line, once it was measured: the lowest and highest of `dot(normal, p) - offset`.
-    pub sides: Vec<Option<[f32; 2]>>,
+    bounds: Bounds,
+    /// For each triangle of the line, the lowest and highest of `dot(normal, p) - offset`: of the box until it is measured.
+    low: Vec<f32>,
+    high: Vec<f32>,
+    measured: Vec<bool>,
+}
+
+impl Points {
+    /// Whether they were measured against the plane of a triangle.
+    pub fn measured(&self, triangle: u32) -> bool {
+        self.measured[triangle as usize]
+    }
+
+    /// Notes the lowest and highest of `dot(normal, p) - offset` of the points.
+    pub fn measure(&mut self, triangle: u32, [low, high]: [f32; 2]) {
+        let at = triangle as usize;
+        (self.low[at], self.high[at], self.measured[at]) = (low, high, true);
+    }
 }
 
 /// A box along the axes.
@@ -206,26 +359,6 @@ impl Bounds {
         }
     }
 
-    fn of_triangle(triangle: &Triangle) -> Self {
-        let [a, b, c] = triangle.corners;
-        Self {
-            low: std::array::from_fn(|k| a[k].min(b[k]).min(c[k])),
-            high: std::array::from_fn(|k| a[k].max(b[k]).max(c[k])),
-        }
-    }
-
-    /// The lowest and highest of `dot(normal, p) - offset` over the box, with room for rounding.
-    fn sides(&self, member: &Member) -> [f32; 2] {
-        let (mut low, mut high, mut slack) = (-member.offset, -member.offset, member.offset.abs());
-        for (k, n) in member.triangle.normal.into_iter().enumerate() {
-            let (a, b) = (n * self.low[k], n * self.high[k]);
-            low += a.min(b);
-            high += a.max(b);
-            slack += a.abs().max(b.abs());
-        }
-        [low - MARGIN * slack, high + MARGIN * slack]
-    }
-
     fn around(self, other: &Self) -> Self {
         Self {
             low: std::array::from_fn(|k| self.low[k].min(other.low[k])),
@@ -233,43 +366,46 @@ impl Bounds {
         }
     }
 
-    fn apart(&self, other: &Self) -> bool {
-        (0..3).any(|k| {
+    /// Which boxes are outside of this one.
+    fn apart<L: Lane>(&self, low: Vec3<L>, high: Vec3<L>) -> L::Mask {
+        let beyond = |k: usize, low: L, high: L| {
             let margin = MARGIN * (self.low[k].abs() + self.high[k].abs());
-            other.high[k] < self.low[k] - margin || other.low[k] > self.high[k] + margin
-        })
+            high.lt(L::splat(self.low[k] - margin)) | low.gt(L::splat(self.high[k] + margin))
+        };
+        beyond(0, low.x, high.x) | beyond(1, low.y, high.y) | beyond(2, low.z, high.z)
     }
 }
 
-/// The sides of the hull of two boxes, as far as they are known.
-fn shaft(a: &Bounds, b: &Bounds) -> [Option<Plane>; 12] {
-    let mut planes = [None; 12];
-    for (axis, slots) in planes.chunks_exact_mut(4).enumerate() {
-        for (corner, slot) in slots.iter_mut().enumerate() {
-            *slot = support(a, b, (axis + 1) % 3, (axis + 2) % 3, [corner & 1 != 0, corner & 2 != 0]);
+/// The sides of the hull of two boxes, as far as they are known, at the front of `planes`.
+fn hull_of<'a>(a: &Bounds, b: &Bounds, planes: &'a mut [Plane; 12]) -> &'a [Plane] {
+    let mut known = 0;
+    for axis in 0..3 {
+        let (x, y) = ((axis + 1) % 3, (axis + 2) % 3);
+        for high in [[false, false], [true, false], [false, true], [true, true]] {
+            let (plane, supports) = support(a, b, x, y, high);
+            // Written in any case, kept by counting: which of them support cannot be guessed.
+            planes[known] = plane;
+            known += usize::from(supports);
         }
     }
-    planes
+    &planes[..known]
 }
 
 /// The plane along the third axis through the corners of both boxes at the `high` or low end of the axes `x` and `y`. Both boxes
 /// are on its inner side if one of them reaches farther out along `x` and the other along `y`, and only then.
-fn support(a: &Bounds, b: &Bounds, x: usize, y: usize, high: [bool; 2]) -> Option<Plane> {
+fn support(a: &Bounds, b: &Bounds, x: usize, y: usize, high: [bool; 2]) -> (Plane, bool) {
     let end = |bounds: &Bounds, axis: usize, high: bool| if high { bounds.high[axis] } else { bounds.low[axis] };
     let corner = |bounds: &Bounds| [end(bounds, x, high[0]), end(bounds, y, high[1])];
     let ([px, py], [qx, qy]) = (corner(a), corner(b));
     let inward = high.map(|high| if high { -1.0 } else { 1.0 });
     let (dx, dy) = (inward[0] * (qx - px), inward[1] * (qy - py));
-    let opposed = (dx < 0.0 && dy > 0.0) || (dx > 0.0 && dy < 0.0);
-    if !opposed {
-        return None;
-    }
     let mut normal = [0.0; 3];
     (normal[x], normal[y]) = (inward[0] * dy.abs(), inward[1] * dx.abs());
     let offset = |u: f32, v: f32| normal[x] * u + normal[y] * v;
-    Some(Plane {
+    let plane = Plane {
         normal,
         offset: offset(px, py).min(offset(qx, qy)),
         size: norm1(normal),
-    })
+    };
+    (plane, (dx < 0.0) & (dy > 0.0) | (dx > 0.0) & (dy < 0.0))
 }

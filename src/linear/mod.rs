@@ -3,9 +3,10 @@
 //! A handful of shapes tested eight or sixteen rays at a time is faster than any tree, above all when most of them are
 //! ruled out for a whole tile ([`cull`]). The plan decides by their number.
 
+mod columns;
 pub mod cull;
 
-use cull::Bounds;
+use cull::Shapes;
 
 use crate::lane::{Bits, Lane, Mask};
 use crate::math::Vec3;
@@ -14,7 +15,7 @@ use crate::shape::{Aims, Ball, FromOrigin, Hit, NO_SPHERE, Ray, Triangle};
 /// So few shapes are worth a look one by one before rays are asked for, whoever answers them.
 pub const FEW: usize = 32;
 
-/// A triangle in a line, and what culling asks of it again and again.
+/// A triangle in a line.
 #[derive(Clone, Debug)]
 struct Member {
     triangle: Triangle,
@@ -25,13 +26,6 @@ struct Member {
     name: [u32; 2],
     /// What rays call it that aim at it; [`NO_SPHERE`] where none does.
     aim: u32,
-    bounds: Bounds,
-    /// Its plane is where `dot(normal, p)` is this.
-    offset: f32,
-    /// Length of the normal.
-    length: f32,
-    /// Its corners are no farther from the origin than this; what a margin of [`cull`] grows with.
-    reach: f32,
 }
 
 /// All shapes of a scene.
@@ -39,6 +33,8 @@ struct Member {
 pub struct Line {
     triangles: Vec<Member>,
     balls: Vec<Ball>,
+    /// The same for [`cull`].
+    shapes: Shapes,
     /// The geometry that hits name for spheres.
     sphere_geometry: u32,
 }
@@ -78,17 +74,26 @@ impl Candidates {
 impl Line {
     /// Sets the spheres; hits name them as primitives of `sphere_geometry`.
     pub fn set_spheres(&mut self, balls: Vec<Ball>, sphere_geometry: u32) {
+        self.shapes.set_balls(&balls);
         self.balls = balls;
         self.sphere_geometry = sphere_geometry;
     }
 
     /// Adds the triangles of a mesh; `aims` are their names for rays that aim at them, if any do.
     pub fn add_mesh(&mut self, geometry: u32, vertices: &[[f32; 3]], triangles: &[[u32; 3]], aims: Option<Aims>) {
-        let corners = triangles.iter().map(|t| t.map(|i| vertices[i as usize]));
-        self.triangles.extend(corners.zip(0..).map(|(corners, primitive)| {
+        for (primitive, corners) in (0..).zip(triangles) {
+            let triangle = Triangle::new(corners.map(|i| vertices[i as usize]));
+            let from_origin = triangle.from_origin();
             let aim = aims.map_or(NO_SPHERE, |aims| aims.of(primitive));
-            Member::new(corners, [geometry, primitive], aim)
-        }));
+            self.shapes.add(&triangle, &from_origin, aim);
+            self.triangles.push(Member {
+                unit: Vec3::<f32>::splat(triangle.normal).unit().lane(0),
+                triangle,
+                from_origin,
+                name: [geometry, primitive],
+                aim,
+            });
+        }
     }
 
     /// How many shapes there are.
@@ -101,29 +106,25 @@ impl Line {
         self.len() == 0
     }
 
-    /// Keeps the shapes that `keep` says may be met.
-    fn select(&self, set: &mut Candidates, triangle: impl Fn(&Member) -> bool, ball: impl Fn(&Ball) -> bool) {
-        set.clear();
-        for (i, _) in (0..).zip(&self.triangles).filter(|(_, t)| triangle(t)) {
-            self.take(i, set);
+    /// Takes triangles of a packet among the candidates.
+    fn take<L: Lane>(&self, at: usize, kept: L::Mask, set: &mut Candidates) {
+        for i in kept.lanes().map(|lane| at + lane) {
+            let list = if self.triangles[i].aim == NO_SPHERE {
+                &mut set.triangles
+            } else {
+                &mut set.lights
+            };
+            list.push(i as u32);
         }
-        set.balls
-            .extend((0..).zip(&self.balls).filter(|(_, b)| ball(b)).map(|(i, _)| i));
-    }
-
-    /// Takes a triangle among the candidates.
-    fn take(&self, i: u32, set: &mut Candidates) {
-        let list = if self.triangles[i as usize].aim == NO_SPHERE {
-            &mut set.triangles
-        } else {
-            &mut set.lights
-        };
-        list.push(i);
     }
 
     /// Every shape.
     pub fn all(&self, set: &mut Candidates) {
-        self.select(set, |_| true, |_| true);
+        set.clear();
+        for i in 0..self.triangles.len() {
+            self.take::<f32>(i, true, set);
+        }
+        set.balls.extend(0..self.balls.len() as u32);
     }
 
     /// What active rays meet first among the candidates; of shapes at the same distance, the first in the line.

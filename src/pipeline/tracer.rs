@@ -21,12 +21,12 @@ pub trait Tracer {
     /// Points that are shaded for all lights before the next points are.
     const BLOCK: usize;
     /// Prepares for the eye rays of a tile.
-    fn face_tile(world: &World, tile: &Tile, set: &mut Candidates);
+    fn face_tile<L: Lane>(world: &World, tile: &Tile, set: &mut Candidates);
     /// Looks at the points of a stream, which must not be empty.
     #[inline(always)]
     fn survey<L: Lane>(world: &World, stream: &HitStream, points: &mut Points) {
         if world.culls {
-            survey::<L>(stream, points);
+            survey::<L>(world, stream, points);
         }
     }
     /// Prepares for rays from the points of a surveyed stream to a light. Whether nothing at all can be in their way: then they
@@ -91,7 +91,7 @@ impl Tracer for ByEmbree {
     const BLOCK: usize = CAPACITY;
 
     #[inline(always)]
-    fn face_tile(_: &World, _: &Tile, _: &mut Candidates) {}
+    fn face_tile<L: Lane>(_: &World, _: &Tile, _: &mut Candidates) {}
     #[inline(always)]
     fn face_all(_: &World, _: &mut Candidates) {}
 
@@ -123,7 +123,7 @@ impl Tracer for InLine {
     // What 256 points and their rays take, 38 kB, stays in the first cache.
     const BLOCK: usize = 256;
 
-    fn face_tile(world: &World, tile: &Tile, set: &mut Candidates) {
+    fn face_tile<L: Lane>(world: &World, tile: &Tile, set: &mut Candidates) {
         if !world.culls {
             return world.line.all(set);
         }
@@ -132,9 +132,8 @@ impl Tracer for InLine {
         let [left, top] = first.map(|low| low as f32 - 0.01);
         let [right, bottom] = last.map(|high| high as f32 + 1.01);
         let corners = [(left, top), (right, top), (right, bottom), (left, bottom)];
-        world
-            .line
-            .in_frustum(corners.map(|(x, y)| world.camera.direction::<f32>(x, y).lane(0)), set);
+        let corners = corners.map(|(x, y)| world.camera.direction::<f32>(x, y).lane(0));
+        world.line.in_frustum::<L>(corners, set);
     }
 
     fn face_all(world: &World, set: &mut Candidates) {
@@ -168,9 +167,9 @@ fn least<L: Lane>(v: Vec3<L>) -> [f32; 3] {
     least
 }
 
-/// The box around the points of a stream.
+/// Looks at the box around the points of a stream.
 #[inline(always)]
-fn survey<L: Lane>(stream: &HitStream, points: &mut Points) {
+fn survey<L: Lane>(world: &World, stream: &HitStream, points: &mut Points) {
     let far: Vec3<L> = Vec3::splat([f32::INFINITY; 3]);
     let (mut low, mut high) = (far, -far);
     for at in (0..stream.len()).step_by(L::N) {
@@ -178,11 +177,11 @@ fn survey<L: Lane>(stream: &HitStream, points: &mut Points) {
         low = Vec3::new(low.x.min(p.x), low.y.min(p.y), low.z.min(p.z));
         high = Vec3::new(high.x.max(p.x), high.y.max(p.y), high.z.max(p.z));
     }
-    points.bounds = Bounds {
+    let bounds = Bounds {
         low: least(low),
         high: least(-high).map(|x| -x),
     };
-    points.sides.clear();
+    world.line.look::<L>(bounds, points);
 }
 
 /// Finds the shapes that may stand between the points of a stream and a ball; whether there are none.
@@ -195,11 +194,11 @@ fn cull<L: Lane>(
     aimed_at: u32,
     set: &mut Candidates,
 ) -> bool {
-    world.line.in_shaft(points, ball, aimed_at, set);
+    world.line.in_shaft::<L>(points, ball, aimed_at, set);
     for &triangle in set.triangles() {
-        if points.sides[triangle as usize].is_none() {
+        if !points.measured(triangle) {
             let (normal, offset) = world.line.plane(triangle);
-            points.sides[triangle as usize] = Some(sides::<L>(stream, normal, offset));
+            points.measure(triangle, sides::<L>(stream, normal, offset));
         }
     }
     world.line.beside(points, ball, set);

@@ -40,7 +40,7 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
         // Rays through a lens leave the tile's frustum.
         T::face_all(chunk.world, set);
     } else {
-        T::face_tile(chunk.world, chunk.tile, set);
+        T::face_tile::<L>(chunk.world, chunk.tile, set);
     }
     hits.iter_mut().for_each(HitStream::clear);
     let samples = grid.fill(chunk);

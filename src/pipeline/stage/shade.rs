@@ -1,5 +1,6 @@
 //! Shading: from hit streams to rays that carry what they are worth.
 
+use std::hint::black_box;
 use std::marker::PhantomData;
 use std::ops::Range;
 
@@ -179,8 +180,9 @@ fn toward<L: TraceLane, D: Density, M: Model>(
             per_light::by_cap(&point, &view, numbers, active)
         } else {
             let drawn = per_light::draw(&view, numbers);
-            // Loaded again: sixteen registers do not hold all that is needed before a direction is drawn and after it.
-            let (_, point, _) = stream.packet::<L, M>(at);
+            // Loaded again: sixteen registers do not hold all that is needed before a direction is drawn and after it. The compiler
+            // would keep the first load's instead, on the stack.
+            let (_, point, _) = stream.packet::<L, M>(black_box(at));
             per_light::by_light(density, &point, &drawn, active)
         };
         if let Some(found) = found {

@@ -6,6 +6,8 @@ use std::fs;
 
 use cli_place::{Place, stderr, stdout};
 use octolux::film::read_picture;
+use octolux::lane::{AVX512, has_avx512};
+use octolux::settings::EstimatorKind;
 
 #[test]
 fn a_render_leaves_an_exr_and_a_png_named_after_the_scene() {
@@ -202,6 +204,40 @@ fn whether_shapes_are_culled_is_told_and_changes_no_figure() {
         assert!(explained.contains("  cull       off: "), "{explained}");
     }
     place.refused("render in/small.toml --cull maybe");
+}
+
+#[test]
+fn without_avx512_eight_lanes_have_the_same_bits() {
+    let place = Place::new();
+    let with = |value: &str, arguments: &str| place.command(arguments).env(AVX512, value).output().unwrap();
+    // Shapes of all kinds, lights of all kinds, both models of reflection; a mesh for packets of neighbours.
+    let scenes = ["veach-mis", "still-life", "mesh-light", "knot"].map(|name| {
+        let scenes = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes");
+        format!("{scenes}/{name}.toml")
+    });
+    for scene in scenes {
+        for estimator in EstimatorKind::ALL.map(EstimatorKind::name) {
+            let arguments = format!("render {scene} --estimator {estimator} --size 40x30 --spp 6 --lanes 8 --json -o");
+            let pictures = ["on", "off"].map(|value| {
+                let output = with(value, &format!("{arguments} {value}.npy"));
+                assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+                let stats: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+                let kernel = stats["kernel"].as_str().unwrap().to_owned();
+                assert_eq!(
+                    kernel.contains("avx512"),
+                    value == "on" && has_avx512(),
+                    "{value}: {kernel}"
+                );
+                std::fs::read(place.path().join(value).with_extension("npy")).unwrap()
+            });
+            assert!(pictures[0] == pictures[1], "{scene}, {estimator}: pictures differ");
+        }
+    }
+    let sixteen = with("off", "render in/small.toml --lanes 16");
+    assert_eq!(sixteen.status.code(), Some(2), "{}", stderr(&sixteen));
+    let refused = with("maybe", "render in/small.toml");
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(stderr(&refused).contains(AVX512), "{}", stderr(&refused));
 }
 
 #[test]

@@ -123,21 +123,20 @@ fn culling_for_a_light_changes_no_answer() {
             low: std::array::from_fn(|k| each().map(|p| p[k]).fold(f32::INFINITY, f32::min)),
             high: std::array::from_fn(|k| each().map(|p| p[k]).fold(f32::NEG_INFINITY, f32::max)),
         };
-        let sides = (0..world.line.len() - world.balls.len()).map(|triangle| {
-            let (normal, offset) = world.line.plane(triangle as u32);
+        let mut survey = Points::default();
+        world.line.look::<F32x8>(bounds, &mut survey);
+        for triangle in 0..world.triangles.len() as u32 {
+            let (normal, offset) = world.line.plane(triangle);
             let side = |p: [f32; 3]| Vec3::<f32>::splat(p).dot(Vec3::splat(normal)) - offset;
-            Some([
-                each().map(side).fold(f32::INFINITY, f32::min),
-                each().map(side).fold(f32::NEG_INFINITY, f32::max),
-            ])
-        });
-        let mut survey = Points {
-            bounds,
-            sides: sides.collect(),
-        };
+            let low = each().map(side).fold(f32::INFINITY, f32::min);
+            let high = each().map(side).fold(f32::NEG_INFINITY, f32::max);
+            survey.measure(triangle, [low, high]);
+        }
         let mut set = Candidates::default();
-        world.line.in_shaft(&mut survey, &light, aimed_at, &mut set);
-        world.line.beside(&survey, &light, &mut set);
+        world.line.in_shaft::<F32x8>(&survey, &light, aimed_at, &mut set);
+        let mut one_by_one = Candidates::default();
+        world.line.in_shaft::<f32>(&survey, &light, aimed_at, &mut one_by_one);
+        assert_eq!(set, one_by_one, "points at {corner:?} + {size}");
         kept += set.len();
         of += all.len();
         for origin in points {
@@ -178,10 +177,12 @@ fn culling_for_a_tile_changes_no_answer() {
         let (x, y) = (rng.random_range(-0.9..0.9_f32), rng.random_range(-0.9..0.9_f32));
         let size = 10.0_f32.powf(rng.random_range(-3.0..0.0));
         let at = |u: f32, v: f32| [x + u * size, y + v * size, 1.0];
+        let corners = [at(0.0, 0.0), at(1.0, 0.0), at(1.0, 1.0), at(0.0, 1.0)];
         let mut set = Candidates::default();
-        world
-            .line
-            .in_frustum([at(0.0, 0.0), at(1.0, 0.0), at(1.0, 1.0), at(0.0, 1.0)], &mut set);
+        world.line.in_frustum::<F32x8>(corners, &mut set);
+        let mut one_by_one = Candidates::default();
+        world.line.in_frustum::<f32>(corners, &mut one_by_one);
+        assert_eq!(set, one_by_one);
         kept += set.len();
         of += all.len();
         for _ in 0..64 {

@@ -41,6 +41,8 @@ use clap::{Parser, Subcommand};
 
 pub use error::{CliError, Exit};
 
+use crate::lane::AVX512;
+
 const EXAMPLES: &str = "\
 Examples:
   octolux render scenes/veach-mis.toml
@@ -92,7 +94,8 @@ enum Command {
 /// Runs the command and says how it went.
 pub fn main() -> ExitCode {
     // clap prints its own errors, to standard error with exit code 2 (help and version: standard output, 0).
-    let outcome = match Cli::parse().command {
+    let command = Cli::parse().command;
+    let outcome = environment().and_then(|()| match command {
         Command::Render(args) => render::run(&args),
         Command::Batch(args) => batch::run(&args),
         Command::Merge(args) => merge::run(&args),
@@ -103,12 +106,23 @@ pub fn main() -> ExitCode {
         Command::Verify(args) => verify::run(&args),
         Command::Selftest(args) => selftest::run(&args),
         Command::Study(args) => study::run(&args),
-    };
+    });
     match outcome {
         Ok(exit) => exit.into(),
         Err(error) => {
             report::error(&error);
             error.exit().into()
         }
+    }
+}
+
+/// Whether what the environment says of kernels is one of the words that count.
+fn environment() -> Result<(), CliError> {
+    match std::env::var_os(AVX512) {
+        Some(value) if !["", "on", "off"].iter().any(|known| value == *known) => Err(CliError::usage(format!(
+            "the environment variable {AVX512} is {value:?}"
+        ))
+        .with_help(format!("use {AVX512}=off to do without AVX-512, or leave it out"))),
+        _ => Ok(()),
     }
 }

@@ -4,6 +4,7 @@ use clap::builder::{PossibleValuesParser, RangedU64ValueParser, TypedValueParser
 
 use super::CliError;
 use super::reading::Reading;
+use crate::lane::AVX512;
 use crate::pipeline::{Settings, widest_lanes};
 use crate::scene::{Effect, EstimatorKind, FilmSize, SamplerKind, Scene, available_memory};
 use crate::settings::AccelKind;
@@ -48,7 +49,7 @@ pub struct Options {
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<FilmSize>,
     /// Rays a packet: 16 (AVX-512), 8, or 1 for the scalar kernel; the picture is the same [default: the most that the
-    /// processor has]
+    /// processor has; OCTOLUX_AVX512=off does without AVX-512]
     #[arg(long, value_name = "1|8|16", value_parser = lanes)]
     pub lanes: Option<usize>,
     /// Who answers rays [default: linear for tiny scenes, else embree]
@@ -187,7 +188,9 @@ fn lanes(text: &str) -> Result<usize, String> {
     match text {
         "1" => Ok(1),
         "8" => Ok(8),
-        "16" if widest_lanes() < 16 => Err("packets of 16 rays need AVX-512, which this processor lacks".to_owned()),
+        "16" if widest_lanes() < 16 => Err(format!(
+            "packets of 16 rays need AVX-512, which this processor lacks or {AVX512}=off leaves out"
+        )),
         "16" => Ok(16),
         _ => Err("a packet has 1, 8 or 16 rays".to_owned()),
     }

@@ -8,6 +8,7 @@
 //! Eight lanes are chosen when the program is compiled: without AVX2 and `fma` the build is refused (`.cargo/config.toml` sets the
 //! baseline).
 
+mod avx512;
 mod scalar;
 mod wide16;
 mod wide8;
@@ -15,9 +16,10 @@ mod wide8;
 use std::fmt::Debug;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
+pub use avx512::{AVX512, Work, has_avx512, with_avx512};
 pub use scalar::Word;
 pub use wide8::{F32x8, Mask8, U32x8};
-pub use wide16::{F32x16, Mask16, U32x16, Work, has_avx512, with_avx512};
+pub use wide16::{F32x16, Mask16, U32x16};
 
 #[cfg(not(all(target_feature = "avx2", target_feature = "fma")))]
 compile_error!(

@@ -1,8 +1,7 @@
-//! Sixteen lanes of AVX-512, for processors that have it: chosen when the program runs.
+//! Sixteen lanes of AVX-512.
 //!
-//! `safe_arch` decides at compile time, so one binary for both widths needs these over `std::arch`. All of it is inlined into
-//! [`with_avx512`], the only place where the compiler may use the instructions; there is no other way to run a kernel of
-//! these lanes than through it.
+//! `safe_arch` decides at compile time, so one binary for both widths needs these over `std::arch`. There is no other way to run a
+//! kernel of these lanes than through [`with_avx512`](super::with_avx512).
 
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
@@ -23,35 +22,6 @@ pub struct U32x16(__m512i);
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(transparent)]
 pub struct Mask16(__mmask16);
-
-/// Work for sixteen lanes. `run` must be `#[inline(always)]`, and so must everything in it that handles lanes.
-pub trait Work {
-    /// Does the work.
-    fn run(self);
-}
-
-/// Whether this processor has what [`with_avx512`] needs.
-pub fn has_avx512() -> bool {
-    is_x86_feature_detected!("avx512f")
-        && is_x86_feature_detected!("avx512bw")
-        && is_x86_feature_detected!("avx512dq")
-        && is_x86_feature_detected!("avx512vl")
-}
-
-/// Runs work with AVX-512.
-///
-/// # Panics
-/// If the processor lacks it: ask [`has_avx512`] before making such work.
-#[inline]
-pub fn with_avx512<W: Work>(work: W) {
-    #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl")]
-    fn inner<W: Work>(work: W) {
-        work.run();
-    }
-    assert!(has_avx512(), "sixteen lanes need AVX-512");
-    // SAFETY: the processor has the instructions, as just asserted.
-    unsafe { inner(work) }
-}
 
 /// Calls intrinsics.
 macro_rules! avx512 {

@@ -50,10 +50,6 @@ impl<const K: usize> Columns<K> {
 
     /// Three numbers from a column on.
     pub fn get3<L: Lane>(&self, column: usize, at: usize) -> Vec3<L> {
-        Vec3::new(
-            self.get(column, at),
-            self.get(column + 1, at),
-            self.get(column + 2, at),
-        )
+        Vec3::new(self.get(column, at), self.get(column + 1, at), self.get(column + 2, at))
     }
 }

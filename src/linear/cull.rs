@@ -2,28 +2,27 @@
 //! shape that could be met is never left out. Shapes are tested as many at a time as there are lanes: tested one by one, what
 //! the processor guessed wrong cost more than the tests.
 
-use super::columns::Columns;
 use super::{Candidates, Line};
-use crate::lane::{Bits, F32x8, Lane, Mask};
+use crate::lane::{F32x8, Lane, Mask};
 use crate::math::Vec3;
-use crate::shape::{Ball, FromOrigin, NO_SPHERE, Triangle};
+use crate::shape::{Ball, NO_SPHERE};
 
 /// A plane's share of rounding: what is nearer to it than this part of the largest number involved counts as both sides.
-const MARGIN: f32 = 1e-5;
+pub(super) const MARGIN: f32 = 1e-5;
 
-fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
+pub(super) fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// In `f64`: the normal of a triangle is as long as an area, and the square of that leaves `f32` where scenes are 2^28 units
 /// large or 2^-36 small.
-fn length(a: [f32; 3]) -> f32 {
+pub(super) fn length(a: [f32; 3]) -> f32 {
     let [x, y, z] = a.map(f64::from);
     (x * x + y * y + z * z).sqrt() as f32
 }
 
 /// At least the length, without a root: for margins, which may be too large.
-fn norm1(a: [f32; 3]) -> f32 {
+pub(super) fn norm1(a: [f32; 3]) -> f32 {
     a[0].abs() + a[1].abs() + a[2].abs()
 }
 
@@ -35,113 +34,10 @@ fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     ]
 }
 
-/// What is asked of the shapes of a line again and again.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Shapes {
-    triangles: Columns<33>,
-    balls: Columns<4>,
-}
-
-// Columns of triangles. A box, the corners, and the plane `dot(normal, p) = offset`.
-const LOW: usize = 0;
-const HIGH: usize = 3;
-const CORNERS: usize = 6;
-const NORMAL: usize = 15;
-const OFFSET: usize = 18;
-// Of the normal.
-const LENGTH: usize = 19;
-// The corners are no farther from the origin than this; what margins grow with.
-const REACH: usize = 20;
-// Bits: what rays call it that aim at it.
-const AIM: usize = 21;
-// Of `FromOrigin`, and the largest `norm1` of its sides.
-const SIDES: usize = 22;
-const SIGN: usize = 31;
-const WIDEST: usize = 32;
-
-// Columns of balls.
-const CENTER: usize = 0;
-const RADIUS: usize = 3;
-
-impl Shapes {
-    pub(super) fn add(&mut self, triangle: &Triangle, from_origin: &FromOrigin, aim: u32) {
-        let corners = triangle.corners;
-        let mut all = [0.0; 33];
-        for k in 0..3 {
-            let [a, b, c] = corners.map(|corner| corner[k]);
-            all[LOW + k] = a.min(b).min(c);
-            all[HIGH + k] = a.max(b).max(c);
-            all[NORMAL + k] = triangle.normal[k];
-            for i in 0..3 {
-                all[CORNERS + 3 * i + k] = corners[i][k];
-                all[SIDES + 3 * i + k] = from_origin.sides[i][k];
-            }
-        }
-        all[OFFSET] = dot(triangle.normal, corners[0]);
-        all[LENGTH] = length(triangle.normal);
-        all[REACH] = corners.map(norm1).into_iter().fold(0.0, f32::max);
-        all[AIM] = f32::from_bits(aim);
-        let offset = from_origin.offset;
-        all[SIGN] = if offset == 0.0 { 0.0 } else { offset.signum() };
-        all[WIDEST] = from_origin.sides.map(norm1).into_iter().fold(0.0, f32::max);
-        self.triangles.push(all);
-    }
-
-    pub(super) fn set_balls(&mut self, balls: &[Ball]) {
-        self.balls = Columns::default();
-        for &Ball { center: [x, y, z], radius } in balls {
-            self.balls.push([x, y, z, radius]);
-        }
-    }
-
-    fn corner<L: Lane>(&self, i: usize, at: usize) -> Vec3<L> {
-        self.triangles.get3(CORNERS + 3 * i, at)
-    }
-
-    /// Which triangles no ray from the origin between these unit directions meets, for all pass outside of one and the same edge.
-    fn apart<L: Lane>(&self, at: usize, corners: &[[f32; 3]; 4]) -> L::Mask {
-        let sign: L = self.triangles.get(SIGN, at);
-        // Of a triangle that is seen edge-on one side is short, and rounding is that of the others.
-        let limit = L::splat(-MARGIN) * self.triangles.get(WIDEST, at);
-        let mut apart = L::Mask::splat(false);
-        for i in 0..3 {
-            let side: Vec3<L> = self.triangles.get3(SIDES + 3 * i, at);
-            let [a, b, c, d] = corners.map(|corner| (sign * side.dot(Vec3::splat(corner))).lt(limit));
-            apart = apart | mutate!(a & b & c & d, OneCornerOutside => a | b | c | d);
-        }
-        apart
-    }
-
-    /// Which triangles have a light, and points between `low` and `high` from their planes, strictly on one side.
-    fn beside<L: Lane>(&self, at: usize, light: &Ball, low: L, high: L) -> L::Mask {
-        let (length, offset): (L, L) = (self.triangles.get(LENGTH, at), self.triangles.get(OFFSET, at));
-        let center = self.triangles.get3::<L>(NORMAL, at).dot(Vec3::splat(light.center)) - offset;
-        let radius = mutate!(light.radius, LightAsPoint => 0.0) * (1.0 + MARGIN);
-        let size = length * L::splat(norm1(light.center)) + offset.abs();
-        let reach = length * L::splat(radius) + L::splat(MARGIN) * size;
-        (low.gt(L::zero()) & center.gt(reach)) | (high.lt(L::zero()) & center.lt(-reach))
-    }
-
-    /// The lowest and highest of `dot(normal, p) - offset` over a box, with room for rounding.
-    fn sides<L: Lane>(&self, at: usize, bounds: &Bounds) -> [L; 2] {
-        let offset: L = self.triangles.get(OFFSET, at);
-        let (mut low, mut high, mut slack) = (-offset, -offset, offset.abs());
-        for k in 0..3 {
-            let n: L = self.triangles.get(NORMAL + k, at);
-            let (a, b) = (n * L::splat(bounds.low[k]), n * L::splat(bounds.high[k]));
-            low = low + a.min(b);
-            high = high + a.max(b);
-            slack = slack + a.abs().max(b.abs());
-        }
-        let slack = L::splat(MARGIN) * slack;
-        [low - slack, high + slack]
-    }
-}
-
 /// A half space `dot(normal, x) >= offset` that holds every ray.
 #[derive(Clone, Copy, Debug, Default)]
-struct Plane {
-    normal: [f32; 3],
+pub(super) struct Plane {
+    pub normal: [f32; 3],
     offset: f32,
     /// The [`norm1`] of the normal; more where the normal itself is rounded by more than its [`MARGIN`].
     size: f32,
@@ -153,26 +49,9 @@ const ROUNDED: f32 = 8.0 * f32::EPSILON / 2.0 / MARGIN;
 
 impl Plane {
     /// What is below this is on the other side, of shapes so far from the origin.
-    fn limit<L: Lane>(&self, reach: L) -> L {
+    pub fn limit<L: Lane>(&self, reach: L) -> L {
         let margin = L::splat(self.size).mul_add(reach, L::splat(self.offset.abs()));
         L::splat(self.offset) - L::splat(MARGIN) * margin
-    }
-
-    /// Which triangles lie wholly on the other side.
-    fn excludes<L: Lane>(&self, shapes: &Shapes, at: usize) -> L::Mask {
-        let limit = self.limit::<L>(shapes.triangles.get(REACH, at));
-        let behind = |i: usize| shapes.corner::<L>(i, at).dot(Vec3::splat(self.normal)).lt(limit);
-        let [a, b, c] = [behind(0), behind(1), behind(2)];
-        mutate!(a & b & c, OneCornerBehind => a | b | c)
-    }
-
-    /// Which balls do.
-    fn excludes_balls<L: Lane>(&self, shapes: &Shapes, at: usize) -> L::Mask {
-        let center: Vec3<L> = shapes.balls.get3(CENTER, at);
-        let radius = mutate!(shapes.balls.get::<L>(RADIUS, at), BallsAsPoints => L::zero());
-        let reach = L::splat(length(self.normal) * (1.0 + MARGIN)) * radius;
-        let limit = self.limit(center.x.abs() + center.y.abs() + center.z.abs());
-        (center.dot(Vec3::splat(self.normal)) + reach).lt(limit)
     }
 }
 
@@ -208,7 +87,7 @@ impl Line {
         set.clear();
         for (at, mut kept) in self.shapes.triangles.packets::<L>() {
             for plane in &planes {
-                kept = kept & !plane.excludes::<L>(&self.shapes, at);
+                kept = kept & !self.shapes.behind::<L>(at, plane);
             }
             if kept.any() {
                 kept = kept & !self.shapes.apart::<L>(at, &corners);
@@ -217,7 +96,7 @@ impl Line {
         }
         for (at, mut kept) in self.shapes.balls.packets::<L>() {
             for plane in &planes {
-                kept = kept & !plane.excludes_balls::<L>(&self.shapes, at);
+                kept = kept & !self.shapes.balls_behind::<L>(at, plane);
             }
             set.balls.extend(kept.lanes().map(|lane| (at + lane) as u32));
         }
@@ -264,38 +143,34 @@ impl Line {
 
     #[inline(never)]
     fn shaft<L: Lane>(&self, points: &Points, light: &Ball, aimed_at: u32, set: &mut Candidates) {
-        let Shapes { triangles, balls } = &self.shapes;
+        let shapes = &self.shapes;
         let target = Bounds::of_ball(light);
         let around = points.bounds.around(&target);
         let mut hull = [Plane::default(); 12];
         let planes = hull_of(&points.bounds, &target, &mut hull);
         set.clear();
-        for (at, lanes) in triangles.packets::<L>() {
-            let mut kept = lanes & !around.apart(triangles.get3::<L>(LOW, at), triangles.get3(HIGH, at));
+        for (at, lanes) in shapes.triangles.packets::<L>() {
+            let mut kept = lanes & !shapes.outside::<L>(at, &around);
             if aimed_at != NO_SPHERE {
-                let aim = triangles.get::<L>(AIM, at).to_bits();
-                kept = kept & !aim.eq(L::Bits::splat(aimed_at));
+                kept = kept & !shapes.aimed_at::<L>(at, aimed_at);
             }
             let (low, high) = (L::load(&points.low[at..]), L::load(&points.high[at..]));
-            kept = kept & !self.shapes.beside(at, light, low, high);
+            kept = kept & !shapes.beside(at, light, low, high);
             for plane in planes {
                 if kept.none() {
                     break;
                 }
-                kept = kept & !plane.excludes::<L>(&self.shapes, at);
+                kept = kept & !self.shapes.behind::<L>(at, plane);
             }
             self.take::<L>(at, kept, set);
         }
-        for (at, lanes) in balls.packets::<L>() {
-            let center: Vec3<L> = balls.get3(CENTER, at);
-            let reach = balls.get::<L>(RADIUS, at) * L::splat(1.0 + MARGIN);
-            let reach = Vec3::new(reach, reach, reach);
-            let mut kept = lanes & !around.apart(center - reach, center + reach);
+        for (at, lanes) in shapes.balls.packets::<L>() {
+            let mut kept = lanes & !shapes.balls_outside::<L>(at, &around);
             for plane in planes {
                 if kept.none() {
                     break;
                 }
-                kept = kept & !plane.excludes_balls::<L>(&self.shapes, at);
+                kept = kept & !self.shapes.balls_behind::<L>(at, plane);
             }
             let kept = kept.lanes().map(|lane| (at + lane) as u32);
             set.balls.extend(kept.filter(|&ball| ball != aimed_at));
@@ -312,9 +187,7 @@ impl Line {
 
     /// The plane of a triangle, normal and offset: what [`Points::measure`] wants.
     pub fn plane(&self, triangle: u32) -> ([f32; 3], f32) {
-        let at = triangle as usize;
-        let triangles = &self.shapes.triangles;
-        (triangles.get3::<f32>(NORMAL, at).lane(0), triangles.get(OFFSET, at))
+        self.shapes.plane(triangle as usize)
     }
 }
 
@@ -367,7 +240,7 @@ impl Bounds {
     }
 
     /// Which boxes are outside of this one.
-    fn apart<L: Lane>(&self, low: Vec3<L>, high: Vec3<L>) -> L::Mask {
+    pub(super) fn apart<L: Lane>(&self, low: Vec3<L>, high: Vec3<L>) -> L::Mask {
         let beyond = |k: usize, low: L, high: L| {
             let margin = MARGIN * (self.low[k].abs() + self.high[k].abs());
             high.lt(L::splat(self.low[k] - margin)) | low.gt(L::splat(self.high[k] + margin))

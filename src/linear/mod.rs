@@ -5,8 +5,9 @@
 
 mod columns;
 pub mod cull;
+mod shapes;
 
-use cull::Shapes;
+use shapes::Shapes;
 
 use crate::lane::{Bits, Lane, Mask};
 use crate::math::Vec3;
@@ -40,7 +41,7 @@ pub struct Line {
 }
 
 /// The shapes that a set of rays may meet.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Candidates {
     triangles: Vec<u32>,
     /// Triangles that rays may aim at: apart, so that the others need not be asked.

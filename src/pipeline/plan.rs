@@ -90,7 +90,9 @@ impl Plan {
         } else {
             Order::Passes
         };
-        let name = format!("{}-f32x{lanes}-{}", accel.name(), estimator.name());
+        // Sixteen lanes say so by themselves.
+        let set = if lanes == 8 && has_avx512() { "-avx512" } else { "" };
+        let name = format!("{}-f32x{lanes}{set}-{}", accel.name(), estimator.name());
         if features.nothing_in_sight() {
             return Ok(Self {
                 name: format!("{name}-blank"),

@@ -7,9 +7,10 @@ use std::marker::PhantomData;
 use super::stage::{Chunk, Scratch, Stage, environment, eye, shade, triangles};
 use super::stream::{self, Model};
 use super::tracer::{ByEmbree, InLine, Tracer};
+use crate::embree::TraceLane;
 use crate::estimator::density::{Average, ConeOnly, Density, Mix};
 use crate::estimator::per_point;
-use crate::lane::{F32x8, F32x16, Work, with_avx512};
+use crate::lane::{F32x8, F32x16, Work, has_avx512, with_avx512};
 use crate::scene::{Effect, Effects};
 use crate::settings::{AccelKind, EstimatorKind};
 
@@ -19,8 +20,8 @@ pub type Run = fn(&mut Chunk, &mut Scratch);
 /// A stage, compiled for every width of packets and whoever answers rays.
 #[derive(Clone, Copy, Debug)]
 pub struct Row {
-    embree: [Run; 3],
-    line: [Run; 3],
+    embree: [Run; 4],
+    line: [Run; 4],
 }
 
 /// The rows of the eye stage with the effects that each holds.
@@ -128,32 +129,36 @@ impl Row {
         }
     }
 
-    /// The stage for packets of 1, 8 or 16 lanes.
-    pub const fn run(&self, accel: AccelKind, lanes: usize) -> Run {
-        let [one, eight, sixteen] = match accel {
+    /// The stage for packets of 1, 8 or 16 lanes, these with AVX-512 where it is there.
+    pub fn run(&self, accel: AccelKind, lanes: usize) -> Run {
+        let [one, eight, eight_of_avx512, sixteen] = match accel {
             AccelKind::Embree => self.embree,
             AccelKind::Linear => self.line,
         };
         match lanes {
             16 => sixteen,
+            8 if has_avx512() => eight_of_avx512,
             8 => eight,
             _ => one,
         }
     }
 }
 
-const fn widths<S: Stage, T: Tracer>() -> [Run; 3] {
-    [S::run::<f32, T>, S::run::<F32x8, T>, |chunk, scratch| {
-        with_avx512(Sixteen::<S, T>(chunk, scratch, PhantomData));
-    }]
+const fn widths<S: Stage, T: Tracer>() -> [Run; 4] {
+    [
+        S::run::<f32, T>,
+        S::run::<F32x8, T>,
+        |chunk, scratch| with_avx512(OfAvx512::<F32x8, S, T>(chunk, scratch, PhantomData)),
+        |chunk, scratch| with_avx512(OfAvx512::<F32x16, S, T>(chunk, scratch, PhantomData)),
+    ]
 }
 
-/// A stage of sixteen lanes, compiled as a whole for AVX-512.
-struct Sixteen<'a, 'c, S, T>(&'a mut Chunk<'c>, &'a mut Scratch, PhantomData<(S, T)>);
+/// A stage, compiled as a whole for AVX-512.
+struct OfAvx512<'a, 'c, L, S, T>(&'a mut Chunk<'c>, &'a mut Scratch, PhantomData<(L, S, T)>);
 
-impl<S: Stage, T: Tracer> Work for Sixteen<'_, '_, S, T> {
+impl<L: TraceLane, S: Stage, T: Tracer> Work for OfAvx512<'_, '_, L, S, T> {
     #[inline(always)]
     fn run(self) {
-        S::run::<F32x16, T>(self.0, self.1);
+        S::run::<L, T>(self.0, self.1);
     }
 }

@@ -57,12 +57,17 @@ impl Place {
 
     /// Runs `octolux` in the folder; the arguments are separated by spaces.
     pub fn octolux(&self, arguments: &str) -> Output {
-        Command::new(env!("CARGO_BIN_EXE_octolux"))
+        self.command(arguments).output().unwrap()
+    }
+
+    /// The same, not yet run.
+    pub fn command(&self, arguments: &str) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_octolux"));
+        command
             .args(arguments.split_whitespace())
             .current_dir(self.path())
-            .stdin(Stdio::null())
-            .output()
-            .unwrap()
+            .stdin(Stdio::null());
+        command
     }
 
     /// The names in the folder, hidden ones too, without `in`.

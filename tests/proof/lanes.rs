@@ -1,5 +1,7 @@
 //! What tests of lanes share: hard numbers, vectors of lanes, and a table of the differences.
 
+use std::marker::PhantomData;
+
 use octolux::embree::TraceLane;
 use octolux::lane::{F32x8, F32x16, Lane, Work, has_avx512, with_avx512};
 use octolux::math::Vec3;
@@ -75,24 +77,27 @@ pub trait InLanes {
     fn run<L: TraceLane>(&self, first: usize) -> Vec<Self::Said>;
 }
 
-struct Sixteen<'a, J: InLanes>(&'a J, &'a mut Vec<J::Said>);
+struct OfAvx512<'a, L, J: InLanes>(&'a J, usize, &'a mut Vec<J::Said>, PhantomData<L>);
 
-impl<J: InLanes> Work for Sixteen<'_, J> {
+impl<L: TraceLane, J: InLanes> Work for OfAvx512<'_, L, J> {
     #[inline(always)]
     fn run(self) {
-        *self.1 = self.0.run::<F32x16>(0);
+        self.2.extend(self.0.run::<L>(self.1));
     }
 }
 
-/// What sixteen inputs get by themselves, by eight, and by sixteen where the processor has AVX-512.
+/// What sixteen inputs get by themselves, by eight, and where the processor has AVX-512 by eight and by sixteen with that.
 pub fn in_all_widths<J: InLanes>(job: &J) -> Vec<(usize, Vec<J::Said>)> {
     let one = (0..16).flat_map(|first| job.run::<f32>(first)).collect();
     let eight = [0, 8].into_iter().flat_map(|first| job.run::<F32x8>(first)).collect();
     let mut all = vec![(1, one), (8, eight)];
     if has_avx512() {
-        let mut sixteen = vec![];
-        with_avx512(Sixteen(job, &mut sixteen));
-        all.push((16, sixteen));
+        let (mut eight, mut sixteen) = (vec![], vec![]);
+        for first in [0, 8] {
+            with_avx512(OfAvx512::<F32x8, J>(job, first, &mut eight, PhantomData));
+        }
+        with_avx512(OfAvx512::<F32x16, J>(job, 0, &mut sixteen, PhantomData));
+        all.extend([(8, eight), (16, sixteen)]);
     }
     all
 }

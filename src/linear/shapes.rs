@@ -1,0 +1,157 @@
+//! The shapes of a line in columns, and the tests of [`super::cull`]: as many shapes at a time as there are lanes.
+
+use super::columns::Columns;
+use super::cull::{Bounds, MARGIN, Plane, dot, length, norm1};
+use crate::lane::{Bits, Lane, Mask};
+use crate::math::Vec3;
+use crate::shape::{Ball, FromOrigin, Triangle};
+
+/// What is asked of the shapes of a line again and again. Those at a place are as many as there are lanes.
+#[derive(Clone, Debug, Default)]
+pub struct Shapes {
+    pub triangles: Columns<33>,
+    pub balls: Columns<4>,
+}
+
+// Columns of triangles. A box, the corners, and the plane `dot(normal, p) = offset`.
+const LOW: usize = 0;
+const HIGH: usize = 3;
+const CORNERS: usize = 6;
+const NORMAL: usize = 15;
+const OFFSET: usize = 18;
+// Of the normal.
+const LENGTH: usize = 19;
+// The corners are no farther from the origin than this; what margins grow with.
+const REACH: usize = 20;
+// Bits: what rays call it that aim at it.
+const AIM: usize = 21;
+// Of `FromOrigin`, and the largest `norm1` of its sides.
+const SIDES: usize = 22;
+const SIGN: usize = 31;
+const WIDEST: usize = 32;
+
+// Columns of balls.
+const CENTER: usize = 0;
+const RADIUS: usize = 3;
+
+impl Shapes {
+    /// Adds a triangle, and what rays call it that aim at it.
+    pub fn add(&mut self, triangle: &Triangle, from_origin: &FromOrigin, aim: u32) {
+        let corners = triangle.corners;
+        let mut all = [0.0; 33];
+        for k in 0..3 {
+            let [a, b, c] = corners.map(|corner| corner[k]);
+            all[LOW + k] = a.min(b).min(c);
+            all[HIGH + k] = a.max(b).max(c);
+            all[NORMAL + k] = triangle.normal[k];
+            for i in 0..3 {
+                all[CORNERS + 3 * i + k] = corners[i][k];
+                all[SIDES + 3 * i + k] = from_origin.sides[i][k];
+            }
+        }
+        all[OFFSET] = dot(triangle.normal, corners[0]);
+        all[LENGTH] = length(triangle.normal);
+        all[REACH] = corners.map(norm1).into_iter().fold(0.0, f32::max);
+        all[AIM] = f32::from_bits(aim);
+        let offset = from_origin.offset;
+        all[SIGN] = if offset == 0.0 { 0.0 } else { offset.signum() };
+        all[WIDEST] = from_origin.sides.map(norm1).into_iter().fold(0.0, f32::max);
+        self.triangles.push(all);
+    }
+
+    /// Sets the balls.
+    pub fn set_balls(&mut self, balls: &[Ball]) {
+        self.balls = Columns::default();
+        for &Ball {
+            center: [x, y, z],
+            radius,
+        } in balls
+        {
+            self.balls.push([x, y, z, radius]);
+        }
+    }
+
+    /// The plane of a triangle, normal and offset.
+    pub fn plane(&self, triangle: usize) -> ([f32; 3], f32) {
+        let normal = self.triangles.get3::<f32>(NORMAL, triangle).lane(0);
+        (normal, self.triangles.get(OFFSET, triangle))
+    }
+
+    /// Which triangles are called that by rays that aim at them.
+    pub fn aimed_at<L: Lane>(&self, at: usize, name: u32) -> L::Mask {
+        let aim: L = self.triangles.get(AIM, at);
+        aim.to_bits().eq(L::Bits::splat(name))
+    }
+
+    /// Which triangles are outside of a box, as far as their own boxes tell.
+    pub fn outside<L: Lane>(&self, at: usize, bounds: &Bounds) -> L::Mask {
+        bounds.apart::<L>(self.triangles.get3(LOW, at), self.triangles.get3(HIGH, at))
+    }
+
+    /// Which balls are outside of a box.
+    pub fn balls_outside<L: Lane>(&self, at: usize, bounds: &Bounds) -> L::Mask {
+        let center: Vec3<L> = self.balls.get3(CENTER, at);
+        let reach = self.balls.get::<L>(RADIUS, at) * L::splat(1.0 + MARGIN);
+        let reach = Vec3::new(reach, reach, reach);
+        bounds.apart(center - reach, center + reach)
+    }
+
+    /// Which triangles lie wholly behind a plane.
+    pub fn behind<L: Lane>(&self, at: usize, plane: &Plane) -> L::Mask {
+        let limit = plane.limit::<L>(self.triangles.get(REACH, at));
+        let behind = |i: usize| {
+            let corner: Vec3<L> = self.triangles.get3(CORNERS + 3 * i, at);
+            corner.dot(Vec3::splat(plane.normal)).lt(limit)
+        };
+        let [a, b, c] = [behind(0), behind(1), behind(2)];
+        mutate!(a & b & c, OneCornerBehind => a | b | c)
+    }
+
+    /// Which balls do.
+    pub fn balls_behind<L: Lane>(&self, at: usize, plane: &Plane) -> L::Mask {
+        let center: Vec3<L> = self.balls.get3(CENTER, at);
+        let radius = mutate!(self.balls.get::<L>(RADIUS, at), BallsAsPoints => L::zero());
+        let reach = L::splat(length(plane.normal) * (1.0 + MARGIN)) * radius;
+        let limit = plane.limit(center.x.abs() + center.y.abs() + center.z.abs());
+        (center.dot(Vec3::splat(plane.normal)) + reach).lt(limit)
+    }
+
+    /// Which triangles no ray from the origin between these unit directions meets, for all pass outside of one and the same edge.
+    pub fn apart<L: Lane>(&self, at: usize, corners: &[[f32; 3]; 4]) -> L::Mask {
+        let sign: L = self.triangles.get(SIGN, at);
+        // Of a triangle that is seen edge-on one side is short, and rounding is that of the others.
+        let limit = L::splat(-MARGIN) * self.triangles.get(WIDEST, at);
+        let mut apart = L::Mask::splat(false);
+        for i in 0..3 {
+            let side: Vec3<L> = self.triangles.get3(SIDES + 3 * i, at);
+            let [a, b, c, d] = corners.map(|corner| (sign * side.dot(Vec3::splat(corner))).lt(limit));
+            apart = apart | mutate!(a & b & c & d, OneCornerOutside => a | b | c | d);
+        }
+        apart
+    }
+
+    /// Which triangles have a light, and points between `low` and `high` from their planes, strictly on one side.
+    pub fn beside<L: Lane>(&self, at: usize, light: &Ball, low: L, high: L) -> L::Mask {
+        let (length, offset): (L, L) = (self.triangles.get(LENGTH, at), self.triangles.get(OFFSET, at));
+        let center = self.triangles.get3::<L>(NORMAL, at).dot(Vec3::splat(light.center)) - offset;
+        let radius = mutate!(light.radius, LightAsPoint => 0.0) * (1.0 + MARGIN);
+        let size = length * L::splat(norm1(light.center)) + offset.abs();
+        let reach = length * L::splat(radius) + L::splat(MARGIN) * size;
+        (low.gt(L::zero()) & center.gt(reach)) | (high.lt(L::zero()) & center.lt(-reach))
+    }
+
+    /// The lowest and highest of `dot(normal, p) - offset` over a box, with room for rounding.
+    pub fn sides<L: Lane>(&self, at: usize, bounds: &Bounds) -> [L; 2] {
+        let offset: L = self.triangles.get(OFFSET, at);
+        let (mut low, mut high, mut slack) = (-offset, -offset, offset.abs());
+        for k in 0..3 {
+            let n: L = self.triangles.get(NORMAL + k, at);
+            let (a, b) = (n * L::splat(bounds.low[k]), n * L::splat(bounds.high[k]));
+            low = low + a.min(b);
+            high = high + a.max(b);
+            slack = slack + a.abs().max(b.abs());
+        }
+        let slack = L::splat(MARGIN) * slack;
+        [low - slack, high + slack]
+    }
+}

@@ -24,6 +24,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 # The first rule counts whose file and function are among the inlined frames, innermost first; "" is any.
 RULES = [
     ("linear/cull.rs", "", "culling by tile and light"),
+    ("linear/shapes.rs", "", "culling by tile and light"),
     ("pipeline/tracer.rs", "survey|cull|sides|face_", "culling by tile and light"),
     ("pipeline/stage/shadow.rs", "occluded", "shadow: what is in the way"),
     ("", "occluded", "shadow: what is in the way"),

@@ -49,6 +49,8 @@ pub trait Lane:
     type Packing: Copy;
     /// See [`Lane::rows`].
     type Rows: AsRef<[[f32; 4]]>;
+    /// The same lanes, or where these need AVX-512 as many as do without: for what is not inlined into kernels.
+    type Plain: Lane;
 
     /// The same number in every lane.
     fn splat(x: f32) -> Self;

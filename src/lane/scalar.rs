@@ -8,6 +8,7 @@ impl Lane for f32 {
     type Bits = Word;
     type Packing = ();
     type Rows = [[f32; 4]; 1];
+    type Plain = Self;
 
     #[inline(always)]
     fn splat(x: f32) -> Self {

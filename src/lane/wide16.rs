@@ -41,6 +41,7 @@ impl Lane for F32x16 {
     type Bits = U32x16;
     type Packing = Mask16;
     type Rows = [[f32; 4]; 16];
+    type Plain = super::F32x8;
 
     #[inline(always)]
     fn splat(x: f32) -> Self {

@@ -69,6 +69,7 @@ impl Lane for F32x8 {
     type Bits = U32x8;
     type Packing = m256i;
     type Rows = [[f32; 4]; 8];
+    type Plain = Self;
 
     #[inline(always)]
     fn splat(x: f32) -> Self {

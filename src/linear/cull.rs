@@ -1,9 +1,10 @@
 //! Which shapes rays from a tile can meet at all, decided once for thousands of rays. Every test here is one-sided: a
 //! shape that could be met is never left out. Shapes are tested as many at a time as there are lanes: tested one by one, what
-//! the processor guessed wrong cost more than the tests.
+//! the processor guessed wrong cost more than the tests. How many changes no answer; nothing here is inlined into kernels, so lanes
+//! that need AVX-512 send [`Lane::Plain`].
 
 use super::{Candidates, Line};
-use crate::lane::{F32x8, Lane, Mask};
+use crate::lane::{Lane, Mask};
 use crate::math::Vec3;
 use crate::shape::{Ball, NO_SPHERE};
 
@@ -58,18 +59,9 @@ impl Plane {
 impl Line {
     /// The shapes that rays from the origin between four unit directions may meet; `corners` go round the tile. Of a triangle, no
     /// plane through the origin and a side of the tile may part it from the tile, nor one through a side of its own: where there is
-    /// neither, they overlap. `L` is for speed alone.
-    pub fn in_frustum<L: Lane>(&self, corners: [[f32; 3]; 4], set: &mut Candidates) {
-        // What is not inlined has no AVX-512, and eight are many where there are few shapes.
-        if L::N == 1 {
-            self.frustum::<f32>(corners, set);
-        } else {
-            self.frustum::<F32x8>(corners, set);
-        }
-    }
-
+    /// neither, they overlap.
     #[inline(never)]
-    fn frustum<L: Lane>(&self, corners: [[f32; 3]; 4], set: &mut Candidates) {
+    pub fn in_frustum<L: Lane>(&self, corners: [[f32; 3]; 4], set: &mut Candidates) {
         let middle: [f32; 3] = std::array::from_fn(|k| corners.iter().map(|c| c[k]).sum());
         let planes: [Plane; 4] = std::array::from_fn(|i| {
             let normal = cross(corners[i], corners[(i + 1) % 4]);
@@ -103,16 +95,8 @@ impl Line {
     }
 
     /// What a box around points tells of them.
-    pub fn look<L: Lane>(&self, bounds: Bounds, points: &mut Points) {
-        if L::N == 1 {
-            self.box_tells::<f32>(bounds, points);
-        } else {
-            self.box_tells::<F32x8>(bounds, points);
-        }
-    }
-
     #[inline(never)]
-    fn box_tells<L: Lane>(&self, bounds: Bounds, points: &mut Points) {
+    pub fn look<L: Lane>(&self, bounds: Bounds, points: &mut Points) {
         points.bounds = bounds;
         let triangles = &self.shapes.triangles;
         points.measured.clear();
@@ -127,22 +111,14 @@ impl Line {
     }
 
     /// The shapes that may stand between points and the ball `light`; the sphere or the triangles that `aimed_at` names block none
-    /// of the rays there. `L` is for speed alone.
+    /// of the rays there.
     ///
     /// The segments lie in the convex hull of both. It is bounded by planes along one axis through a corner of one box
     /// and the same corner of the other, wherever both boxes lie on one side (the shafts of Haines and Wallace 1994), and
     /// by the box around both. A triangle with points and light strictly on one side of its plane stands between none:
     /// where only its plane could tell and [`Points`] were not measured against it yet, it is kept for [`Self::beside`].
-    pub fn in_shaft<L: Lane>(&self, points: &Points, light: &Ball, aimed_at: u32, set: &mut Candidates) {
-        if L::N == 1 {
-            self.shaft::<f32>(points, light, aimed_at, set);
-        } else {
-            self.shaft::<F32x8>(points, light, aimed_at, set);
-        }
-    }
-
     #[inline(never)]
-    fn shaft<L: Lane>(&self, points: &Points, light: &Ball, aimed_at: u32, set: &mut Candidates) {
+    pub fn in_shaft<L: Lane>(&self, points: &Points, light: &Ball, aimed_at: u32, set: &mut Candidates) {
         let shapes = &self.shapes;
         let target = Bounds::of_ball(light);
         let around = points.bounds.around(&target);

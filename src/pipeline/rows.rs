@@ -129,7 +129,7 @@ impl Row {
         }
     }
 
-    /// The stage for packets of 1, 8 or 16 lanes, these with AVX-512 where it is there.
+    /// The stage for packets of 1, 8 or 16 lanes; eight have AVX-512 where it is there.
     pub fn run(&self, accel: AccelKind, lanes: usize) -> Run {
         let [one, eight, eight_of_avx512, sixteen] = match accel {
             AccelKind::Embree => self.embree,

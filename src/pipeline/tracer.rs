@@ -133,7 +133,7 @@ impl Tracer for InLine {
         let [right, bottom] = last.map(|high| high as f32 + 1.01);
         let corners = [(left, top), (right, top), (right, bottom), (left, bottom)];
         let corners = corners.map(|(x, y)| world.camera.direction::<f32>(x, y).lane(0));
-        world.line.in_frustum::<L>(corners, set);
+        world.line.in_frustum::<L::Plain>(corners, set);
     }
 
     fn face_all(world: &World, set: &mut Candidates) {
@@ -181,7 +181,7 @@ fn survey<L: Lane>(world: &World, stream: &HitStream, points: &mut Points) {
         low: least(low),
         high: least(-high).map(|x| -x),
     };
-    world.line.look::<L>(bounds, points);
+    world.line.look::<L::Plain>(bounds, points);
 }
 
 /// Finds the shapes that may stand between the points of a stream and a ball; whether there are none.
@@ -194,7 +194,7 @@ fn cull<L: Lane>(
     aimed_at: u32,
     set: &mut Candidates,
 ) -> bool {
-    world.line.in_shaft::<L>(points, ball, aimed_at, set);
+    world.line.in_shaft::<L::Plain>(points, ball, aimed_at, set);
     for &triangle in set.triangles() {
         if !points.measured(triangle) {
             let (normal, offset) = world.line.plane(triangle);

@@ -1,0 +1,174 @@
+//! `octolux batch` through the real binary: what is rendered, what is left alone, what is said.
+
+use std::fs;
+
+use crate::place::{Place, stderr, stdout};
+
+/// Five pictures of two scenes, one of which is missing.
+const MANIFEST: &str = r#"
+[defaults]
+spp     = 2
+outputs = ["out/{name}.npy", "out/{name}.exr"]
+
+[[pictures]]
+scenes = ["in/small.toml", "in/other.toml"]
+
+[[pictures]]
+scene   = "in/small.toml"
+outputs = ["out/more.npy"]
+spp     = 5
+seed    = 7
+size    = "9x7"
+
+[[pictures]]
+scene   = "in/missing.toml"
+
+[[pictures]]
+scene    = "in/small.toml"
+outputs  = ["out/bright.png"]
+exposure = -1.5
+adaptive = true
+"#;
+
+fn place() -> Place {
+    let place = Place::new();
+    place.scene("other");
+    fs::create_dir(place.path().join("out")).unwrap();
+    fs::write(place.path().join("jobs.toml"), MANIFEST).unwrap();
+    place
+}
+
+/// The scenes of the lines of JSON, sorted, each with its samples.
+fn rendered(place: &Place, status: i32) -> Vec<String> {
+    let output = place.octolux("batch jobs.toml");
+    assert_eq!(output.status.code(), Some(status), "{}", stderr(&output));
+    let of_line = |line: &str| {
+        let stats: serde_json::Value = serde_json::from_str(line).unwrap();
+        format!("{} {}", stats["scene"].as_str().unwrap(), stats["spp"])
+    };
+    let mut lines: Vec<String> = stdout(&output).lines().map(of_line).collect();
+    lines.sort();
+    lines
+}
+
+#[test]
+fn scenes_that_are_rendered_side_by_side_have_the_bits_of_each_alone() {
+    let place = Place::new();
+    let names = ["small", "other", "third"];
+    names[1..].iter().for_each(|name| place.scene(name));
+    place.succeeds("render in/small.toml in/other.toml in/third.toml --spp 9 -o {name}.npy -o {name}.exr");
+    for name in names {
+        place.succeeds(&format!(
+            "render in/{name}.toml --spp 9 -o alone.npy -o alone.exr --threads 2"
+        ));
+        for ending in ["npy", "exr"] {
+            let bytes = |name: &str| fs::read(place.path().join(format!("{name}.{ending}"))).unwrap();
+            assert!(bytes(name) == bytes("alone"), "{name}.{ending}");
+        }
+    }
+    let output = place.octolux("render in/small.toml in/missing.toml in/other.toml --spp 2 -o 2-{name}.npy --json");
+    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(
+        stdout(&output).lines().count(),
+        2,
+        "a bad scene does not stop the others"
+    );
+    assert!(stderr(&output).contains("missing.toml"), "{}", stderr(&output));
+}
+
+#[test]
+fn a_batch_renders_what_is_missing_or_changed() {
+    let place = place();
+    let all = [
+        "in/other.toml 2",
+        "in/small.toml 2",
+        "in/small.toml 2",
+        "in/small.toml 5",
+    ];
+    assert_eq!(
+        rendered(&place, 2),
+        all,
+        "a scene that is missing is reported, the rest goes on"
+    );
+    let none: [&str; 0] = [];
+    assert_eq!(rendered(&place, 2), none, "everything is there");
+    place.scene("missing");
+    assert_eq!(rendered(&place, 0), ["in/missing.toml 2"]);
+    fs::remove_file(place.path().join("out/more.npy")).unwrap();
+    fs::write(place.path().join("out/other.exr"), "changed").unwrap();
+    assert_eq!(rendered(&place, 0), ["in/other.toml 2", "in/small.toml 5"]);
+    let other = place.path().join("in/other.toml");
+    let text = fs::read_to_string(&other)
+        .unwrap()
+        .replace("radius   = 0.5", "radius   = 0.6");
+    fs::write(&other, text).unwrap();
+    assert_eq!(rendered(&place, 0), ["in/other.toml 2"], "a scene that has changed");
+    fs::write(
+        place.path().join("jobs.toml"),
+        MANIFEST.replace("spp     = 5", "spp     = 6"),
+    )
+    .unwrap();
+    assert_eq!(rendered(&place, 0), ["in/small.toml 6"], "a setting that has changed");
+    // A line of the notes that a kill has cut.
+    let notes = place.path().join("jobs.done.jsonl");
+    let text = fs::read_to_string(&notes).unwrap();
+    fs::write(&notes, &text[..text.len() - 9]).unwrap();
+    assert_eq!(rendered(&place, 0), ["in/small.toml 6"]);
+    assert_eq!(rendered(&place, 0), none);
+    // On and off are true and false in TOML.
+    for robust in ["\"off\"", "false"] {
+        let text = format!("[[pictures]]\nscene = \"in/small.toml\"\nspp = 4\naccel = \"embree\"\nrobust = {robust}\n");
+        fs::write(place.path().join("jobs.toml"), text).unwrap();
+        let expected: &[&str] = if robust == "false" { &none } else { &["in/small.toml 4"] };
+        assert_eq!(rendered(&place, 0), expected, "{robust}");
+    }
+    let text = "[[pictures]]\nscene = \"in/small.toml\"\nspp = 4\naccel = \"embree\"\nrobust = true\n";
+    fs::write(place.path().join("jobs.toml"), text).unwrap();
+    assert_eq!(rendered(&place, 0), ["in/small.toml 4"], "another robust");
+}
+
+#[test]
+fn a_picture_of_a_batch_is_that_of_a_render() {
+    let place = place();
+    place.scene("missing");
+    place.succeeds("batch jobs.toml -q");
+    place.succeeds("render in/small.toml --spp 5 --seed 7 --size 9x7 -o alone.npy");
+    let bytes = |name: &str| fs::read(place.path().join(name)).unwrap();
+    assert!(bytes("alone.npy") == bytes("out/more.npy"));
+}
+
+#[test]
+fn a_manifest_that_makes_no_sense_is_refused() {
+    let place = place();
+    for (text, words) in [
+        ("", "has no [[pictures]]"),
+        ("[[pictures]]\nspp = 3\n", "[[pictures]] 1: names no scene"),
+        ("[[pictures]]\nscene = 3 4\n", "jobs.toml:2: not valid TOML"),
+        (
+            "[[pictures]]\nscene = \"in/small.toml\"\nsppp = 3\n",
+            "unexpected argument '--sppp'",
+        ),
+        (
+            "[[pictures]]\nscene = \"in/small.toml\"\nspp = 0\n",
+            "samples a pixel are a whole number",
+        ),
+        (
+            "[[pictures]]\nscene = \"in/small.toml\"\nquiet = true\n",
+            "for a command line alone",
+        ),
+        (
+            "[[pictures]]\nscene = \"in/small.toml\"\noutputs = [\"nowhere/x.png\"]\n",
+            "there is no folder nowhere",
+        ),
+        (
+            "[[pictures]]\nscenes = [\"in/small.toml\", \"in/small.toml\"]\n",
+            "small.exr: would be written twice",
+        ),
+        ("[defaults]\n[[picture]]\n", "has no key \"picture\""),
+    ] {
+        fs::write(place.path().join("jobs.toml"), text).unwrap();
+        let said = place.refused("batch jobs.toml");
+        assert!(said.contains(words), "{text}: {said}");
+    }
+    place.refused("batch nowhere.toml");
+}

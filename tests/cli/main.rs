@@ -1,0 +1,15 @@
+//! The program as its users meet it: every test starts the real binary in a folder of its own.
+
+mod batch;
+mod broken_scenes;
+mod compare;
+mod explain;
+mod faults;
+#[cfg(target_os = "linux")]
+mod losses;
+mod place;
+mod reference;
+mod render;
+mod shards;
+mod study;
+mod verify;

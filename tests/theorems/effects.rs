@@ -1,0 +1,148 @@
+//! Only what a scene calls for: what the plan holds, and that what it need not hold changes nothing. Nothing here is
+//! statistical.
+
+use crate::proof::pictures::assert_same;
+use crate::proof::runs::{load, picture, settings};
+use octolux::pipeline::{Renderer, Settings};
+use octolux::scene::{Bsdf, Effect, Effects, EstimatorKind, Features, Scene, Surface};
+
+fn held(scene: &Scene) -> Effects {
+    let settings = settings(24, 16, EstimatorKind::Brdf);
+    Renderer::new(scene, settings).expect("a scene that renders").held()
+}
+
+/// Scenes with one user, or one kind of user, of an effect, and what takes it away.
+type Taking = (&'static str, Effect, fn(&mut Scene));
+
+fn matt(scene: &mut Scene) {
+    for material in &mut scene.materials {
+        if let Bsdf::Phong { rho, .. } = material.bsdf {
+            material.bsdf = Bsdf::Diffuse { rho };
+        }
+    }
+}
+
+const TAKEN: [Taking; 6] = [
+    ("veach-mis.toml", Effect::Phong, matt),
+    ("knot.toml", Effect::SmoothNormals, |scene| {
+        scene.meshes.iter_mut().for_each(|mesh| mesh.normals = None);
+    }),
+    ("lens.toml", Effect::Lens, |scene| scene.camera.lens = None),
+    ("one-sided.toml", Effect::OneSided, |scene| {
+        scene
+            .materials
+            .iter_mut()
+            .for_each(|material| material.one_sided = false);
+    }),
+    ("textures.toml", Effect::Textures, |scene| {
+        scene.materials.iter_mut().for_each(|material| material.texture = None);
+    }),
+    ("blend.toml", Effect::Blend, |scene| {
+        for material in &mut scene.materials {
+            if let Bsdf::Blend { gloss, alpha, .. } = material.bsdf {
+                material.bsdf = Bsdf::Phong { rho: gloss, alpha };
+            }
+        }
+    }),
+];
+
+#[test]
+fn without_its_only_user_an_effect_is_in_no_kernel() {
+    for (name, effect, take) in TAKEN {
+        let mut scene = load(name);
+        let before = held(&scene);
+        assert!(before.has(effect), "{name} calls for {}", effect.name());
+        take(&mut scene);
+        let after = held(&scene);
+        assert!(
+            !after.has(effect) && before.hold(after),
+            "{name} without {}",
+            effect.name()
+        );
+    }
+}
+
+#[test]
+fn an_absent_effect_that_is_forced_on_changes_no_bit() {
+    for name in [
+        "veach-mis.toml",
+        "knot.toml",
+        "mesh-light.toml",
+        "lens.toml",
+        "one-sided.toml",
+    ] {
+        let scene = load(name);
+        for estimator in EstimatorKind::ALL {
+            for lanes in [1, 8] {
+                let settings = Settings {
+                    lanes,
+                    ..settings(33, 20, estimator)
+                };
+                let plain = picture(&scene, settings, 3);
+                let features = Features::of(&scene, settings.film);
+                let absent = Effect::ALL.into_iter().filter(|&effect| features.count(effect) == 0);
+                for effect in absent {
+                    let mut forced = Renderer::holding(&scene, settings, Effects::of(&[effect])).expect("it renders");
+                    while forced.next_block(3) < 3 {}
+                    let what = format!("{name}, {}, {lanes} lanes, {} forced", estimator.name(), effect.name());
+                    assert_same(&what, &forced.picture(), &plain);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn what_no_eye_ray_can_meet_calls_for_nothing() {
+    let mut scene = load("veach-mis.toml");
+    let seen = Features::of(&scene, scene.film);
+    // The camera steps back and turns round: the lights are still lights, and nothing is shaded.
+    let back = scene.camera.origin - scene.camera.target;
+    scene.camera.origin += 100.0 * back;
+    scene.camera.target = scene.camera.origin + back;
+    let unseen = Features::of(&scene, scene.film);
+    assert_eq!(unseen.count(Effect::SphereLights), seen.count(Effect::SphereLights));
+    assert_eq!((unseen.count(Effect::Phong), unseen.count(Effect::Diffuse)), (0, 0));
+    assert!(unseen.nothing_in_sight() && !seen.nothing_in_sight());
+
+    // The same picture as by tracing: all black, and no ray was traced for it.
+    let mut blank = Renderer::new(&scene, settings(24, 16, EstimatorKind::Mis)).expect("it renders");
+    blank.next_block(1);
+    assert!(blank.picture().pixels.iter().flatten().all(|&x| x == 0.0));
+    let counters = blank.counters();
+    assert_eq!(
+        (counters.samples, counters.eye_rays, counters.shadow_rays),
+        (24 * 16, 0, 0)
+    );
+}
+
+#[test]
+fn an_emission_of_zero_is_no_light() {
+    let mut scene = load("veach-mis.toml");
+    let before = Features::of(&scene, scene.film).count(Effect::SphereLights);
+    for sphere in &mut scene.spheres[..1] {
+        assert!(matches!(sphere.surface, Surface::Emission(_)));
+        sphere.surface = Surface::Emission(Default::default());
+    }
+    assert_eq!(Features::of(&scene, scene.film).count(Effect::SphereLights), before - 1);
+}
+
+/// Lights of every kind in one scene, tiles of several sizes: what a stage leaves behind in a thread's scratch pad would reach
+/// other pixels, and depend on which tiles the thread had before.
+#[test]
+fn no_stage_leaves_rays_to_the_next_tile() {
+    let scene = load("still-life.toml");
+    let on = |threads| {
+        picture(
+            &scene,
+            Settings {
+                threads,
+                ..settings(60, 40, EstimatorKind::Mis)
+            },
+            8,
+        )
+    };
+    let one = on(1);
+    assert!(one.pixels.iter().flatten().all(|x| x.is_finite()));
+    assert_eq!(one, on(3));
+}

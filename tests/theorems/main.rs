@@ -1,0 +1,32 @@
+//! What Octolux computes is right: distributions, weights, bits, pictures and the oracle, each against a truth from elsewhere.
+//!
+//! What these tests share is in `tests/proof`, which the library's tests of mutants use too.
+
+#[path = "../proof/mod.rs"]
+mod proof;
+
+mod accelerators;
+mod adaptive;
+mod caps;
+mod closed_forms;
+mod combinations;
+mod effects;
+mod effects_agree;
+mod embree;
+mod estimators;
+mod lanes;
+mod lanes_estimators;
+mod linear;
+mod pictures;
+mod properties;
+mod reference_closed_forms;
+mod reference_geometry;
+mod reference_scene;
+mod replay;
+mod samplers;
+mod selftest;
+mod statistics;
+mod strategies;
+mod triangles;
+mod warps;
+mod weights;

@@ -51,9 +51,42 @@ impl Files {
     /// # Errors
     /// A fault without a place about a file that is missing, empty, no file, outside, or too large for the free memory.
     pub fn bytes(&self, kind: &str, name: &str) -> Result<Vec<u8>, Fault> {
+        let (file, length) = self.open(kind, name)?;
+        let mut bytes = Vec::new();
+        // No more than was looked at before, should it grow meanwhile.
+        let read = file.take(length).read_to_end(&mut bytes);
+        read.map_err(|error| unreadable(kind, name, &error))?;
+        self.hashed(&bytes);
+        Ok(bytes)
+    }
+
+    /// Gives the bytes of the file `name` to `reader` as they come, with their number, so that they need not be in memory
+    /// all at once. All of them are hashed, and read, whether `reader` wants them or not.
+    ///
+    /// # Errors
+    /// As for [`bytes`](Self::bytes), or if the file changes while it is read.
+    pub fn stream<T>(&self, kind: &str, name: &str, reader: impl FnOnce(&mut dyn Read, u64) -> T) -> Result<T, Fault> {
+        let (file, length) = self.open(kind, name)?;
+        let mut hash = self.hash.borrow_mut();
+        hash.update(length.to_le_bytes());
+        let mut source = Hashed {
+            source: file.take(length),
+            hash: &mut *hash,
+        };
+        let made = reader(&mut source, length);
+        let rest = std::io::copy(&mut source, &mut std::io::sink());
+        rest.map_err(|error| unreadable(kind, name, &error))?;
+        if source.source.limit() > 0 {
+            let what = format!("{kind} \"{name}\" became shorter while it was read");
+            return Err(Fault::new(what, "try again once it is written"));
+        }
+        Ok(made)
+    }
+
+    /// The file and its length, if it may be read and makes sense.
+    fn open(&self, kind: &str, name: &str) -> Result<(File, u64), Fault> {
         let fault = |what: &str, help: &str| Fault::new(format!("{kind} \"{name}\" {what}"), help);
-        let unreadable =
-            |error: std::io::Error| fault(&format!("cannot be read: {error}"), "check that the file may be read");
+        let unreadable = |error: std::io::Error| unreadable(kind, name, &error);
         let path = self.folder.join(name);
         if self.outside == Outside::Refused && !self.is_inside(&path, name) {
             return Err(fault(
@@ -81,12 +114,7 @@ impl Files {
         if !memory::fits(length.saturating_mul(BYTES_PER_BYTE)) {
             return Err(fault("is too large for the memory that is free", "use a smaller one"));
         }
-        let mut bytes = Vec::new();
-        let file = File::open(&path).map_err(unreadable)?;
-        // No more than was looked at above, should it grow meanwhile.
-        file.take(length).read_to_end(&mut bytes).map_err(unreadable)?;
-        self.hashed(&bytes);
-        Ok(bytes)
+        Ok((File::open(&path).map_err(unreadable)?, length))
     }
 
     /// SHA-256 in hexadecimal of the length and the bytes of everything that was read, in the order of reading.
@@ -121,6 +149,27 @@ impl Files {
             _ => true,
         }
     }
+}
+
+/// A source of bytes that are hashed as they are read.
+struct Hashed<'h, R> {
+    source: R,
+    hash: &'h mut Sha256,
+}
+
+impl<R: Read> Read for Hashed<'_, R> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let count = self.source.read(buffer)?;
+        self.hash.update(&buffer[..count]);
+        Ok(count)
+    }
+}
+
+fn unreadable(kind: &str, name: &str, error: &std::io::Error) -> Fault {
+    Fault::new(
+        format!("{kind} \"{name}\" cannot be read: {error}"),
+        "check that the file may be read",
+    )
 }
 
 /// The folder of `dragon.toml` is the empty path, which cannot be listed.
@@ -211,6 +260,16 @@ mod tests {
             digest("text", &["deep/own", "own"]),
         ];
         assert!(others.iter().all(|other| *other != before));
+        let streamed = Files::new(&scene, "text", Outside::Refused);
+        for (name, wanted) in [("own", 2), ("deep/own", 0)] {
+            let taken = streamed.stream("mesh file", name, |source, length| {
+                let mut bytes = vec![0; wanted];
+                source.read_exact(&mut bytes).unwrap();
+                (length, bytes)
+            });
+            assert_eq!(taken.unwrap(), (name.len() as u64 + 3, b"in"[..wanted].to_vec()));
+        }
+        assert_eq!(before, streamed.digest(), "whether a reader wants all of a file or not");
         fs::write(place.path().join("in/own"), "in/own!").unwrap();
         assert_ne!(before, digest("text", &["own", "deep/own"]));
     }

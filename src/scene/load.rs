@@ -140,9 +140,9 @@ fn scene(text: &str, path: &Path, outside: Outside) -> Result<Scene, Fault> {
     let mut meshes = Vec::new();
     if let Some(value) = root.get("meshes") {
         for table in value.tables("mesh", shapes::MESH_KEYS)? {
-            let (mesh, note) = shapes::mesh(&table, &named, &files)?;
+            let (mesh, said) = shapes::mesh(&table, &named, &files)?;
             meshes.push(mesh);
-            notes.extend(note);
+            notes.extend(said);
         }
     }
 

@@ -3,7 +3,7 @@
 use super::error::Fault;
 use super::files::Files;
 use super::materials::Materials;
-use super::mesh::{self, Normals};
+use super::mesh::{self, Normals, Wanted};
 use super::nearest::nearest;
 use super::rule::{FINITE, NOT_NEGATIVE, POSITIVE};
 use super::table::Table;
@@ -42,12 +42,8 @@ pub(super) fn sphere(table: &Table<'_>, materials: &Materials<'_>) -> Result<Sph
     })
 }
 
-/// A mesh, and a sentence if part of it was left out. Files are those of the scene.
-pub(super) fn mesh(
-    table: &Table<'_>,
-    materials: &Materials<'_>,
-    files: &Files,
-) -> Result<(Mesh, Option<String>), Fault> {
+/// A mesh, and sentences about what was left out of it. Files are those of the scene.
+pub(super) fn mesh(table: &Table<'_>, materials: &Materials<'_>, files: &Files) -> Result<(Mesh, Vec<String>), Fault> {
     // What is cheap is checked first: a wrong name should not wait for a big file.
     let surface = surface(table, materials)?;
     let transform = mesh::transform(table.get("transform"))?;
@@ -57,6 +53,10 @@ pub(super) fn mesh(
     };
 
     let textured = matches!(surface, Surface::Material(index) if materials.textured(index));
+    let wanted = Wanted {
+        uvs: textured,
+        normals: normals == Normals::Smooth,
+    };
     let source = table.one_of("file", "vertices", "write file = \"bunny.ply\", or vertices and faces")?;
     let (raw, place, title) = match source.key {
         "file" => {
@@ -71,7 +71,7 @@ pub(super) fn mesh(
             }
             let name = source.string()?;
             let (span, label) = source.place();
-            let raw = mesh::read(files, name, textured).map_err(|fault| fault.at(span, label))?;
+            let raw = mesh::read(files, name, wanted).map_err(|fault| fault.at(span, label))?;
             (raw, source, format!("{} ({name})", table.title))
         }
         _ => {
@@ -84,14 +84,15 @@ pub(super) fn mesh(
         }
     };
     let (span, label) = place.place();
-    let (mesh, note) = mesh::finish(raw, transform, normals, surface, &title).map_err(|fault| fault.at(span, label))?;
+    let (mesh, notes) =
+        mesh::finish(raw, transform, normals, surface, &title).map_err(|fault| fault.at(span, label))?;
     if mesh.uvs.is_none() && textured {
         return Err(table.fault(
             format!("{title} has a material with a texture, and no texture coordinates"),
             "add uvs = [[0, 0], ...], one for each vertex; of files .obj (vt), .ply (s, t or u, v) and glTF (TEXCOORD_0) bring them",
         ));
     }
-    Ok((mesh, note))
+    Ok((mesh, notes))
 }
 
 /// What the surface of a shape does: exactly one of `material` and `emission`.

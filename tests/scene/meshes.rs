@@ -73,6 +73,32 @@ fn glb() -> Vec<u8> {
     bytes
 }
 
+fn stl() -> Vec<u8> {
+    let mut bytes = vec![b' '; 80];
+    bytes.extend((TRIANGLES.len() as u32).to_le_bytes());
+    for triangle in TRIANGLES {
+        bytes.extend([0; 12]);
+        let points = triangle.iter().flat_map(|&corner| POINTS[corner as usize]);
+        points.for_each(|x| bytes.extend(x.to_le_bytes()));
+        bytes.extend([0; 2]);
+    }
+    bytes
+}
+
+fn off() -> Vec<u8> {
+    let mut text = "OFF\n5 5 8\n".to_owned();
+    POINTS.iter().for_each(|[x, y, z]| text += &format!("{x} {y} {z}\n"));
+    text += "4 3 2 1 0\n3 0 1 4\n3 1 2 4\n3 2 3 4\n3 3 0 4\n";
+    text.into_bytes()
+}
+
+fn packed(bytes: &[u8]) -> Vec<u8> {
+    use std::io::Write;
+    let mut packer = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+    packer.write_all(bytes).unwrap();
+    packer.finish().unwrap()
+}
+
 /// The corners of all triangles.
 fn corners(mesh: &Mesh) -> Vec<[DVec3; 3]> {
     mesh.triangles
@@ -89,18 +115,95 @@ fn pyramid() -> Vec<[DVec3; 3]> {
 
 #[test]
 fn a_pyramid_is_the_same_in_every_format() {
-    for (name, bytes) in [("p.obj", obj()), ("p.PLY", ply())] {
+    for (name, bytes) in [("p.obj", obj()), ("p.PLY", ply()), ("p.stl", stl()), ("p.off", off())] {
         let mesh = load(name, &bytes, "").unwrap();
         assert_eq!(corners(&mesh), pyramid(), "{name}");
         assert_eq!(mesh.vertices.len(), 5, "{name}");
+        assert_eq!(
+            load(&format!("{name}.gz"), &packed(&bytes), "").unwrap(),
+            mesh,
+            "{name}.gz"
+        );
     }
     let back = "transform = { scale = 0.5, translate = [-2, 0, 0] }\n";
     assert_eq!(corners(&load("p.glb", &glb(), back).unwrap()), pyramid());
+    assert_eq!(corners(&load("p.glb.gz", &packed(&glb()), back).unwrap()), pyramid());
+}
+
+#[test]
+fn a_mirror_leaves_the_front_in_front() {
+    let mirror = "transform = { scale = [-1, 1, 1] }\n";
+    for (name, bytes) in [("p.obj", obj()), ("p.ply", ply()), ("p.stl", stl())] {
+        let mesh = load(name, &bytes, mirror).unwrap();
+        let outwards = corners(&mesh).iter().all(|[a, b, c]| {
+            let middle = DVec3::new(0.0, 0.4, 0.0);
+            (*b - *a).cross(*c - *a).dot(*a - middle) > 0.0
+        });
+        assert!(outwards, "{name}");
+    }
+}
+
+/// A square whose half has no texture coordinates, under a material with a texture.
+#[test]
+fn a_texture_on_faces_without_coordinates_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::copy("scenes/textures/tiles.png", folder.path().join("t.png")).unwrap();
+    let points = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\n";
+    let scene = |faces: &str| {
+        std::fs::write(folder.path().join("p.obj"), format!("{points}{faces}")).unwrap();
+        let text = SCENE.replace("[1, 1, 1] }", "[1, 1, 1], texture = \"t.png\" }");
+        let text = format!("{text}[[meshes]]\nmaterial = \"m\"\nfile = \"p.obj\"\n");
+        Scene::parse(&text, &folder.path().join("scene.toml")).map_err(|error| error.to_string())
+    };
+    let error = scene("f 1/1 2/2 3/3\nf 1 3 4\n").unwrap_err();
+    assert!(
+        error.ends_with(
+            "[[meshes]] 1 (p.obj) has a material with a texture, and 1 of its 2 triangles have no texture coordinates"
+        ),
+        "{error}"
+    );
+    let uvs = scene("f 1/1 2/2 3/3\n").unwrap().meshes.remove(0).uvs.unwrap();
+    assert!(uvs.iter().all(|uv| uv.is_finite()), "a vertex that no face uses");
+    assert!(scene("f 1 2 3\n").unwrap_err().ends_with("and no texture coordinates"));
+}
+
+#[test]
+fn normals_of_some_faces_leave_the_others_alone() {
+    let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvn 0.6 0 0.8\nf 1//1 2//1 3//1\nf 1 3 4\n";
+    let mesh = load("p.obj", text.as_bytes(), "normals = \"smooth\"\n").unwrap();
+    let normals = mesh.normals.unwrap();
+    let of = |i: usize| mesh.triangles[i].map(|corner| normals[corner as usize]);
+    assert!(of(0).iter().all(|n| (*n - DVec3::new(0.6, 0.0, 0.8)).length() < 1e-15));
+    assert_eq!(of(1), [DVec3::Z; 3]);
+}
+
+#[test]
+fn packed_files_are_whole_or_an_error() {
+    let file = packed(&ply());
+    for end in 0..file.len() {
+        assert!(
+            load("p.ply.gz", &file[..end], "").is_err(),
+            "cut at {end} of {}",
+            file.len()
+        );
+    }
+    let mut wrong = file.clone();
+    let checksum = file.len() - 6;
+    wrong[checksum] ^= 1;
+    assert!(load("p.ply.gz", &wrong, "").is_err());
+    let error = load("p.obj.gz", &obj(), "").unwrap_err();
+    assert!(error.contains("invalid gzip header"), "{error}");
 }
 
 #[test]
 fn smooth_normals_without_any_in_the_file() {
-    for (name, bytes) in [("p.obj", obj()), ("p.ply", ply()), ("p.glb", glb())] {
+    for (name, bytes) in [
+        ("p.obj", obj()),
+        ("p.ply", ply()),
+        ("p.glb", glb()),
+        ("p.stl", stl()),
+        ("p.off", off()),
+    ] {
         let mesh = load(name, &bytes, "normals = \"smooth\"\n").unwrap();
         let normals = mesh.normals.unwrap();
         let top = mesh.vertices.iter().position(|v| v.y > 1.0).unwrap();
@@ -133,7 +236,7 @@ fn a_gltf_with_a_buffer_beside_it() {
 
 #[test]
 fn a_cut_file_is_an_error() {
-    for (name, bytes) in [("p.ply", ply()), ("p.glb", glb())] {
+    for (name, bytes) in [("p.ply", ply()), ("p.glb", glb()), ("p.stl", stl())] {
         for end in 0..bytes.len() {
             assert!(
                 load(name, &bytes[..end], "").is_err(),
@@ -150,10 +253,10 @@ proptest! {
     /// Whatever happens to a file, loading it ends with a mesh or a sentence. (A panic fails the test.)
     #[test]
     fn damaged_files_never_panic(
-        which in 0..4_usize,
+        which in 0..6_usize,
         damage in prop::collection::vec((any::<prop::sample::Index>(), prop_oneof![any::<u8>(), Just(b'9'), Just(b'-')]), 1..6),
     ) {
-        let (name, mut bytes) = [("p.obj", obj()), ("p.ply", ply()), ("p.glb", glb()), ("p.gltf", glb()[20..].to_vec())][which].clone();
+        let (name, mut bytes) = [("p.obj", obj()), ("p.ply", ply()), ("p.glb", glb()), ("p.gltf", glb()[20..].to_vec()), ("p.stl", stl()), ("p.off", off())][which].clone();
         for (place, byte) in damage {
             let place = place.index(bytes.len());
             bytes[place] = byte;

@@ -1,8 +1,8 @@
 //! What no mesh may have: indices out of range, numbers that are none, triangles without area.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
-use super::{Problem, RawMesh};
+use super::{NO_NORMAL, NO_UV, Problem, RawMesh};
 
 /// `true` if single precision can hold `v`: the packets compute in it.
 pub fn in_range(v: DVec3) -> bool {
@@ -10,37 +10,53 @@ pub fn in_range(v: DVec3) -> bool {
     v.to_array().iter().all(|x| x.abs() <= f64::from(f32::MAX))
 }
 
-/// Whether a file's numbers and indices are possible at all.
-pub fn check(raw: &RawMesh) -> Result<(), Problem> {
+/// Whether a file's numbers and indices are possible at all. Vertices that no triangle uses may be anything; they become
+/// points that are used. Normals that are not finite become none, with a note.
+pub fn check(raw: &mut RawMesh) -> Result<(), Problem> {
     let mend = "save the mesh again; vertices and triangles are counted from 0";
-    let none = |vectors: &[DVec3]| vectors.iter().position(|&v| !in_range(v));
-    if let Some(index) = none(&raw.vertices) {
-        let what = format!(
-            "has a vertex that is not finite: vertex {index} is {}",
-            triple(raw.vertices[index])
-        );
-        return Err(Problem::new(what, mend));
-    }
-    if let Some((index, n)) = raw
-        .normals
-        .as_deref()
-        .and_then(|n| none(n).map(|index| (index, n[index])))
-    {
-        let what = format!("has a normal that is not finite: normal {index} is {}", triple(n));
-        return Err(Problem::new(what, mend));
-    }
-    let finite = |uv: &glam::DVec2| uv.to_array().iter().all(|x| x.abs() <= f64::from(f32::MAX));
-    if let Some(index) = raw.uvs.as_deref().and_then(|uvs| uvs.iter().position(|uv| !finite(uv))) {
-        return Err(Problem::new(
-            format!("has a texture coordinate that is not finite: number {index}"),
-            mend,
-        ));
-    }
     let count = raw.vertices.len();
     for (index, triangle) in raw.triangles.iter().enumerate() {
         if let Some(corner) = triangle.iter().find(|&&corner| corner as usize >= count) {
             let what = format!("has a corner that does not exist: triangle {index} names vertex {corner} of {count}");
             return Err(Problem::new(what, mend));
+        }
+    }
+    let Some(&[some, ..]) = raw.triangles.first() else {
+        return Ok(());
+    };
+    if !raw.vertices.iter().all(|&v| in_range(v)) {
+        let mut used = vec![false; count];
+        raw.triangles
+            .iter()
+            .flatten()
+            .for_each(|&corner| used[corner as usize] = true);
+        let vertices = raw.vertices.iter().zip(&used).enumerate();
+        if let Some((index, (&v, _))) = vertices.clone().find(|(_, (v, used))| **used && !in_range(**v)) {
+            let what = format!("has a vertex that is not finite: vertex {index} is {}", triple(v));
+            return Err(Problem::new(what, mend));
+        }
+        let some = raw.vertices[some as usize];
+        raw.vertices
+            .iter_mut()
+            .filter(|v| !in_range(**v))
+            .for_each(|v| *v = some);
+    }
+    if let Some(normals) = &mut raw.normals {
+        let none = normals.iter_mut().filter(|n| !in_range(**n));
+        let none = none.map(|n| *n = NO_NORMAL).count();
+        if none > 0 {
+            let note =
+                format!("{none} of {count} normals are not finite: the triangles around them give them new ones");
+            raw.notes.push(note);
+        }
+    }
+    if let Some(uvs) = &mut raw.uvs {
+        let finite = |uv: &DVec2| uv.to_array().iter().all(|x| x.abs() <= f64::from(f32::MAX)) || *uv == NO_UV;
+        if let Some(index) = uvs.iter().position(|uv| !finite(uv)) {
+            return Err(Problem::new(
+                format!("has a texture coordinate that is not finite: number {index}"),
+                mend,
+            ));
         }
     }
     Ok(())

@@ -5,7 +5,8 @@ use glam::DVec2;
 use super::super::error::Fault;
 use super::super::rule::FINITE;
 use super::super::value::Value;
-use super::{RawMesh, fan};
+use super::RawMesh;
+use super::polygons::Polygons;
 
 /// The mesh that the lists `vertices` and `faces` describe.
 pub fn inline(vertices: &Value<'_>, faces: &Value<'_>, uvs: Option<Value<'_>>) -> Result<RawMesh, Fault> {
@@ -14,10 +15,11 @@ pub fn inline(vertices: &Value<'_>, faces: &Value<'_>, uvs: Option<Value<'_>>) -
         .map(|point| point.triple(&FINITE))
         .collect::<Result<Vec<_>, _>>()?;
 
-    let mut triangles = Vec::new();
-    for face in faces.list("write a list of faces, such as [[0, 1, 2]]")? {
+    let (mut triangles, mut polygons) = (Vec::new(), Polygons::default());
+    for (number, face) in faces.list("write a list of faces, such as [[0, 1, 2]]")?.enumerate() {
         let corners = corners(&face, points.len())?;
-        triangles.extend(fan(&corners));
+        let made = polygons.triangles(corners.iter().map(|&corner| points[corner as usize]), number);
+        triangles.extend(made.map(|triangle| triangle.map(|corner| corners[corner as usize])));
     }
     let uvs = match uvs {
         Some(value) => Some(coordinates(&value, points.len())?),
@@ -28,6 +30,7 @@ pub fn inline(vertices: &Value<'_>, faces: &Value<'_>, uvs: Option<Value<'_>>) -
         triangles,
         normals: None,
         uvs,
+        notes: polygons.note("face").into_iter().collect(),
     })
 }
 

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::RawMesh;
+use super::{NO_NORMAL, RawMesh};
 
 /// A unit normal for each vertex: the file's own, else the mean of the triangles around it, weighted by their areas.
 ///
@@ -21,27 +21,35 @@ pub fn smooth(raw: &mut RawMesh) -> Vec<DVec3> {
         (b - a).cross(c - a)
     };
 
-    let given = normals.take().unwrap_or_else(|| vec![DVec3::ZERO; vertices.len()]);
-    let mut sums = vec![DVec3::ZERO; vertices.len()];
-    let mut last = vec![DVec3::Z; vertices.len()];
+    // Vertices with a normal of their own do not need the sum, which is made in its place.
+    let mut normals = normals.take().unwrap_or_else(|| vec![NO_NORMAL; vertices.len()]);
+    let given: Vec<bool> = normals.iter().map(|&given| unit(given).is_some()).collect();
     for corners in triangles.iter() {
         let area = twice_area(corners);
-        for &corner in corners {
-            sums[corner as usize] += area;
-            last[corner as usize] = area;
+        for &corner in corners.iter().filter(|&&corner| !given[corner as usize]) {
+            normals[corner as usize] += area;
         }
     }
-    // A vertex between two faces that look in opposite directions has no mean: any of its faces will do.
-    let normals: Vec<_> = given
-        .iter()
-        .zip(sums.iter().zip(&last))
-        .map(|(&given, (&sum, &last))| {
-            unit(given)
-                .or_else(|| unit(sum))
-                .or_else(|| unit(last))
-                .unwrap_or(DVec3::Z)
-        })
-        .collect();
+    let mut opposed = false;
+    for normal in &mut normals {
+        *normal = unit(*normal).unwrap_or(NO_NORMAL);
+        opposed |= *normal == NO_NORMAL;
+    }
+    // A vertex between two faces that look in opposite directions has no mean: the last of its faces will do.
+    if opposed {
+        for corners in triangles.iter().rev() {
+            for &corner in corners.iter() {
+                let normal = &mut normals[corner as usize];
+                if *normal == NO_NORMAL {
+                    *normal = unit(twice_area(corners)).unwrap_or(NO_NORMAL);
+                }
+            }
+        }
+        normals
+            .iter_mut()
+            .filter(|n| **n == NO_NORMAL)
+            .for_each(|n| *n = DVec3::Z);
+    }
 
     for corners in triangles.iter_mut() {
         let around: DVec3 = corners.iter().map(|&corner| normals[corner as usize]).sum();
@@ -68,8 +76,7 @@ mod tests {
         RawMesh {
             vertices: vertices.to_vec(),
             triangles: vec![[0, 1, 2], [0, 2, 3]],
-            normals: None,
-            uvs: None,
+            ..Default::default()
         }
     }
 

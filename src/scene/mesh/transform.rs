@@ -59,7 +59,8 @@ fn rotation(axis: usize, degrees: f64) -> DMat3 {
     DMat3::from_cols(columns[0], columns[1], columns[2])
 }
 
-/// Moves points by `matrix` and normals by its inverse transpose (their lengths do not matter here).
+/// Moves points by `matrix` and normals by its inverse transpose (their lengths do not matter here). A mirror turns the
+/// winding of triangles, so that the front stays in front.
 pub fn apply(raw: &mut RawMesh, matrix: DMat4) {
     if matrix == DMat4::IDENTITY {
         return;
@@ -67,15 +68,28 @@ pub fn apply(raw: &mut RawMesh, matrix: DMat4) {
     for vertex in &mut raw.vertices {
         *vertex = matrix.transform_point3(*vertex);
     }
+    let linear = DMat3::from_mat4(matrix);
+    if mirrors(linear) {
+        raw.triangles.iter_mut().for_each(|corners| corners.swap(1, 2));
+    }
+    let turn = of_normals(linear);
+    for normal in raw.normals.iter_mut().flatten() {
+        *normal = (turn * *normal).normalize_or_zero();
+    }
+}
+
+/// Whether right hands become left hands.
+pub fn mirrors(linear: DMat3) -> bool {
+    linear.x_axis.dot(linear.y_axis.cross(linear.z_axis)) < 0.0
+}
+
+/// What moves normals where `linear` moves points.
+pub fn of_normals(linear: DMat3) -> DMat3 {
     // The cofactors are the inverse transpose times the determinant: they exist for every matrix. A mirror has a
     // negative determinant, which would turn the normals inside out.
-    let linear = DMat3::from_mat4(matrix);
     let (x, y, z) = (linear.x_axis, linear.y_axis, linear.z_axis);
     let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
-    let side = if x.dot(y.cross(z)) < 0.0 { -1.0 } else { 1.0 };
-    for normal in raw.normals.iter_mut().flatten() {
-        *normal = (cofactors * *normal * side).normalize_or_zero();
-    }
+    if mirrors(linear) { cofactors * -1.0 } else { cofactors }
 }
 
 #[cfg(test)]
@@ -100,14 +114,16 @@ mod tests {
     #[test]
     fn a_mirror_keeps_normals_outside() {
         let mut raw = RawMesh {
-            vertices: vec![DVec3::X],
-            triangles: vec![],
+            vertices: vec![DVec3::X, DVec3::Y, DVec3::Z],
+            triangles: vec![[0, 1, 2]],
             normals: Some(vec![DVec3::X]),
-            uvs: None,
+            ..Default::default()
         };
         apply(&mut raw, DMat4::from_scale(DVec3::new(-2.0, 1.0, 1.0)));
-        assert_eq!(raw.vertices, [DVec3::new(-2.0, 0.0, 0.0)]);
+        assert_eq!(raw.vertices, [DVec3::new(-2.0, 0.0, 0.0), DVec3::Y, DVec3::Z]);
         assert_eq!(raw.normals.unwrap(), [DVec3::NEG_X]);
+        // The plane through the three points looked away from 0, and it still does.
+        assert_eq!(raw.triangles, [[0, 2, 1]]);
     }
 
     #[test]
@@ -119,7 +135,7 @@ mod tests {
             vertices: vec![slope],
             triangles: vec![],
             normals: Some(vec![normal]),
-            uvs: None,
+            ..Default::default()
         };
         apply(&mut raw, matrix);
         assert!(raw.vertices[0].dot(raw.normals.unwrap()[0]).abs() < 1e-15);

@@ -261,7 +261,7 @@ mod tests {
                     .iter()
                     .map(|&p| turn * p * scale + DVec3::splat(3.0 * scale))
                     .collect();
-                let (areas, noted) = areas(&moved, -axis);
+                let (areas, noted) = areas(&moved, axis);
                 let wrong = areas.iter().map(|area| area / scale / scale).sum::<f64>() - 1.0;
                 assert!(wrong.abs() < 1e-9 && !noted, "{scale} {axis}: {areas:?}");
             }

@@ -22,9 +22,11 @@ pub fn read<R: BufRead>(mut source: R) -> Result<RawMesh, Problem> {
         .read_to_end(&mut start)
         .map_err(unreadable)?;
     let mut mesh = Stl::default();
-    // Texts hold no zeros, but those in UTF-16. Binary headers may begin with `solid`; their count of triangles holds a zero.
+    // Texts hold no zeros, but those in UTF-16. Binary headers may begin with `solid`; the count behind them holds a zero,
+    // or is the largest that there is.
     let marked = start.starts_with(&[0xff, 0xfe]) || start.starts_with(&[0xfe, 0xff]);
-    if start.len() == HEADER && start.contains(&0) && !marked {
+    let binary = start.contains(&0) || start.ends_with(&[0xff; 4]);
+    if start.len() == HEADER && binary && !marked {
         let count = [start[80], start[81], start[82], start[83]];
         mesh.binary(source, u32::from_le_bytes(count))?;
     } else {

@@ -22,6 +22,7 @@ pub fn read<R: BufRead>(source: R, wanted: Wanted) -> Result<RawMesh, Problem> {
     let mut lines = Lines::new(source)?;
     let mut mesh = Obj {
         wanted,
+        group: NONE,
         ..Default::default()
     };
     while let Some((line, text)) = lines.next_continued()? {

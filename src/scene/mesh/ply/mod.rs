@@ -63,6 +63,9 @@ struct Ply {
 
 impl Ply {
     fn skip<R: BufRead>(&self, element: &Element, payload: &mut Payload<R>) -> Result<(), Problem> {
+        if element.properties.is_empty() && matches!(payload, Payload::Binary { .. }) {
+            return Ok(());
+        }
         for _ in 0..element.count {
             payload.begin(element)?;
             for property in &element.properties {

@@ -8,7 +8,7 @@ use std::path::Path;
 
 #[test]
 fn no_file_of_the_corpus_panics() {
-    for kind in ["scene", "obj", "ply", "glb"] {
+    for kind in ["scene", "obj", "ply", "stl", "off", "glb", "gltf", "gz"] {
         let folder = Path::new("fuzz/corpus").join(kind);
         let files: Vec<_> = std::fs::read_dir(&folder)
             .unwrap()
@@ -20,6 +20,7 @@ fn no_file_of_the_corpus_panics() {
             match (kind, std::str::from_utf8(&bytes)) {
                 ("scene", Ok(text)) => readers::scene(text),
                 ("scene", Err(_)) => {}
+                ("gz", _) => readers::mesh("obj.gz", &bytes),
                 _ => readers::mesh(kind, &bytes),
             }
         }

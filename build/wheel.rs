@@ -30,7 +30,7 @@ const NAME: &str = "embree-4.4.0";
 const ADVICE: &str = "install Embree 4.3 or later (Debian 13: apt-get install libembree-dev), or set EMBREE_DIR to the \
                       folder above its lib/";
 
-/// The folder that holds `lib/libembree4.so`; filled now if it is not `complete` yet.
+/// The folder above `lib/libembree4.so`; filled now if it is not `complete` yet.
 pub fn prefix(complete: impl Fn(&Path) -> bool) -> Result<PathBuf, String> {
     let parents = caches();
     if let Some(found) = parents
@@ -140,7 +140,7 @@ fn download(wheels: &Path) -> Result<(), String> {
     python(arguments, &format!("pip cannot download {PACKAGE} (no network?)")).map(drop)
 }
 
-/// Moves the libraries, and gives Embree's, whose name holds a hash, the name that the linker looks for.
+/// Moves the libraries, and gives Embree's, whose name holds a hash, a name that the program looks for.
 fn install(from: &Path, to: &Path) -> io::Result<()> {
     for file in fs::read_dir(from)? {
         let file = file?;

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 
 use miette::Diagnostic;
 
+use crate::embree::EmbreeError;
 use crate::film::PictureError;
 use crate::pipeline::SetupError;
 
@@ -94,7 +95,12 @@ impl CliError {
         let what = format!("{}: {error}", path.display());
         match error {
             SetupError::Unsupported { remedy, .. } => Self::usage(what).with_help(*remedy),
-            SetupError::Embree(_) | SetupError::Threads(_) => Self::failed(what),
+            // Of the machine, not of the scene.
+            SetupError::Embree(error @ (EmbreeError::Missing { .. } | EmbreeError::TooOld { .. })) => {
+                Self::failed(error.to_string()).with_help(error.remedy())
+            }
+            SetupError::Embree(error) => Self::failed(what).with_help(error.remedy()),
+            SetupError::Threads(_) => Self::failed(what),
         }
     }
 

@@ -78,6 +78,8 @@ struct Explanation {
     /// `None` where there are too many shapes.
     cull: Option<bool>,
     lanes: usize,
+    /// Rays that whoever answers them takes at a time.
+    rays_together: usize,
     threads: usize,
     spp: u32,
     estimator: EstimatorKind,
@@ -111,7 +113,8 @@ impl Explanation {
             why: renderer.why().to_owned(),
             robust: renderer.robust(),
             cull: renderer.cull(),
-            lanes: settings.lanes,
+            lanes: renderer.lanes(),
+            rays_together: renderer.rays_together(),
             threads: settings.threads,
             spp: scene.render.spp.unwrap_or(options::DEFAULT_SPP),
             estimator: settings.estimator,
@@ -127,10 +130,10 @@ impl Explanation {
         } else {
             self.needs.join(", ")
         };
-        let rays = if self.lanes == 1 {
-            "one ray at a time".to_owned()
-        } else {
-            format!("{} rays a packet", self.lanes)
+        let rays = match (self.lanes, self.rays_together) {
+            (1, _) => "one ray at a time".to_owned(),
+            (lanes, 1) => format!("{lanes} rays a packet, which Embree takes one by one"),
+            (lanes, _) => format!("{lanes} rays a packet"),
         };
         let robust = match self.robust {
             Some(true) => "on: Embree closes the edges between triangles",

@@ -4,8 +4,8 @@ use clap::builder::{PossibleValuesParser, RangedU64ValueParser, TypedValueParser
 
 use super::CliError;
 use super::reading::Reading;
-use crate::lane::AVX512;
-use crate::pipeline::{Settings, widest_lanes};
+use crate::lane::{AVX512, has_avx512};
+use crate::pipeline::Settings;
 use crate::scene::{Effect, EstimatorKind, FilmSize, SamplerKind, Scene, available_memory};
 use crate::settings::AccelKind;
 
@@ -49,7 +49,7 @@ pub struct Options {
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<FilmSize>,
     /// Rays a packet: 16 (AVX-512), 8, or 1 for the scalar kernel; the picture is the same [default: the most that the
-    /// processor has; OCTOLUX_AVX512=off does without AVX-512]
+    /// processor and whoever answers rays have; OCTOLUX_AVX512=off does without AVX-512]
     #[arg(long, value_name = "1|8|16", value_parser = lanes)]
     pub lanes: Option<usize>,
     /// Who answers rays [default: linear for tiny scenes, else embree]
@@ -92,7 +92,7 @@ impl Options {
             estimator: self.estimator.or(scene.render.estimator).unwrap_or(EstimatorKind::Mis),
             sampler: self.sampler.or(scene.render.sampler).unwrap_or(SamplerKind::Sobol),
             seed: self.seed.or(scene.render.seed).unwrap_or(0),
-            lanes: self.lanes.unwrap_or_else(widest_lanes),
+            lanes: self.lanes.unwrap_or(0),
             accel: self.accel,
             robust: self.robust.unwrap_or(true),
             cull: self.cull.unwrap_or(true),
@@ -188,7 +188,7 @@ fn lanes(text: &str) -> Result<usize, String> {
     match text {
         "1" => Ok(1),
         "8" => Ok(8),
-        "16" if widest_lanes() < 16 => Err(format!(
+        "16" if !has_avx512() => Err(format!(
             "packets of 16 rays need AVX-512, which this processor lacks or {AVX512}=off leaves out"
         )),
         "16" => Ok(16),

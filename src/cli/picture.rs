@@ -283,6 +283,13 @@ impl Render<'_> {
     /// Writes the pictures and tells how it went.
     fn finish(&mut self) -> Result<(), CliError> {
         let args = self.job.args;
+        if let Some(error) = self.renderer.progress().failure() {
+            let what = format!(
+                "{}: {error}: the picture would be wrong and is not written",
+                self.job.path.display()
+            );
+            return Err(CliError::failed(what));
+        }
         if !self.complete {
             self.save();
         }

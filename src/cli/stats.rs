@@ -37,6 +37,8 @@ pub struct Stats {
     pub sampler: SamplerKind,
     pub seed: u32,
     pub lanes: usize,
+    /// Rays that whoever answers them takes at a time: 1 where Embree has no packets of as many.
+    pub rays_together: usize,
     pub threads: usize,
     /// The kernel that the plan chose.
     pub kernel: String,
@@ -154,7 +156,8 @@ impl Stats {
             estimator: settings.estimator,
             sampler: settings.sampler,
             seed: settings.seed,
-            lanes: settings.lanes,
+            lanes: renderer.lanes(),
+            rays_together: renderer.rays_together(),
             threads: settings.threads,
             kernel: renderer.kernel().to_owned(),
             robust: renderer.robust(),

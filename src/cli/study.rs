@@ -104,7 +104,12 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
         study.warnings.iter().for_each(|warning| report::warning(warning));
     }
     if let Some(folder) = &args.output {
-        write(folder, &study, &scene, &circumstances(args, &options, load))?;
+        write(
+            folder,
+            &study,
+            &scene,
+            &circumstances(args, &options, study.phases.lanes, load),
+        )?;
         if !args.quiet {
             report::print(&page::words::summary(&study, &args.scene));
             report::print(&format!("wrote {}\n", folder.join("study.html").display()));
@@ -132,7 +137,7 @@ fn quoted(text: &str) -> String {
     }
 }
 
-fn circumstances(args: &Args, options: &cost::Options, load: Option<f64>) -> Circumstances {
+fn circumstances(args: &Args, options: &cost::Options, lanes: usize, load: Option<f64>) -> Circumstances {
     let words: Vec<String> = std::env::args().skip(1).map(|word| quoted(&word)).collect();
     Circumstances {
         scene: args.scene.to_string_lossy().into_owned(),
@@ -142,7 +147,7 @@ fn circumstances(args: &Args, options: &cost::Options, load: Option<f64>) -> Cir
         target_features: build::TARGET_FEATURES.to_owned(),
         cpu: machine::cpu(),
         threads: options.settings.threads,
-        lanes: options.settings.lanes,
+        lanes,
         estimator: options.settings.estimator.name().to_owned(),
         sampler: options.settings.sampler.name().to_owned(),
         budget: options.budget,
@@ -194,7 +199,7 @@ mod tests {
             cull: true,
         };
         // `--robust` is a knob of Embree alone, `--cull` of few shapes.
-        let variants = cost::knobs::variants(settings, crate::settings::AccelKind::Embree, true);
+        let variants = cost::knobs::variants(settings, (crate::settings::AccelKind::Embree, 8), true);
         let render = super::super::render::Args::augment_args(clap::Command::new("render"));
         for knob in &cost::knobs::KNOBS {
             let option = render

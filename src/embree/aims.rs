@@ -36,11 +36,48 @@ pub(crate) unsafe extern "C" fn let_pass(args: *const ffi::RTCFilterFunctionNArg
         // SAFETY: a packet of N rays has 12 columns of N numbers, its hits have 9, and `valid` has N; all belong to this
         // thread during the call.
         unsafe {
+            // Hits of lanes that are off hold nothing.
+            if args.valid.add(lane).read() == 0 {
+                continue;
+            }
             let id = args.ray.cast::<u32>().add(ID * n + lane).read();
             let primitive = args.hit.cast::<u32>().add(PRIMITIVE * n + lane).read();
             if id == aims.of(primitive) {
                 args.valid.add(lane).write(0);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Embree gives the hits of lanes that are off no value: here they hold numbers that no triangle has.
+    #[test]
+    fn lanes_that_are_off_are_not_looked_at() {
+        const N: usize = 8;
+        let aims = Aims {
+            first: Aims::TRIANGLE + 3,
+            each: true,
+        };
+        let mut valid = [-1, 0, -1, 0, -1, -1, 0, -1];
+        let (mut ray, mut hit) = ([[0_u32; N]; 12], [[0_u32; N]; 9]);
+        for lane in 0..N {
+            hit[PRIMITIVE][lane] = if valid[lane] == 0 { u32::MAX } else { lane as u32 };
+            // Lanes 0 and 4 aim at what they met.
+            ray[ID][lane] = aims.first + if lane % 4 == 0 { lane as u32 } else { 99 };
+        }
+        let args = ffi::RTCFilterFunctionNArguments {
+            valid: valid.as_mut_ptr(),
+            geometryUserPtr: to_user_data(aims),
+            context: ptr::null_mut(),
+            ray: ray.as_mut_ptr().cast(),
+            hit: hit.as_mut_ptr().cast(),
+            N: N as u32,
+        };
+        // SAFETY: a packet of eight rays with its hits, and the user data of a mesh that emits.
+        unsafe { let_pass(&args) };
+        assert_eq!(valid, [0, 0, -1, 0, 0, -1, 0, -1]);
     }
 }

@@ -1,22 +1,33 @@
 //! A start-up check that the loaded Embree reads and writes rays where our structs have them.
 //!
 //! Bindings for another version compile, link and seem to work: Embree 4.3 added a field to the end of its hits, and
-//! with structs of 4.2 every hit overwrites 4 to 64 bytes of whatever lies behind. So one triangle is hit by one ray
-//! and by one packet, between fences of known bytes.
+//! with structs of 4.2 every hit overwrites 4 to 64 bytes of whatever lies behind. So each query of each width traces rays of
+//! known answer, between fences of known bytes: at a triangle that emits and at spheres, so that all callbacks run.
 
-use std::ffi::c_int;
+use std::fmt::Debug;
 use std::ptr;
 
 use bytemuck::Zeroable;
 
 use super::device::{Device, EmbreeError};
 use super::ffi;
+use super::packet::Valid;
+use super::scene::{Accel, SceneBuilder};
+use crate::shape::{Aims, Ball, NO_SPHERE};
 
 const FENCE: u8 = 0xA5;
 const FENCE_BYTES: usize = 64;
 
-/// An identity that no uninitialised or misplaced field is likely to show.
-const GEOMETRY: u32 = 77;
+/// Identities that no uninitialised or misplaced field is likely to show. The spheres come after the triangle.
+const TRIANGLE: u32 = 77;
+const SPHERES: u32 = TRIANGLE + 1;
+
+/// The sphere that is hit, and what rays call the triangle.
+const SPHERE: u32 = 2;
+const AIM: Aims = Aims {
+    first: Aims::TRIANGLE + 5,
+    each: true,
+};
 
 /// A value between two fences, without gaps: 64 is a multiple of every alignment here, and sizes are multiples of
 /// theirs.
@@ -52,14 +63,14 @@ impl<T> Fenced<T> {
     }
 }
 
-/// Traces one ray and one packet of eight at a triangle, and looks at every field that comes back and at the bytes
-/// around. Takes 50 to 140 µs the first time and 13 µs after that.
+/// Traces rays by every query that Octolux uses, one at a time and in packets of eight and sixteen, and looks at what comes back
+/// and at the bytes around.
 ///
 /// # Errors
 /// [`EmbreeError::Layout`] if the library and our structs differ, [`EmbreeError::Reported`] if it refuses a call.
 pub fn layout_canary(device: &Device) -> Result<(), EmbreeError> {
-    let scene = Triangle::new(device)?;
-    let verdict = one(&scene).and_then(|()| eight(&scene));
+    let scene = scene(device)?;
+    let verdict = one(&scene).and_then(|()| eight(&scene)).and_then(|()| sixteen(&scene));
     device.check()?;
     verdict.map_err(|what| EmbreeError::Layout {
         version: device.version(),
@@ -67,86 +78,186 @@ pub fn layout_canary(device: &Device) -> Result<(), EmbreeError> {
     })
 }
 
-/// Rays start here, below the triangle, and go up; the hit is then at u = x/2, v = y/4.
-const X: f32 = 0.5;
-const Y: f32 = 1.0;
+/// A triangle that emits, (0, 0, 0), (2, 0, 0), (0, 4, 0), and three spheres, of which rays go to one.
+fn scene(device: &Device) -> Result<Accel, EmbreeError> {
+    let mut builder = SceneBuilder::counting_from(TRIANGLE, device, true)?;
+    let corners = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 4.0, 0.0]];
+    builder.add_light(&corners, &[[0, 1, 2]], AIM)?;
+    let ball = |x| Ball {
+        center: [x, Y, 0.5],
+        radius: 0.5,
+    };
+    builder.set_spheres(vec![ball(50.0), ball(60.0), ball(AT_SPHERE)])?;
+    builder.commit()
+}
+
+/// Rays start so far below the triangle and the spheres, and go up.
 const DEPTH: f32 = 3.0;
+const Y: f32 = 1.0;
+const AT_SPHERE: f32 = -3.0;
 
-fn one(scene: &Triangle) -> Result<(), String> {
-    let mut packet = Fenced::new(ffi::RTCRayHit::zeroed());
-    let ffi::RTCRayHit { ray, hit } = &mut packet.value;
-    (ray.org_x, ray.org_y, ray.org_z) = ([X], [Y], [-DEPTH]);
-    (ray.dir_z, ray.tfar, ray.mask) = ([1.0], [f32::INFINITY], [u32::MAX]);
-    hit.geomID = [ffi::RTC_INVALID_GEOMETRY_ID];
-    // SAFETY: scene committed and alive; the packet is initialised and aligned; null asks for default options.
-    unsafe { ffi::rtcIntersect1(scene.0, packet.pointer(), ptr::null_mut()) };
-
-    let ffi::RTCRayHit { ray, hit } = packet.value;
-    intact("RTCRayHit", packet.damage())?;
-    expect(
-        "RTCRayHit",
-        Found::lane(
-            0,
-            &ray.tfar,
-            [&hit.Ng_x, &hit.Ng_y, &hit.Ng_z],
-            [&hit.u, &hit.v],
-            [&hit.primID, &hit.geomID, &hit.instID, &hit.instPrimID],
-        ),
-        Found::hit(X, Y),
-    )
+/// A ray, by what it meets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Trial {
+    /// The triangle, at u = x/2, v = y/4.
+    Triangle { x: f32, aims_at: u32 },
+    /// The sphere.
+    Sphere { aims_at: u32 },
+    /// Nothing.
+    Nothing,
+    /// The triangle, but its lane is off.
+    Off,
 }
 
-/// Which lanes to trace: −1 yes, 0 no. Aligned as Embree wants it.
-#[repr(align(32))]
-struct Valid([c_int; 8]);
+const TRIALS: [Trial; 8] = [
+    Trial::Triangle {
+        x: 0.5,
+        aims_at: NO_SPHERE,
+    },
+    Trial::Sphere { aims_at: NO_SPHERE },
+    Trial::Triangle {
+        x: 0.25,
+        aims_at: AIM.first,
+    },
+    Trial::Off,
+    Trial::Sphere { aims_at: SPHERE },
+    Trial::Triangle {
+        x: 0.125,
+        aims_at: SPHERE,
+    },
+    Trial::Nothing,
+    Trial::Sphere { aims_at: AIM.first },
+];
 
-/// Lane 3 is switched off and lane 6 misses; the others hit at places of their own.
-fn eight(scene: &Triangle) -> Result<(), String> {
-    const OFF: usize = 3;
-    const MISS: usize = 6;
-    let valid = Valid(std::array::from_fn(|lane| if lane == OFF { 0 } else { -1 }));
-    let x: [f32; 8] = std::array::from_fn(|lane| if lane == MISS { -1.0 } else { X / (1 + lane) as f32 });
+impl Trial {
+    const fn x(self) -> f32 {
+        match self {
+            Self::Triangle { x, .. } => x,
+            Self::Sphere { .. } => AT_SPHERE,
+            Self::Nothing => -1.0,
+            Self::Off => 0.5,
+        }
+    }
 
-    let mut packet = Fenced::new(ffi::RTCRayHit8::zeroed());
-    packet.value.ray = upwards(x);
-    packet.value.hit.geomID = [ffi::RTC_INVALID_GEOMETRY_ID; 8];
-    // SAFETY: as in `one`; the mask has eight lanes and is aligned to 32 bytes.
-    unsafe { ffi::rtcIntersect8(valid.0.as_ptr(), scene.0, packet.pointer(), ptr::null_mut()) };
+    const fn aims_at(self) -> u32 {
+        match self {
+            Self::Triangle { aims_at, .. } | Self::Sphere { aims_at } => aims_at,
+            Self::Nothing | Self::Off => NO_SPHERE,
+        }
+    }
 
-    let ffi::RTCRayHit8 { ray, hit } = packet.value;
-    intact("RTCRayHit8", packet.damage())?;
-    for (lane, &x) in x.iter().enumerate() {
-        let found = Found::lane(
-            lane,
-            &ray.tfar,
-            [&hit.Ng_x, &hit.Ng_y, &hit.Ng_z],
-            [&hit.u, &hit.v],
-            [&hit.primID, &hit.geomID, &hit.instID, &hit.instPrimID],
-        );
-        expect(
-            "RTCRayHit8",
-            found,
-            if lane == OFF || lane == MISS {
-                Found::nothing()
-            } else {
-                Found::hit(x, Y)
+    /// −1 where the lane is on.
+    const fn valid(self) -> i32 {
+        if matches!(self, Self::Off) { 0 } else { -1 }
+    }
+
+    /// What a query for the nearest shape must bring back.
+    const fn nearest(self) -> Found {
+        let none = ffi::RTC_INVALID_GEOMETRY_ID;
+        match self {
+            Self::Triangle { x, .. } => Found {
+                reals: [DEPTH, 0.0, 0.0, 8.0, x / 2.0, Y / 4.0],
+                ids: [0, TRIANGLE, none, none],
             },
-        )?;
+            Self::Sphere { .. } => Found {
+                reals: [DEPTH, 0.0, 0.0, -0.5, 0.0, 0.0],
+                ids: [SPHERE, SPHERES, none, none],
+            },
+            Self::Nothing | Self::Off => Found {
+                reals: [f32::INFINITY, 0.0, 0.0, 0.0, 0.0, 0.0],
+                ids: [0, none, 0, 0],
+            },
+        }
     }
-    Ok(())
+
+    /// The distance that a visibility query must leave.
+    const fn end(self) -> f32 {
+        match self {
+            Self::Triangle { aims_at, .. } if aims_at != AIM.first => f32::NEG_INFINITY,
+            Self::Sphere { aims_at } if aims_at != SPHERE => f32::NEG_INFINITY,
+            _ => f32::INFINITY,
+        }
+    }
 }
 
-fn upwards(x: [f32; 8]) -> ffi::RTCRay8 {
-    ffi::RTCRay8 {
-        org_x: x,
-        org_y: [Y; 8],
-        org_z: [-DEPTH; 8],
-        dir_z: [1.0; 8],
-        tfar: [f32::INFINITY; 8],
-        mask: [u32::MAX; 8],
-        ..ffi::RTCRay8::zeroed()
-    }
+/// The check of both queries of `$n` rays.
+macro_rules! check {
+    ($name:ident, $n:literal, $ray:ident, $rayhit:ident, |$functions:ident, $valid:ident, $scene:ident, $packet:ident|
+     $nearest:expr, $occluded:expr) => {
+        fn $name(accel: &Accel) -> Result<(), String> {
+            let (name, $functions, $scene) = (stringify!($rayhit), accel.functions(), accel.handle());
+            for first in (0..TRIALS.len()).step_by($n) {
+                let trials: [Trial; $n] = std::array::from_fn(|lane| TRIALS[(first + lane) % TRIALS.len()]);
+                let mask = Valid(trials.map(Trial::valid));
+                // A single ray has no mask.
+                if mask.0 == [0; $n] {
+                    continue;
+                }
+                let $valid = mask.0.as_ptr();
+                let mut before: ffi::$rayhit = Zeroable::zeroed();
+                before.ray.org_x = trials.map(Trial::x);
+                before.ray.org_y = [Y; $n];
+                before.ray.org_z = [-DEPTH; $n];
+                before.ray.dir_z = [1.0; $n];
+                before.ray.tfar = [f32::INFINITY; $n];
+                before.ray.mask = [u32::MAX; $n];
+                before.ray.id = trials.map(Trial::aims_at);
+                before.hit.geomID = [ffi::RTC_INVALID_GEOMETRY_ID; $n];
+
+                let mut fenced = Fenced::new(before);
+                let $packet = fenced.pointer();
+                // SAFETY: the scene is committed and alive; packet and mask are initialised and aligned; null asks for default
+                // options.
+                unsafe { $nearest };
+                intact(name, fenced.damage())?;
+                let ffi::$rayhit { ray, hit } = &fenced.value;
+                for (lane, trial) in trials.into_iter().enumerate() {
+                    let found = Found {
+                        reals: [&ray.tfar, &hit.Ng_x, &hit.Ng_y, &hit.Ng_z, &hit.u, &hit.v].map(|of| of[lane]),
+                        ids: [&hit.primID, &hit.geomID, &hit.instID, &hit.instPrimID].map(|of| of[lane]),
+                    };
+                    let right = trial.nearest();
+                    expect(name, found.is(&right), &found, &right)?;
+                }
+
+                // Rays with room for hits behind them, as `packet.rs` passes them.
+                let mut fenced = Fenced::new(before);
+                let $packet = fenced.pointer().cast::<ffi::$ray>();
+                // SAFETY: as above.
+                unsafe { $occluded };
+                intact(name, fenced.damage())?;
+                let (found, right) = (fenced.value.ray.tfar, trials.map(Trial::end));
+                expect(name, found == right, &found, &right)?;
+            }
+            Ok(())
+        }
+    };
 }
+
+check!(
+    one,
+    1,
+    RTCRay,
+    RTCRayHit,
+    |embree, _valid, scene, packet| embree.rtcIntersect1(scene, packet, ptr::null_mut()),
+    embree.rtcOccluded1(scene, packet, ptr::null_mut())
+);
+check!(
+    eight,
+    8,
+    RTCRay8,
+    RTCRayHit8,
+    |embree, valid, scene, packet| embree.rtcIntersect8(valid, scene, packet, ptr::null_mut()),
+    embree.rtcOccluded8(valid, scene, packet, ptr::null_mut())
+);
+check!(
+    sixteen,
+    16,
+    RTCRay16,
+    RTCRayHit16,
+    |embree, valid, scene, packet| embree.rtcIntersect16(valid, scene, packet, ptr::null_mut()),
+    embree.rtcOccluded16(valid, scene, packet, ptr::null_mut())
+);
 
 fn intact(name: &str, damage: usize) -> Result<(), String> {
     if damage == 0 {
@@ -156,100 +267,48 @@ fn intact(name: &str, damage: usize) -> Result<(), String> {
     }
 }
 
-fn expect(name: &str, found: Found, expected: Found) -> Result<(), String> {
-    // All numbers here are exact in f32 but the thirds, fifths and sevenths of `X`.
-    let close = |a: f32, b: f32| a == b || (a - b).abs() <= 1e-5;
-    let reals = found.reals.iter().zip(&expected.reals).all(|(&a, &b)| close(a, b));
-    if reals && found.ids == expected.ids {
+fn expect<T: Debug>(name: &str, right: bool, found: &T, expected: &T) -> Result<(), String> {
+    if right {
         return Ok(());
     }
     Err(format!(
-        "a ray of known answer comes back in {name} as {found:?} and not as {expected:?}"
+        "rays of known answer come back in {name} as {found:?} and not as {expected:?}"
     ))
 }
 
 /// What one lane brought back: distance, normal, u and v; primitive, geometry and both instance numbers.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 struct Found {
     reals: [f32; 6],
     ids: [u32; 4],
 }
 
 impl Found {
-    fn lane(lane: usize, tfar: &[f32], ng: [&[f32]; 3], uv: [&[f32]; 2], ids: [&[u32]; 4]) -> Self {
-        let [x, y, z] = ng.map(|of| of[lane]);
-        let [u, v] = uv.map(|of| of[lane]);
-        Self {
-            reals: [tfar[lane], x, y, z, u, v],
-            ids: ids.map(|of| of[lane]),
-        }
-    }
-
-    fn hit(x: f32, y: f32) -> Self {
-        let none = ffi::RTC_INVALID_GEOMETRY_ID;
-        Self {
-            reals: [DEPTH, 0.0, 0.0, 8.0, x / 2.0, y / 4.0],
-            ids: [0, GEOMETRY, none, none],
-        }
-    }
-
-    fn nothing() -> Self {
-        Self {
-            reals: [f32::INFINITY, 0.0, 0.0, 0.0, 0.0, 0.0],
-            ids: [0, ffi::RTC_INVALID_GEOMETRY_ID, 0, 0],
-        }
-    }
-}
-
-/// A committed scene of one triangle, (0, 0, 0), (2, 0, 0), (0, 4, 0).
-struct Triangle(ffi::RTCScene);
-
-impl Triangle {
-    fn new(device: &Device) -> Result<Self, EmbreeError> {
-        const CORNERS: [f32; 9] = [0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 4.0, 0.0];
-        const INDICES: [u32; 3] = [0, 1, 2];
-        // SAFETY: the device is alive, and null is asked for after each call that can answer it. The two buffers have
-        // room for what is copied (Embree pads them itself). The scene keeps the geometry alive after its release.
-        unsafe {
-            let scene = Self(ffi::rtcNewScene(device.handle()));
-            let geometry = ffi::rtcNewGeometry(device.handle(), ffi::RTC_GEOMETRY_TYPE_TRIANGLE);
-            if scene.0.is_null() || geometry.is_null() {
-                device.check()?;
-                return Err(EmbreeError::NoDevice("it makes no scene"));
-            }
-            let new = ffi::rtcSetNewGeometryBuffer;
-            let corners = new(geometry, ffi::RTC_BUFFER_TYPE_VERTEX, 0, ffi::RTC_FORMAT_FLOAT3, 12, 3).cast::<f32>();
-            let indices = new(geometry, ffi::RTC_BUFFER_TYPE_INDEX, 0, ffi::RTC_FORMAT_UINT3, 12, 1).cast::<u32>();
-            if !corners.is_null() && !indices.is_null() {
-                corners.copy_from_nonoverlapping(CORNERS.as_ptr(), CORNERS.len());
-                indices.copy_from_nonoverlapping(INDICES.as_ptr(), INDICES.len());
-                ffi::rtcCommitGeometry(geometry);
-                ffi::rtcAttachGeometryByID(scene.0, geometry, GEOMETRY);
-                ffi::rtcCommitScene(scene.0);
-            }
-            ffi::rtcReleaseGeometry(geometry);
-            device.check()?;
-            Ok(scene)
-        }
-    }
-}
-
-impl Drop for Triangle {
-    fn drop(&mut self) {
-        if !self.0.is_null() {
-            // SAFETY: the one count of the scene is ours.
-            unsafe { ffi::rtcReleaseScene(self.0) };
-        }
+    /// Whether it is as expected. Embree's triangles differ in the last digit from one instruction set to the next.
+    fn is(&self, expected: &Self) -> bool {
+        let close = |(&a, &b): (&f32, &f32)| a == b || (a - b).abs() <= 1e-5;
+        self.ids == expected.ids && self.reals.iter().zip(&expected.reals).all(close)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::library::embree;
     use super::*;
 
     #[test]
     fn the_loaded_library_fits_our_structs() {
         assert_eq!(layout_canary(&Device::new(1).unwrap()), Ok(()));
+    }
+
+    /// Without packets of a width Embree takes rays one by one, through other code.
+    #[test]
+    fn it_fits_without_packets_too() {
+        for (isa, packets) in [("avx2", [true, false]), ("sse2", [false, false])] {
+            let device = Device::configured(&format!("threads=1,isa={isa}"), embree().unwrap()).unwrap();
+            assert_eq!([8, 16].map(|lanes| device.packets().has(lanes)), packets, "{isa}");
+            assert_eq!(layout_canary(&device), Ok(()), "{isa}");
+        }
     }
 
     #[test]
@@ -261,37 +320,47 @@ mod tests {
             hit: [[u32; 8]; 8],
         }
         let device = Device::new(1).unwrap();
-        let scene = Triangle::new(&device).unwrap();
+        let scene = scene(&device).unwrap();
         let mut packet = Fenced::new(Short {
-            ray: upwards([X; 8]),
+            ray: ffi::RTCRay8 {
+                org_x: [0.5; 8],
+                org_y: [Y; 8],
+                org_z: [-DEPTH; 8],
+                dir_z: [1.0; 8],
+                tfar: [f32::INFINITY; 8],
+                mask: [u32::MAX; 8],
+                ..ffi::RTCRay8::zeroed()
+            },
             hit: [[0; 8]; 8],
         });
         packet.value.hit[6] = [ffi::RTC_INVALID_GEOMETRY_ID; 8];
+        let (valid, pointer) = (Valid([-1_i32; 8]), packet.pointer().cast());
         // SAFETY: as in `eight`; what Embree writes past `Short` stays inside the fence, which the pointer may touch.
         unsafe {
-            ffi::rtcIntersect8(
-                Valid([-1; 8]).0.as_ptr(),
-                scene.0,
-                packet.pointer().cast(),
-                ptr::null_mut(),
-            )
+            let functions = scene.functions();
+            functions.rtcIntersect8(valid.0.as_ptr(), scene.handle(), pointer, ptr::null_mut());
         };
-        assert_eq!(packet.value.hit[6], [GEOMETRY; 8]);
+        assert_eq!(packet.value.hit[6], [TRIANGLE; 8]);
         assert_eq!(packet.damage(), 32);
     }
 
+    /// The canary dies of wrong answers: of a hit in another field, of a lane that is off, of a light in its own way.
     #[test]
     fn a_wrong_answer_is_found_out() {
-        let wrong = Found {
-            ids: [GEOMETRY, 0, 0, 0],
-            ..Found::hit(X, Y)
+        let right = TRIALS[0].nearest();
+        let [a, b, c, d] = right.ids;
+        let other_order = Found {
+            ids: [b, a, c, d],
+            ..right
         };
-        assert!(expect("RTCRayHit", wrong, Found::hit(X, Y)).is_err());
-        assert!(expect("RTCRayHit", Found::nothing(), Found::hit(X, Y)).is_err());
-        let far = Found {
-            reals: [3.1, 0.0, 0.0, 8.0, X / 2.0, Y / 4.0],
-            ..Found::hit(X, Y)
+        let farther = Found {
+            reals: right.reals.map(|x| x + 0.1),
+            ..right
         };
-        assert!(expect("RTCRayHit", far, Found::hit(X, Y)).is_err());
+        assert!(right.is(&right));
+        assert!(!other_order.is(&right) && !farther.is(&right) && !Trial::Nothing.nearest().is(&right));
+        let ends = [Trial::Off, TRIALS[2], TRIALS[4], Trial::Nothing].map(Trial::end);
+        assert_eq!(ends, [f32::INFINITY; 4]);
+        assert_eq!([TRIALS[0], TRIALS[1]].map(Trial::end), [f32::NEG_INFINITY; 2]);
     }
 }

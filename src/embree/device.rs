@@ -1,10 +1,14 @@
 //! Embree's device: the object that everything else of Embree belongs to.
 
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::ffi::{CStr, CString, c_char, c_void};
+use std::path::{Path, PathBuf};
 use std::ptr::{self, NonNull};
 
-use super::ffi;
+use super::ffi::{self, Functions};
+use super::library::{Embree, embree};
+use crate::shape::AimNames;
 
 /// The first version with the hit layout that we compile against, as Embree writes it: major · 10000 + minor · 100 +
 /// patch.
@@ -16,12 +20,28 @@ const MAX_THREADS: usize = 1024;
 /// Why Embree cannot be used, or what it objected to.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum EmbreeError {
+    /// There is no library, or none that can be used.
+    #[error("{what}")]
+    Missing {
+        /// What is the matter, in a sentence.
+        what: String,
+        /// What would do.
+        remedy: &'static str,
+    },
     /// There is no device.
     #[error("Embree gives no device: {0}")]
     NoDevice(&'static str),
+    /// Embree gives no object, and does not say why.
+    #[error("Embree gives {0}")]
+    Refused(&'static str),
     /// The library is older than the layout of our structs.
-    #[error("Embree {0} is too old: 4.3 or later is needed (set EMBREE_DIR and build again)")]
-    TooOld(String),
+    #[error("{} is Embree {version}, which is too old: 4.3 or later is needed", path.display())]
+    TooOld {
+        /// The library.
+        path: PathBuf,
+        /// Its version.
+        version: String,
+    },
     /// A call failed.
     #[error("Embree reports {kind}{}{message}", if message.is_empty() { "" } else { ": " })]
     Reported {
@@ -30,6 +50,9 @@ pub enum EmbreeError {
         /// What Embree says about it; may be empty.
         message: String,
     },
+    /// More triangles emit than rays have names for.
+    #[error("meshes that emit have more than {} triangles in all", AimNames::MOST)]
+    TooManyLights,
     /// The library reads or writes rays in another layout than ours.
     #[error("Embree {version} does not fit this build: {what}")]
     Layout {
@@ -38,6 +61,28 @@ pub enum EmbreeError {
         /// What the canary query showed.
         what: String,
     },
+}
+
+/// The widths of packets that Embree has kernels of its own for. Packets of another width are answered as well, each ray
+/// alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Packets {
+    /// Packets of 8 rays.
+    pub eight: bool,
+    /// Packets of 16 rays.
+    pub sixteen: bool,
+}
+
+impl Packets {
+    /// Whether Embree has kernels for packets of `lanes` rays; a single ray is always one.
+    pub const fn has(self, lanes: usize) -> bool {
+        match lanes {
+            1 => true,
+            8 => self.eight,
+            16 => self.sixteen,
+            _ => false,
+        }
+    }
 }
 
 /// An Embree device, released when its last clone is dropped.
@@ -53,6 +98,7 @@ pub enum EmbreeError {
 #[derive(Debug)]
 pub struct Device {
     handle: NonNull<ffi::RTCDeviceTy>,
+    embree: &'static Embree,
 }
 
 // SAFETY: a device belongs to no thread. Its reference count is atomic, its properties never change after `new`, and
@@ -61,37 +107,84 @@ unsafe impl Send for Device {}
 // SAFETY: as above.
 unsafe impl Sync for Device {}
 
+impl EmbreeError {
+    /// What would do, where there is something to say.
+    pub const fn remedy(&self) -> &'static str {
+        match self {
+            Self::Missing { remedy, .. } => remedy,
+            Self::TooManyLights => "let fewer triangles emit",
+            Self::TooOld { .. } => "set EMBREE_DIR to the folder above the lib/ of a later one",
+            _ => "",
+        }
+    }
+}
+
 impl Device {
     /// Opens a device whose builds use `threads` threads (at most 1024; 0 leaves the number to Embree). Queries always
     /// run on the caller's thread.
     ///
     /// # Errors
-    /// [`EmbreeError::NoDevice`] if Embree refuses, [`EmbreeError::TooOld`] before version 4.3.
+    /// [`EmbreeError::Missing`] without a library, [`EmbreeError::TooOld`] before version 4.3, [`EmbreeError::NoDevice`] if
+    /// Embree refuses.
     pub fn new(threads: usize) -> Result<Self, EmbreeError> {
         // Affinity stays off: pinned build threads would crowd the cores that rayon's threads are on.
-        let config = format!("threads={},set_affinity=0", threads.min(MAX_THREADS));
-        let config = CString::new(config).map_err(|_| EmbreeError::NoDevice("its configuration holds a NUL"))?;
-        // SAFETY: `config` is a C string, and Embree has copied what it needs when the call returns.
-        let handle = unsafe { ffi::rtcNewDevice(config.as_ptr()) };
+        Self::configured(
+            &format!("threads={},set_affinity=0", threads.min(MAX_THREADS)),
+            embree()?,
+        )
+    }
+
+    /// A device with settings in Embree's own words.
+    pub(super) fn configured(settings: &str, embree: &'static Embree) -> Result<Self, EmbreeError> {
+        let settings = CString::new(settings).map_err(|_| EmbreeError::NoDevice("its configuration holds a NUL"))?;
+        let functions = &embree.functions;
+        // SAFETY: `settings` is a C string, and Embree has copied what it needs when the call returns.
+        let handle = unsafe { functions.rtcNewDevice(settings.as_ptr()) };
         let Some(handle) = NonNull::new(handle) else {
             // SAFETY: null asks for the error of this thread's failed `rtcNewDevice`.
             return Err(EmbreeError::NoDevice(in_words(unsafe {
-                ffi::rtcGetDeviceError(ptr::null_mut())
+                functions.rtcGetDeviceError(ptr::null_mut())
             })));
         };
-        let device = Self { handle };
+        let device = Self { handle, embree };
+        // A message for a device that had this address, if nobody asked for it.
+        MESSAGES.with_borrow_mut(|kept| kept.remove(&device.handle().addr()));
         if device.property(ffi::RTC_DEVICE_PROPERTY_VERSION) < OLDEST {
-            return Err(EmbreeError::TooOld(device.version()));
+            return Err(EmbreeError::TooOld {
+                path: embree.path.clone(),
+                version: device.version(),
+            });
         }
-        // SAFETY: the device is alive; `remember` needs no user pointer and lives as long as the program.
-        unsafe { ffi::rtcSetDeviceErrorFunction(device.handle(), Some(remember), ptr::null_mut()) };
+        // SAFETY: the device is alive. Its own address, which is never followed, tells its errors from others'; `remember`
+        // lives as long as the program.
+        unsafe { functions.rtcSetDeviceErrorFunction(device.handle(), Some(remember), device.handle().cast()) };
         Ok(device)
+    }
+
+    /// Embree's functions.
+    #[inline(always)]
+    pub(super) const fn functions(&self) -> &'static Functions {
+        &self.embree.functions
+    }
+
+    /// The file of the library that is open, or the name that the system's loader knew.
+    pub fn library(&self) -> &Path {
+        &self.embree.path
     }
 
     /// The version of the library that is loaded, such as "4.4.0".
     pub fn version(&self) -> String {
         let version = self.property(ffi::RTC_DEVICE_PROPERTY_VERSION);
         format!("{}.{}.{}", version / 10000, version / 100 % 100, version % 100)
+    }
+
+    /// The widths of packets that the library has kernels for on this processor. The settings of `.embree4`, in the home
+    /// folder or beside the program, count too.
+    pub fn packets(&self) -> Packets {
+        Packets {
+            eight: self.property(ffi::RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) != 0,
+            sixteen: self.property(ffi::RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0,
+        }
     }
 
     /// Asks whether a call on this thread has failed since the last time, through this device. Costs 11 to 33 ns: once
@@ -101,60 +194,65 @@ impl Device {
     /// [`EmbreeError::Reported`] with the first error since then.
     pub fn check(&self) -> Result<(), EmbreeError> {
         // SAFETY: the device is alive.
-        match unsafe { ffi::rtcGetDeviceError(self.handle()) } {
+        match unsafe { self.functions().rtcGetDeviceError(self.handle()) } {
             ffi::RTC_ERROR_NONE => Ok(()),
             code => Err(EmbreeError::Reported {
                 kind: in_words(code),
-                message: MESSAGE.take(),
+                message: MESSAGES
+                    .with_borrow_mut(|kept| kept.remove(&self.handle().addr()))
+                    .unwrap_or_default(),
             }),
         }
     }
 
+    /// What this thread's last call failed with that gave null; `what` is said where Embree does not say.
+    pub(super) fn refusal(&self, what: &'static str) -> EmbreeError {
+        self.check().err().unwrap_or(EmbreeError::Refused(what))
+    }
+
     /// For calls of Embree; valid as long as `self`.
-    pub(crate) fn handle(&self) -> ffi::RTCDevice {
+    pub(super) fn handle(&self) -> ffi::RTCDevice {
         self.handle.as_ptr()
     }
 
     fn property(&self, property: ffi::RTCDeviceProperty) -> isize {
         // SAFETY: the device is alive; an unknown property is an error that Embree reports, not undefined behaviour.
-        unsafe { ffi::rtcGetDeviceProperty(self.handle(), property) }
+        unsafe { self.functions().rtcGetDeviceProperty(self.handle(), property) }
     }
 }
 
 impl Clone for Device {
     fn clone(&self) -> Self {
         // SAFETY: the device is alive; the count raised here is lowered by the clone's `drop`.
-        unsafe { ffi::rtcRetainDevice(self.handle()) };
-        Self { handle: self.handle }
+        unsafe { self.functions().rtcRetainDevice(self.handle()) };
+        Self { ..*self }
     }
 }
 
 impl Drop for Device {
     fn drop(&mut self) {
         // SAFETY: each `Device` owns one count. Scenes and geometries hold counts of their own.
-        unsafe { ffi::rtcReleaseDevice(self.handle()) };
+        unsafe { self.functions().rtcReleaseDevice(self.handle()) };
     }
 }
 
 thread_local! {
-    /// The message of the first error that `check` has not yet fetched on this thread: Embree 4.3 hands it to a
-    /// callback only.
-    static MESSAGE: RefCell<String> = const { RefCell::new(String::new()) };
+    /// Of each device, by its address, the message of the first error that `check` has not yet fetched on this thread: Embree
+    /// 4.3 hands it to a callback only.
+    static MESSAGES: RefCell<BTreeMap<usize, String>> = const { RefCell::new(BTreeMap::new()) };
 }
 
 /// Keeps an error's message for [`Device::check`]. Must not panic: there is C++ above it on the stack.
-unsafe extern "C" fn remember(_user: *mut c_void, _code: ffi::RTCError, message: *const c_char) {
+unsafe extern "C" fn remember(device: *mut c_void, _code: ffi::RTCError, message: *const c_char) {
     if message.is_null() {
         return;
     }
     // SAFETY: Embree passes a C string that lives until this returns.
     let message = unsafe { CStr::from_ptr(message) }.to_string_lossy();
     // A thread that is ending has no place to keep it, and then nobody asks either.
-    let _ = MESSAGE.try_with(|kept| {
-        if let Ok(mut kept) = kept.try_borrow_mut()
-            && kept.is_empty()
-        {
-            kept.push_str(&message);
+    let _ = MESSAGES.try_with(|kept| {
+        if let Ok(mut kept) = kept.try_borrow_mut() {
+            kept.entry(device.addr()).or_insert_with(|| message.into_owned());
         }
     });
 }
@@ -177,7 +275,7 @@ mod tests {
     /// A misuse that Embree notices on this device.
     fn misuse(device: &Device) {
         // SAFETY: the device is alive; no geometry has type 99, and Embree answers null and an error.
-        let geometry = unsafe { ffi::rtcNewGeometry(device.handle(), 99) };
+        let geometry = unsafe { device.functions().rtcNewGeometry(device.handle(), 99) };
         assert!(geometry.is_null());
     }
 
@@ -212,6 +310,45 @@ mod tests {
         let device = Device::new(1).unwrap();
         std::thread::scope(|scope| scope.spawn(|| misuse(&device)).join()).unwrap();
         assert_eq!(device.check(), Ok(()));
+    }
+
+    #[test]
+    fn messages_stay_with_their_device() {
+        let [a, b] = [Device::new(1).unwrap(), Device::new(1).unwrap()];
+        let misuse_of_buffer = |device: &Device| {
+            // SAFETY: the device is alive; no property has this number, and Embree answers 0 and an error.
+            assert_eq!(
+                unsafe { device.functions().rtcGetDeviceProperty(device.handle(), 9999) },
+                0
+            );
+        };
+        misuse(&a);
+        misuse_of_buffer(&b);
+        let [of_a, of_b] = [&a, &b].map(|device| device.check().unwrap_err().to_string());
+        assert_ne!(of_a, of_b);
+        assert!(!of_b.contains("geometry"), "{of_b}");
+    }
+
+    #[test]
+    fn an_old_library_is_refused_by_its_version_and_place() {
+        unsafe extern "C" fn version_4_2(_: ffi::RTCDevice, _: ffi::RTCDeviceProperty) -> isize {
+            40201
+        }
+        let real = embree().unwrap();
+        let old = Box::leak(Box::new(Embree {
+            functions: Functions {
+                rtcGetDeviceProperty: version_4_2,
+                ..real.functions
+            },
+            path: "/some/lib/libembree4.so.4".into(),
+        }));
+        let error = Device::configured("threads=1", old).unwrap_err();
+        let said = error.to_string();
+        assert!(
+            said.contains("/some/lib/libembree4.so.4") && said.contains("4.2.1"),
+            "{said}"
+        );
+        assert!(error.remedy().contains("EMBREE_DIR"));
     }
 
     #[test]

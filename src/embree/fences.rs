@@ -1,5 +1,6 @@
 //! A canary after each packet: every kind of query, on triangles and on our spheres, with every kind of mask, writes
-//! nothing outside its packet and nothing into idle lanes.
+//! nothing outside its packet and nothing into idle lanes. So it is where Embree has no packets of a width and takes each ray
+//! alone: there visibility queries read and write the room for hits behind the rays.
 
 use std::ptr;
 
@@ -8,12 +9,13 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
 use super::canary::Fenced;
+use super::library::embree;
+use super::packet::Valid;
 use super::{Accel, Ball, Device, SceneBuilder, ffi};
-use crate::lane::has_avx512;
 
 /// A square of two triangles and twenty spheres before and behind it.
-fn scene() -> Accel {
-    let device = Device::new(1).unwrap();
+fn scene(settings: &str) -> Accel {
+    let device = Device::configured(settings, embree().unwrap()).unwrap();
     let mut builder = SceneBuilder::new(&device, true).unwrap();
     let square = [[-2.0, -2.0, 5.0], [2.0, -2.0, 5.0], [2.0, 2.0, 5.0], [-2.0, 2.0, 5.0]];
     builder.add_mesh(&square, &[[0, 1, 2], [0, 2, 3]]).unwrap();
@@ -30,20 +32,24 @@ fn scene() -> Accel {
     builder.commit().unwrap()
 }
 
-/// Embree reads masks with aligned loads.
-#[repr(align(64))]
-struct Valid([i32; 16]);
+/// With the packets that this processor has, with those of eight rays at most, and without any.
+const SETTINGS: [&str; 3] = ["threads=1", "threads=1,isa=avx2", "threads=1,isa=sse2"];
 
-/// Checks `$call` on packets of `$n` rays; `$ray` is the field that holds the ray.
+/// Checks `$call` on packets of `$n` rays.
 macro_rules! every_packet {
-    ($n:literal, $packet:ident, |$p:ident| $ray:expr, |$accel:ident, $valid:ident, $pointer:ident| $call:expr) => {{
-        let $accel = scene();
+    ($n:literal, $packet:ident, |$accel:ident, $valid:ident, $pointer:ident| $call:expr) => {
+        for settings in SETTINGS {
+            every_packet!(settings, $n, $packet, |$accel, $valid, $pointer| $call);
+        }
+    };
+    ($settings:ident, $n:literal, $packet:ident, |$accel:ident, $valid:ident, $pointer:ident| $call:expr) => {{
+        let $accel = scene($settings);
         let mut rng = Pcg64::seed_from_u64($n);
         let (mut hits, mut idle) = (0, 0);
         for _ in 0..3_000 {
-            let mut $p = Fenced::new(ffi::$packet::zeroed());
+            let mut packet = Fenced::new(ffi::$packet::zeroed());
             {
-                let ray = &mut $ray;
+                let ray = &mut packet.value.ray;
                 for lane in 0..$n {
                     ray.org_x[lane] = rng.random_range(-0.5..0.5);
                     ray.dir_x[lane] = rng.random_range(-0.6..0.6);
@@ -61,15 +67,16 @@ macro_rules! every_packet {
                 2 => 1 << rng.random_range(0..$n),
                 _ => rng.random(),
             };
-            let $valid = Valid(std::array::from_fn(|lane| {
+            let $valid = Valid::<16>(std::array::from_fn(|lane| {
                 if $n == 1 || bits >> lane & 1 == 1 { -1 } else { 0 }
             }));
-            let before = $ray;
-            let $pointer = $p.pointer();
+            packet.value.hit.geomID = [ffi::RTC_INVALID_GEOMETRY_ID; $n];
+            let before = packet.value.ray;
+            let $pointer = packet.pointer();
             // SAFETY: the scene is committed and alive; packet and mask are initialised and aligned.
             unsafe { $call };
-            let after = $ray;
-            assert_eq!($p.damage(), 0, "bytes around a packet of {} changed", $n);
+            let after = packet.value.ray;
+            assert_eq!(packet.damage(), 0, "bytes around a packet of {} changed", $n);
             for lane in 0..$n {
                 if $valid.0[lane] == 0 {
                     idle += 1;
@@ -93,35 +100,36 @@ macro_rules! every_packet {
 
 #[test]
 fn intersections_stay_inside_their_packets() {
-    every_packet!(1, RTCRayHit, |p| p.value.ray, |accel, _valid, pointer| {
-        (*pointer).hit.geomID = [ffi::RTC_INVALID_GEOMETRY_ID];
-        ffi::rtcIntersect1(accel.handle(), pointer, ptr::null_mut());
+    every_packet!(1, RTCRayHit, |accel, _valid, packet| {
+        accel.functions().rtcIntersect1(accel.handle(), packet, ptr::null_mut());
     });
-    every_packet!(8, RTCRayHit8, |p| p.value.ray, |accel, valid, pointer| {
-        (*pointer).hit.geomID = [ffi::RTC_INVALID_GEOMETRY_ID; 8];
-        ffi::rtcIntersect8(valid.0.as_ptr(), accel.handle(), pointer, ptr::null_mut());
+    every_packet!(8, RTCRayHit8, |accel, valid, packet| {
+        accel
+            .functions()
+            .rtcIntersect8(valid.0.as_ptr(), accel.handle(), packet, ptr::null_mut());
     });
-    // Embree has queries of sixteen rays on processors with AVX-512 only.
-    if has_avx512() {
-        every_packet!(16, RTCRayHit16, |p| p.value.ray, |accel, valid, pointer| {
-            (*pointer).hit.geomID = [ffi::RTC_INVALID_GEOMETRY_ID; 16];
-            ffi::rtcIntersect16(valid.0.as_ptr(), accel.handle(), pointer, ptr::null_mut());
-        });
-    }
+    every_packet!(16, RTCRayHit16, |accel, valid, packet| {
+        accel
+            .functions()
+            .rtcIntersect16(valid.0.as_ptr(), accel.handle(), packet, ptr::null_mut());
+    });
 }
 
 #[test]
 fn visibility_queries_stay_inside_their_packets() {
-    every_packet!(1, RTCRay, |p| p.value, |accel, _valid, pointer| {
-        ffi::rtcOccluded1(accel.handle(), pointer, ptr::null_mut());
+    every_packet!(1, RTCRayHit, |accel, _valid, packet| {
+        accel
+            .functions()
+            .rtcOccluded1(accel.handle(), packet.cast(), ptr::null_mut());
     });
-    every_packet!(8, RTCRay8, |p| p.value, |accel, valid, pointer| {
-        ffi::rtcOccluded8(valid.0.as_ptr(), accel.handle(), pointer, ptr::null_mut());
+    every_packet!(8, RTCRayHit8, |accel, valid, packet| {
+        accel
+            .functions()
+            .rtcOccluded8(valid.0.as_ptr(), accel.handle(), packet.cast(), ptr::null_mut());
     });
-    // Embree has queries of sixteen rays on processors with AVX-512 only.
-    if has_avx512() {
-        every_packet!(16, RTCRay16, |p| p.value, |accel, valid, pointer| {
-            ffi::rtcOccluded16(valid.0.as_ptr(), accel.handle(), pointer, ptr::null_mut());
-        });
-    }
+    every_packet!(16, RTCRayHit16, |accel, valid, packet| {
+        accel
+            .functions()
+            .rtcOccluded16(valid.0.as_ptr(), accel.handle(), packet.cast(), ptr::null_mut());
+    });
 }

@@ -11,6 +11,8 @@
 use std::ffi::{c_char, c_int, c_void};
 use std::mem::{align_of, offset_of, size_of};
 
+use libloading::os::unix::Library;
+
 /// What a handle points at: only Embree knows.
 macro_rules! handle {
     ($($name:ident, $opaque:ident;)*) => {$(
@@ -307,29 +309,61 @@ pub(crate) type RTCBoundsFunction = Option<unsafe extern "C" fn(args: *const RTC
 pub(crate) type RTCIntersectFunctionN = Option<unsafe extern "C" fn(args: *const RTCIntersectFunctionNArguments)>;
 pub(crate) type RTCOccludedFunctionN = Option<unsafe extern "C" fn(args: *const RTCOccludedFunctionNArguments)>;
 
-// `rtcGetDeviceLastErrorMessage` and `rtcGetErrorString` are left out: Debian's 4.3 lacks them and would not link.
-unsafe extern "C" {
-    pub(crate) fn rtcNewDevice(config: *const c_char) -> RTCDevice;
-    pub(crate) fn rtcRetainDevice(device: RTCDevice);
-    pub(crate) fn rtcReleaseDevice(device: RTCDevice);
-    pub(crate) fn rtcGetDeviceProperty(device: RTCDevice, prop: RTCDeviceProperty) -> isize;
-    pub(crate) fn rtcGetDeviceError(device: RTCDevice) -> RTCError;
-    pub(crate) fn rtcSetDeviceErrorFunction(device: RTCDevice, error: RTCErrorFunction, userPtr: *mut c_void);
+/// The functions that we use, once the library is open.
+///
+/// Each is a field that holds its address and a method that calls it.
+macro_rules! functions {
+    ($(fn $name:ident($($argument:ident: $type:ty),* $(,)?) $(-> $result:ty)?;)*) => {
+        #[derive(Clone, Copy, Debug)]
+        pub(crate) struct Functions {
+            $(pub $name: unsafe extern "C" fn($($type),*) $(-> $result)?,)*
+        }
 
-    pub(crate) fn rtcNewScene(device: RTCDevice) -> RTCScene;
-    pub(crate) fn rtcReleaseScene(scene: RTCScene);
-    pub(crate) fn rtcSetSceneFlags(scene: RTCScene, flags: RTCSceneFlags);
-    pub(crate) fn rtcSetSceneBuildQuality(scene: RTCScene, quality: RTCBuildQuality);
-    pub(crate) fn rtcAttachGeometryByID(scene: RTCScene, geometry: RTCGeometry, geomID: u32);
-    pub(crate) fn rtcCommitScene(scene: RTCScene);
-    pub(crate) fn rtcGetSceneBounds(scene: RTCScene, bounds_o: *mut RTCBounds);
+        impl Functions {
+            /// Finds all of them; otherwise says which is missing.
+            ///
+            /// # Safety
+            /// `library` must be an Embree 4, and stay open as long as the functions are called.
+            pub unsafe fn of(library: &Library) -> Result<Self, &'static str> {
+                Ok(Self {
+                    // SAFETY: a function of this name has this type, by the caller's promise.
+                    $($name: *unsafe { library.get(stringify!($name)) }.map_err(|_| stringify!($name))?,)*
+                })
+            }
 
-    pub(crate) fn rtcNewGeometry(device: RTCDevice, kind: RTCGeometryType) -> RTCGeometry;
-    pub(crate) fn rtcReleaseGeometry(geometry: RTCGeometry);
-    pub(crate) fn rtcCommitGeometry(geometry: RTCGeometry);
-    pub(crate) fn rtcSetGeometryBuildQuality(geometry: RTCGeometry, quality: RTCBuildQuality);
-    pub(crate) fn rtcSetGeometryMask(geometry: RTCGeometry, mask: u32);
-    pub(crate) fn rtcSetNewGeometryBuffer(
+            $(
+                /// # Safety
+                /// What Embree's manual says of the function.
+                #[inline(always)]
+                pub unsafe fn $name(&self, $($argument: $type),*) $(-> $result)? {
+                    // SAFETY: by the caller's promise.
+                    unsafe { (self.$name)($($argument),*) }
+                }
+            )*
+        }
+    };
+}
+
+// `rtcGetDeviceLastErrorMessage` and `rtcGetErrorString` are left out: Debian's 4.3 lacks them.
+functions! {
+    fn rtcNewDevice(config: *const c_char) -> RTCDevice;
+    fn rtcRetainDevice(device: RTCDevice);
+    fn rtcReleaseDevice(device: RTCDevice);
+    fn rtcGetDeviceProperty(device: RTCDevice, prop: RTCDeviceProperty) -> isize;
+    fn rtcGetDeviceError(device: RTCDevice) -> RTCError;
+    fn rtcSetDeviceErrorFunction(device: RTCDevice, error: RTCErrorFunction, userPtr: *mut c_void);
+
+    fn rtcNewScene(device: RTCDevice) -> RTCScene;
+    fn rtcReleaseScene(scene: RTCScene);
+    fn rtcSetSceneFlags(scene: RTCScene, flags: RTCSceneFlags);
+    fn rtcSetSceneBuildQuality(scene: RTCScene, quality: RTCBuildQuality);
+    fn rtcAttachGeometryByID(scene: RTCScene, geometry: RTCGeometry, geomID: u32);
+    fn rtcCommitScene(scene: RTCScene);
+
+    fn rtcNewGeometry(device: RTCDevice, kind: RTCGeometryType) -> RTCGeometry;
+    fn rtcReleaseGeometry(geometry: RTCGeometry);
+    fn rtcCommitGeometry(geometry: RTCGeometry);
+    fn rtcSetNewGeometryBuffer(
         geometry: RTCGeometry,
         kind: RTCBufferType,
         slot: u32,
@@ -337,60 +371,18 @@ unsafe extern "C" {
         byteStride: usize,
         itemCount: usize,
     ) -> *mut c_void;
-    pub(crate) fn rtcSetSharedGeometryBuffer(
-        geometry: RTCGeometry,
-        kind: RTCBufferType,
-        slot: u32,
-        format: RTCFormat,
-        ptr: *const c_void,
-        byteOffset: usize,
-        byteStride: usize,
-        itemCount: usize,
-    );
-    pub(crate) fn rtcSetGeometryUserPrimitiveCount(geometry: RTCGeometry, count: u32);
-    pub(crate) fn rtcSetGeometryUserData(geometry: RTCGeometry, ptr: *mut c_void);
-    pub(crate) fn rtcSetGeometryBoundsFunction(geometry: RTCGeometry, bounds: RTCBoundsFunction, userPtr: *mut c_void);
-    pub(crate) fn rtcSetGeometryIntersectFunction(geometry: RTCGeometry, intersect: RTCIntersectFunctionN);
-    pub(crate) fn rtcSetGeometryOccludedFunction(geometry: RTCGeometry, occluded: RTCOccludedFunctionN);
-    pub(crate) fn rtcSetGeometryOccludedFilterFunction(geometry: RTCGeometry, filter: RTCFilterFunctionN);
+    fn rtcSetGeometryUserPrimitiveCount(geometry: RTCGeometry, count: u32);
+    fn rtcSetGeometryUserData(geometry: RTCGeometry, ptr: *mut c_void);
+    fn rtcSetGeometryBoundsFunction(geometry: RTCGeometry, bounds: RTCBoundsFunction, userPtr: *mut c_void);
+    fn rtcSetGeometryIntersectFunction(geometry: RTCGeometry, intersect: RTCIntersectFunctionN);
+    fn rtcSetGeometryOccludedFunction(geometry: RTCGeometry, occluded: RTCOccludedFunctionN);
+    fn rtcSetGeometryOccludedFilterFunction(geometry: RTCGeometry, filter: RTCFilterFunctionN);
 
     // `valid` and packets are aligned to 4 bytes a lane: an unaligned mask crashed with Debian's library.
-    pub(crate) fn rtcIntersect1(scene: RTCScene, rayhit: *mut RTCRayHit, args: *mut RTCIntersectArguments);
-    pub(crate) fn rtcIntersect4(
-        valid: *const c_int,
-        scene: RTCScene,
-        rayhit: *mut RTCRayHit4,
-        args: *mut RTCIntersectArguments,
-    );
-    pub(crate) fn rtcIntersect8(
-        valid: *const c_int,
-        scene: RTCScene,
-        rayhit: *mut RTCRayHit8,
-        args: *mut RTCIntersectArguments,
-    );
-    pub(crate) fn rtcIntersect16(
-        valid: *const c_int,
-        scene: RTCScene,
-        rayhit: *mut RTCRayHit16,
-        args: *mut RTCIntersectArguments,
-    );
-    pub(crate) fn rtcOccluded1(scene: RTCScene, ray: *mut RTCRay, args: *mut RTCOccludedArguments);
-    pub(crate) fn rtcOccluded4(
-        valid: *const c_int,
-        scene: RTCScene,
-        ray: *mut RTCRay4,
-        args: *mut RTCOccludedArguments,
-    );
-    pub(crate) fn rtcOccluded8(
-        valid: *const c_int,
-        scene: RTCScene,
-        ray: *mut RTCRay8,
-        args: *mut RTCOccludedArguments,
-    );
-    pub(crate) fn rtcOccluded16(
-        valid: *const c_int,
-        scene: RTCScene,
-        ray: *mut RTCRay16,
-        args: *mut RTCOccludedArguments,
-    );
+    fn rtcIntersect1(scene: RTCScene, rayhit: *mut RTCRayHit, args: *mut RTCIntersectArguments);
+    fn rtcIntersect8(valid: *const c_int, scene: RTCScene, rayhit: *mut RTCRayHit8, args: *mut RTCIntersectArguments);
+    fn rtcIntersect16(valid: *const c_int, scene: RTCScene, rayhit: *mut RTCRayHit16, args: *mut RTCIntersectArguments);
+    fn rtcOccluded1(scene: RTCScene, ray: *mut RTCRay, args: *mut RTCOccludedArguments);
+    fn rtcOccluded8(valid: *const c_int, scene: RTCScene, ray: *mut RTCRay8, args: *mut RTCOccludedArguments);
+    fn rtcOccluded16(valid: *const c_int, scene: RTCScene, ray: *mut RTCRay16, args: *mut RTCOccludedArguments);
 }

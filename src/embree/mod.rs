@@ -7,7 +7,8 @@ mod canary;
 mod device;
 #[cfg(test)]
 mod fences;
-pub(crate) mod ffi;
+mod ffi;
+mod library;
 mod packet;
 mod prefetch;
 mod scene;
@@ -15,7 +16,7 @@ mod spheres;
 
 pub use crate::shape::{Ball, Hit, NO_SPHERE, Ray};
 pub use canary::layout_canary;
-pub use device::{Device, EmbreeError};
-pub use packet::{Coherence, TraceLane};
+pub use device::{Device, EmbreeError, Packets};
+pub use packet::{Coherence, LaneWork, TraceLane, in_eight_of_avx512, in_sixteen};
 pub use prefetch::prefetch;
 pub use scene::{Accel, SceneBuilder};

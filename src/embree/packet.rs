@@ -1,10 +1,12 @@
 //! Packets of queries: as many rays as there are lanes, from one source for one ray and for eight.
 
+use std::marker::PhantomData;
+use std::mem::MaybeUninit;
 use std::ptr;
 
 use super::ffi;
 use super::scene::Accel;
-use crate::lane::{Bits, F32x8, F32x16, Lane, Mask};
+use crate::lane::{Bits, F32x8, F32x16, Lane, Mask, Work, with_avx512};
 use crate::math::Vec3;
 use crate::shape::{Hit, Ray};
 
@@ -34,6 +36,38 @@ pub trait TraceLane: Lane {
     fn occluded(accel: &Accel, active: Self::Mask, ray: &Ray<Self>, coherence: Coherence) -> Self::Mask;
 }
 
+/// Work for lanes of any width. `run` must be `#[inline(always)]`, and so must everything in it that handles lanes.
+pub trait LaneWork {
+    /// Does the work.
+    fn run<L: TraceLane>(self);
+}
+
+/// Work in lanes of one width, compiled for AVX-512.
+struct OfAvx512<L, W>(W, PhantomData<L>);
+
+impl<L: TraceLane, W: LaneWork> Work for OfAvx512<L, W> {
+    #[inline(always)]
+    fn run(self) {
+        self.0.run::<L>();
+    }
+}
+
+/// Runs work in eight lanes with the registers of AVX-512: 32 instead of 16.
+///
+/// # Panics
+/// Where [`has_avx512`](crate::lane::has_avx512) says no.
+pub fn in_eight_of_avx512<W: LaneWork>(work: W) {
+    with_avx512(OfAvx512::<F32x8, W>(work, PhantomData));
+}
+
+/// Runs work in sixteen lanes.
+///
+/// # Panics
+/// Where [`has_avx512`](crate::lane::has_avx512) says no.
+pub fn in_sixteen<W: LaneWork>(work: W) {
+    with_avx512(OfAvx512::<F32x16, W>(work, PhantomData));
+}
+
 const FEATURES: ffi::RTCFeatureFlags = ffi::RTC_FEATURE_FLAG_TRIANGLE
     | ffi::RTC_FEATURE_FLAG_FILTER_FUNCTION_IN_GEOMETRY
     | ffi::RTC_FEATURE_FLAG_USER_GEOMETRY_CALLBACK_IN_GEOMETRY;
@@ -58,9 +92,35 @@ fn occluded_arguments(coherence: Coherence) -> ffi::RTCOccludedArguments {
     }
 }
 
+/// A packet of rays with room for hits behind it.
+///
+/// Where Embree has no visibility query for packets of this width, it takes the packet for one of rays and hits, traces one ray
+/// after the other, and writes back what it read, hits among it. These bytes are nobody's: they need no value.
+#[repr(C)]
+struct Roomy<R, H> {
+    ray: R,
+    room: MaybeUninit<H>,
+}
+
+impl<R, H> Roomy<R, H> {
+    #[inline(always)]
+    const fn new(ray: R) -> Self {
+        Self {
+            ray,
+            room: MaybeUninit::uninit(),
+        }
+    }
+
+    /// A pointer to the rays through which the room may be reached as well.
+    #[inline(always)]
+    const fn pointer(&mut self) -> *mut R {
+        ptr::from_mut(self).cast()
+    }
+}
+
 /// The two halves of a packet of `$n` lanes between our types and Embree's.
 macro_rules! trace_lane {
-    ($lane:ty, $n:tt, $ray:ident, $rayhit:ident, |$accel:ident, $active:ident, $packet:ident, $args:ident|
+    ($lane:ty, $n:tt, $ray:ident, $hit:ident, $rayhit:ident, |$accel:ident, $active:ident, $packet:ident, $args:ident|
      intersect $intersect:expr, occluded $occluded:expr) => {
         impl TraceLane for $lane {
             #[inline(always)]
@@ -90,12 +150,12 @@ macro_rules! trace_lane {
 
             #[inline(always)]
             fn occluded($accel: &Accel, $active: Self::Mask, ray: &Ray<Self>, coherence: Coherence) -> Self::Mask {
-                let mut $packet: ffi::$ray = bytemuck::Zeroable::zeroed();
-                ray.write_to(&mut $packet);
+                let mut $packet = Roomy::<_, ffi::$hit>::new(<ffi::$ray as bytemuck::Zeroable>::zeroed());
+                ray.write_to(&mut $packet.ray);
                 let mut $args = occluded_arguments(coherence);
                 $occluded;
                 // Embree marks what is occluded by a distance of −∞.
-                let t: $lane = Lane::load(&$packet.tfar);
+                let t: $lane = Lane::load(&$packet.ray.tfar);
                 $active & Lane::lt(t, <$lane as Lane>::zero())
             }
         }
@@ -120,42 +180,42 @@ macro_rules! trace_lane {
 
 /// Embree reads the mask of a packet with aligned loads.
 #[repr(align(64))]
-struct Valid<const N: usize>([i32; N]);
+pub(super) struct Valid<const N: usize>(pub [i32; N]);
 
-trace_lane!(f32, 1, RTCRay, RTCRayHit, |accel, active, packet, args|
+trace_lane!(f32, 1, RTCRay, RTCHit, RTCRayHit, |accel, active, packet, args|
     intersect if active {
         // SAFETY: the scene is committed and alive, the packet has Embree's layout (asserted), and belongs to this thread.
-        unsafe { ffi::rtcIntersect1(accel.handle(), &mut packet, &mut args) }
+        unsafe { accel.functions().rtcIntersect1(accel.handle(), &mut packet, &mut args) }
     },
     occluded if active {
         // SAFETY: as above.
-        unsafe { ffi::rtcOccluded1(accel.handle(), &mut packet, &mut args) }
+        unsafe { accel.functions().rtcOccluded1(accel.handle(), packet.pointer(), &mut args) }
     }
 );
 
-trace_lane!(F32x8, 8, RTCRay8, RTCRayHit8, |accel, active, packet, args|
+trace_lane!(F32x8, 8, RTCRay8, RTCHit8, RTCRayHit8, |accel, active, packet, args|
     intersect if active.any() {
         let valid = Valid(active.to_valid());
         // SAFETY: the scene is committed and alive, packet and mask have Embree's layout and alignment (asserted), and
         // belong to this thread.
-        unsafe { ffi::rtcIntersect8(valid.0.as_ptr(), accel.handle(), &mut packet, &mut args) }
+        unsafe { accel.functions().rtcIntersect8(valid.0.as_ptr(), accel.handle(), &mut packet, &mut args) }
     },
     occluded if active.any() {
         let valid = Valid(active.to_valid());
         // SAFETY: as above.
-        unsafe { ffi::rtcOccluded8(valid.0.as_ptr(), accel.handle(), &mut packet, &mut args) }
+        unsafe { accel.functions().rtcOccluded8(valid.0.as_ptr(), accel.handle(), packet.pointer(), &mut args) }
     }
 );
 
-trace_lane!(F32x16, 16, RTCRay16, RTCRayHit16, |accel, active, packet, args|
+trace_lane!(F32x16, 16, RTCRay16, RTCHit16, RTCRayHit16, |accel, active, packet, args|
     intersect if active.any() {
         let valid = Valid(active.to_valid());
         // SAFETY: as above.
-        unsafe { ffi::rtcIntersect16(valid.0.as_ptr(), accel.handle(), &mut packet, &mut args) }
+        unsafe { accel.functions().rtcIntersect16(valid.0.as_ptr(), accel.handle(), &mut packet, &mut args) }
     },
     occluded if active.any() {
         let valid = Valid(active.to_valid());
         // SAFETY: as above.
-        unsafe { ffi::rtcOccluded16(valid.0.as_ptr(), accel.handle(), &mut packet, &mut args) }
+        unsafe { accel.functions().rtcOccluded16(valid.0.as_ptr(), accel.handle(), packet.pointer(), &mut args) }
     }
 );

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::aims;
 use super::device::{Device, EmbreeError};
-use super::ffi;
+use super::ffi::{self, Functions};
 use super::packet::{Coherence, TraceLane};
 use super::spheres::{self, Balls};
 use crate::shape::{Aims, Ball, Hit, Ray};
@@ -41,7 +41,32 @@ unsafe impl Sync for Handle {}
 impl Drop for Handle {
     fn drop(&mut self) {
         // SAFETY: the one count that `SceneBuilder::new` received.
-        unsafe { ffi::rtcReleaseScene(self.scene) };
+        unsafe { self.device.functions().rtcReleaseScene(self.scene) };
+    }
+}
+
+/// Owns one count of a geometry. A scene that it is attached to keeps its own.
+struct Geometry {
+    handle: ffi::RTCGeometry,
+    functions: &'static Functions,
+}
+
+impl Geometry {
+    fn new(device: &Device, kind: ffi::RTCGeometryType) -> Result<Self, EmbreeError> {
+        let functions = device.functions();
+        // SAFETY: the device is alive.
+        let handle = unsafe { functions.rtcNewGeometry(device.handle(), kind) };
+        if handle.is_null() {
+            return Err(device.refusal("no geometry"));
+        }
+        Ok(Self { handle, functions })
+    }
+}
+
+impl Drop for Geometry {
+    fn drop(&mut self) {
+        // SAFETY: the one count that `new` received.
+        unsafe { self.functions.rtcReleaseGeometry(self.handle) };
     }
 }
 
@@ -50,17 +75,25 @@ impl SceneBuilder {
     /// instead of 8.1 %, for 4 % (coherent) to 20 % of the speed.
     ///
     /// # Errors
-    /// [`EmbreeError::Reported`] if Embree refuses.
+    /// [`EmbreeError::Reported`] if Embree refuses, or if an earlier call on this thread failed and nobody has asked yet.
     pub fn new(device: &Device, robust: bool) -> Result<Self, EmbreeError> {
+        Self::counting_from(0, device, robust)
+    }
+
+    /// As [`Self::new`]; the first geometry has this number.
+    pub(super) fn counting_from(first: u32, device: &Device, robust: bool) -> Result<Self, EmbreeError> {
+        let functions = device.functions();
         // SAFETY: the device is alive.
-        let scene = unsafe { ffi::rtcNewScene(device.handle()) };
-        device.check()?;
+        let scene = unsafe { functions.rtcNewScene(device.handle()) };
+        if scene.is_null() {
+            return Err(device.refusal("no scene"));
+        }
         let builder = Self {
             scene: Handle {
                 scene,
                 device: device.clone(),
             },
-            geometries: 0,
+            geometries: first,
             spheres: None,
         };
         let flags = if robust {
@@ -70,9 +103,9 @@ impl SceneBuilder {
         };
         // SAFETY: the scene is alive and not committed.
         unsafe {
-            ffi::rtcSetSceneFlags(scene, flags);
+            functions.rtcSetSceneFlags(scene, flags);
             // Medium equals high on the scenes measured (design notes), and builds faster.
-            ffi::rtcSetSceneBuildQuality(scene, ffi::RTC_BUILD_QUALITY_MEDIUM);
+            functions.rtcSetSceneBuildQuality(scene, ffi::RTC_BUILD_QUALITY_MEDIUM);
         }
         device.check()?;
         Ok(builder)
@@ -104,30 +137,25 @@ impl SceneBuilder {
             "an index is out of range"
         );
         let device = &self.scene.device;
-        // SAFETY: the device is alive; the buffers that Embree returns are of the sizes asked for, or null with an error
-        // that is checked before anything is written; the geometry's count is given up after attaching.
+        let geometry = Geometry::new(device, ffi::RTC_GEOMETRY_TYPE_TRIANGLE)?;
+        let (handle, functions) = (geometry.handle, geometry.functions);
+        // SAFETY: the geometry is alive; the buffers that Embree returns are of the sizes asked for, or null with an error that
+        // is checked before anything is written.
         unsafe {
-            let geometry = ffi::rtcNewGeometry(device.handle(), ffi::RTC_GEOMETRY_TYPE_TRIANGLE);
-            device.check()?;
-            let buffer = |kind, format, count| ffi::rtcSetNewGeometryBuffer(geometry, kind, 0, format, 12, count);
+            let buffer = |kind, format, count| functions.rtcSetNewGeometryBuffer(handle, kind, 0, format, 12, count);
             let v = buffer(ffi::RTC_BUFFER_TYPE_VERTEX, ffi::RTC_FORMAT_FLOAT3, vertices.len());
             let i = buffer(ffi::RTC_BUFFER_TYPE_INDEX, ffi::RTC_FORMAT_UINT3, triangles.len());
             if v.is_null() || i.is_null() {
-                ffi::rtcReleaseGeometry(geometry);
-                device.check()?;
-                return Err(EmbreeError::Reported {
-                    kind: "no room for a mesh",
-                    message: String::new(),
-                });
+                return Err(device.refusal("no room for a mesh"));
             }
             ptr::copy_nonoverlapping(vertices.as_ptr(), v.cast(), vertices.len());
             ptr::copy_nonoverlapping(triangles.as_ptr(), i.cast(), triangles.len());
             if let Some(aims) = aims {
-                ffi::rtcSetGeometryUserData(geometry, aims::to_user_data(aims));
-                ffi::rtcSetGeometryOccludedFilterFunction(geometry, Some(aims::let_pass));
+                functions.rtcSetGeometryUserData(handle, aims::to_user_data(aims));
+                functions.rtcSetGeometryOccludedFilterFunction(handle, Some(aims::let_pass));
             }
-            ffi::rtcCommitGeometry(geometry);
-            Ok(self.attach(geometry))
+            functions.rtcCommitGeometry(handle);
+            Ok(self.attach(handle))
         }
     }
 
@@ -140,33 +168,34 @@ impl SceneBuilder {
     /// If it was called before.
     pub fn set_spheres(&mut self, balls: Vec<Ball>) -> Result<u32, EmbreeError> {
         assert!(self.spheres.is_none(), "the spheres are set once");
-        let device = &self.scene.device;
+        let geometry = Geometry::new(&self.scene.device, ffi::RTC_GEOMETRY_TYPE_USER)?;
+        let (handle, functions) = (geometry.handle, geometry.functions);
         // Behind a count, so that its address stays while the builder and the accelerator move.
         let data = Arc::as_ptr(self.spheres.insert(Arc::new(balls)));
-        // SAFETY: the user data outlives the scene (`Accel` holds both) and is only read by the callbacks.
+        // SAFETY: the geometry is alive. The user data outlives the scene (`Accel` holds both) and is only read by the callbacks.
         unsafe {
-            let geometry = ffi::rtcNewGeometry(device.handle(), ffi::RTC_GEOMETRY_TYPE_USER);
-            device.check()?;
-            ffi::rtcSetGeometryUserPrimitiveCount(geometry, (*data).len() as u32);
-            ffi::rtcSetGeometryUserData(geometry, data.cast_mut().cast());
-            ffi::rtcSetGeometryBoundsFunction(geometry, Some(spheres::bounds), ptr::null_mut());
-            ffi::rtcSetGeometryIntersectFunction(geometry, Some(spheres::intersect_packet));
-            ffi::rtcSetGeometryOccludedFunction(geometry, Some(spheres::occluded_packet));
-            ffi::rtcCommitGeometry(geometry);
-            Ok(self.attach(geometry))
+            functions.rtcSetGeometryUserPrimitiveCount(handle, (*data).len() as u32);
+            functions.rtcSetGeometryUserData(handle, data.cast_mut().cast());
+            functions.rtcSetGeometryBoundsFunction(handle, Some(spheres::bounds), ptr::null_mut());
+            functions.rtcSetGeometryIntersectFunction(handle, Some(spheres::intersect_packet));
+            functions.rtcSetGeometryOccludedFunction(handle, Some(spheres::occluded_packet));
+            functions.rtcCommitGeometry(handle);
+            Ok(self.attach(handle))
         }
     }
 
     /// # Safety
-    /// `geometry` must be a committed geometry of this device whose one count is given up here.
+    /// `geometry` must be a committed geometry of this device.
     unsafe fn attach(&mut self, geometry: ffi::RTCGeometry) -> u32 {
         let id = self.geometries;
         self.geometries += 1;
         // SAFETY: by the caller's promise; the scene keeps a count of its own.
         unsafe {
-            ffi::rtcAttachGeometryByID(self.scene.scene, geometry, id);
-            ffi::rtcReleaseGeometry(geometry);
-        }
+            self.scene
+                .device
+                .functions()
+                .rtcAttachGeometryByID(self.scene.scene, geometry, id)
+        };
         id
     }
 
@@ -176,7 +205,7 @@ impl SceneBuilder {
     /// [`EmbreeError::Reported`], for instance when memory is exhausted.
     pub fn commit(self) -> Result<Accel, EmbreeError> {
         // SAFETY: the scene is alive, and all its data is in place.
-        unsafe { ffi::rtcCommitScene(self.scene.scene) };
+        unsafe { self.scene.device.functions().rtcCommitScene(self.scene.scene) };
         self.scene.device.check()?;
         Ok(Accel {
             scene: self.scene,
@@ -186,8 +215,13 @@ impl SceneBuilder {
 }
 
 impl Accel {
-    pub(crate) fn handle(&self) -> ffi::RTCScene {
+    pub(super) const fn handle(&self) -> ffi::RTCScene {
         self.scene.scene
+    }
+
+    #[inline(always)]
+    pub(super) const fn functions(&self) -> &'static Functions {
+        self.scene.device.functions()
     }
 
     /// What active rays meet first.
@@ -202,11 +236,109 @@ impl Accel {
         L::occluded(self, active, ray, coherence)
     }
 
+    /// Has a call fail on this thread.
+    #[cfg(test)]
+    pub(crate) fn provoke_error(&self) {
+        let device = &self.scene.device;
+        // SAFETY: the device is alive; no geometry has this type, and Embree answers null and an error.
+        let none = unsafe { device.functions().rtcNewGeometry(device.handle(), 99) };
+        assert!(none.is_null());
+    }
+
     /// Asks whether anything failed on this thread; once a batch.
     ///
     /// # Errors
     /// [`EmbreeError::Reported`] with the first failure.
     pub fn check(&self) -> Result<(), EmbreeError> {
         self.scene.device.check()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+    use std::ffi::c_void;
+
+    use super::super::library::{Embree, embree};
+    use super::*;
+
+    thread_local! {
+        /// Scenes and geometries that this thread owns.
+        static OWNED: Cell<isize> = const { Cell::new(0) };
+    }
+
+    fn real() -> &'static Functions {
+        &embree().unwrap().functions
+    }
+
+    /// Functions of Embree that count what is owned, and that have no room for meshes.
+    fn counting() -> &'static Embree {
+        fn owned<T>(handle: *mut T, change: isize) -> *mut T {
+            if !handle.is_null() {
+                OWNED.set(OWNED.get() + change);
+            }
+            handle
+        }
+        unsafe extern "C" fn new_scene(device: ffi::RTCDevice) -> ffi::RTCScene {
+            // SAFETY: the caller's promise, here and below.
+            owned(unsafe { real().rtcNewScene(device) }, 1)
+        }
+        unsafe extern "C" fn release_scene(scene: ffi::RTCScene) {
+            // SAFETY: as above.
+            unsafe { real().rtcReleaseScene(owned(scene, -1)) };
+        }
+        unsafe extern "C" fn new_geometry(device: ffi::RTCDevice, kind: u32) -> ffi::RTCGeometry {
+            // SAFETY: as above.
+            owned(unsafe { real().rtcNewGeometry(device, kind) }, 1)
+        }
+        unsafe extern "C" fn release_geometry(geometry: ffi::RTCGeometry) {
+            // SAFETY: as above.
+            unsafe { real().rtcReleaseGeometry(owned(geometry, -1)) };
+        }
+        unsafe extern "C" fn no_buffer(_: ffi::RTCGeometry, _: u32, _: u32, _: u32, _: usize, _: usize) -> *mut c_void {
+            ptr::null_mut()
+        }
+        let functions = Functions {
+            rtcNewScene: new_scene,
+            rtcReleaseScene: release_scene,
+            rtcNewGeometry: new_geometry,
+            rtcReleaseGeometry: release_geometry,
+            rtcSetNewGeometryBuffer: no_buffer,
+            ..*real()
+        };
+        Box::leak(Box::new(Embree {
+            functions,
+            path: "counting".into(),
+        }))
+    }
+
+    /// An error that an earlier call left on the thread is told, and nothing is kept for it.
+    #[test]
+    fn nothing_leaks_where_a_scene_is_refused() {
+        let device = Device::configured("threads=1", counting()).unwrap();
+        let triangle = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let ball = Ball {
+            center: [0.0; 3],
+            radius: 1.0,
+        };
+        let stale = || {
+            // SAFETY: the device is alive; no geometry has this type, and Embree answers null and an error.
+            let none = unsafe { real().rtcNewGeometry(device.handle(), 99) };
+            assert!(none.is_null());
+        };
+        stale();
+        assert!(SceneBuilder::new(&device, true).is_err());
+        assert_eq!(OWNED.get(), 0);
+
+        let mut builder = SceneBuilder::new(&device, true).unwrap();
+        assert_eq!(OWNED.get(), 1);
+        stale();
+        let _ = builder.set_spheres(vec![ball]);
+        stale();
+        assert!(builder.add_mesh(&triangle, &[[0, 1, 2]]).is_err());
+        assert!(builder.add_mesh(&triangle, &[[0, 1, 2]]).is_err(), "there is no room");
+        assert_eq!(OWNED.get(), 1, "the scene alone");
+        drop(builder);
+        assert_eq!(OWNED.get(), 0);
     }
 }

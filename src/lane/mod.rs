@@ -5,6 +5,14 @@
 //! same bits for every lane; functions such as `exp` are built from these in [`crate::math::elementary`]. The estimates
 //! that vector units offer for `1/x` and `1/sqrt(x)` are not exact and are kept out on purpose.
 //!
+//! Sixteen lanes have no name outside of the crate: a number in them could be made on a processor that lacks their instructions.
+//! They are reached through [`crate::embree::in_sixteen`], which asks the processor first.
+//!
+//! ```compile_fail
+//! use octolux::lane::{F32x16, Lane};
+//! let number = F32x16::splat(1.0);
+//! ```
+//!
 //! Eight lanes are chosen when the program is compiled: without AVX2 and `fma` the build is refused (`.cargo/config.toml` sets the
 //! baseline).
 
@@ -16,10 +24,11 @@ mod wide8;
 use std::fmt::Debug;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
-pub use avx512::{AVX512, Work, has_avx512, with_avx512};
+pub use avx512::{AVX512, has_avx512};
+pub(crate) use avx512::{Work, with_avx512};
 pub use scalar::Word;
 pub use wide8::{F32x8, Mask8, U32x8};
-pub use wide16::{F32x16, Mask16, U32x16};
+pub(crate) use wide16::F32x16;
 
 #[cfg(not(all(target_feature = "avx2", target_feature = "fma")))]
 compile_error!(

@@ -1,7 +1,8 @@
 //! Sixteen lanes of AVX-512.
 //!
-//! `safe_arch` decides at compile time, so one binary for both widths needs these over `std::arch`. There is no other way to run a
-//! kernel of these lanes than through [`with_avx512`](super::with_avx512).
+//! Crates for eight lanes decide at compile time, so one binary for both widths needs these over `std::arch`. There is no other way
+//! to run a kernel of these lanes than through [`with_avx512`](super::with_avx512): only `lane` and `embree/packet.rs` name the
+//! types, which `tests/layers.rs` keeps so.
 
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
@@ -26,7 +27,8 @@ pub struct Mask16(__mmask16);
 /// Calls intrinsics.
 macro_rules! avx512 {
     ($call:expr) => {
-        // SAFETY: values of these types come to life only in kernels behind `with_avx512`, which has asked the processor.
+        // SAFETY: values of these types come to life only in kernels behind `with_avx512`, which has asked the processor: all other
+        // code gets the types as parameters of a function that runs there.
         // No intrinsic here touches memory but through the references beside it, and in `rows`.
         unsafe { $call }
     };

@@ -3,11 +3,12 @@
 use glam::DVec3;
 
 use super::world::narrow;
+use crate::embree::EmbreeError;
 use crate::light::environment::{Constant, LatLong};
 use crate::light::{Environment, MeshLight, Triangle, TriangleLight};
 use crate::sampling::Discrete;
 use crate::scene::{self, Features, Mesh, Scene, Surface};
-use crate::shape::{Aims, Ball};
+use crate::shape::{AimNames, Aims, Ball};
 
 /// The lights that meshes are.
 #[derive(Debug, Default)]
@@ -25,9 +26,12 @@ const FLAT: f64 = 1e-7;
 
 impl Emitters {
     /// Finds them, relative to the camera.
-    pub fn of(scene: &Scene) -> Self {
+    ///
+    /// # Errors
+    /// [`EmbreeError::TooManyLights`] if there are more triangles than rays have names for.
+    pub fn of(scene: &Scene) -> Result<Self, EmbreeError> {
         let mut found = Self::default();
-        let mut next = Aims::TRIANGLE;
+        let mut names = AimNames::default();
         for (geometry, mesh) in (0..).zip(&scene.meshes) {
             let Surface::Emission(le) = mesh.surface else {
                 found.aims.push(None);
@@ -37,15 +41,12 @@ impl Emitters {
                 found.aims.push(None);
                 continue;
             }
-            let aims = Aims {
-                first: next,
-                each: !is_flat(mesh),
-            };
-            next += if aims.each { mesh.triangles.len() as u32 } else { 1 };
+            let aims = names.next(mesh.triangles.len(), !is_flat(mesh));
+            let aims = aims.ok_or(EmbreeError::TooManyLights)?;
             found.aims.push(Some(aims));
             found.add(mesh, scene.camera.origin, aims, narrow(le), geometry);
         }
-        found
+        Ok(found)
     }
 
     fn add(&mut self, mesh: &Mesh, origin: DVec3, aims: Aims, le: [f32; 3], geometry: u32) {

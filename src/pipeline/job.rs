@@ -118,6 +118,10 @@ impl Job<'_> {
             shade(&mut chunk, &mut scratch);
         }
         pads().push(scratch);
+        // Embree keeps the errors of queries for the thread that asked: here is the last place to hear of them.
+        if let Err(error) = self.world.accel.check() {
+            self.progress.fail(error);
+        }
         self.progress
             .add(counters.samples, counters.eye_rays + counters.shadow_rays);
         (sum, counters)

@@ -1,8 +1,11 @@
 //! What a render in progress tells those who watch it.
 
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use serde::{Deserialize, Serialize};
+
+use crate::embree::EmbreeError;
 
 /// Shared between the renderer and its watchers: a progress bar reads the counts, ctrl-c asks for a stop.
 #[derive(Debug, Default)]
@@ -10,6 +13,7 @@ pub struct Progress {
     samples: AtomicU64,
     rays: AtomicU64,
     stop: AtomicBool,
+    failure: OnceLock<EmbreeError>,
 }
 
 impl Progress {
@@ -31,6 +35,16 @@ impl Progress {
     /// Rays traced so far, eye and shadow.
     pub fn rays(&self) -> u64 {
         self.rays.load(Ordering::Relaxed)
+    }
+
+    /// What Embree said of the first query that failed, if one did. The picture is wrong then.
+    pub fn failure(&self) -> Option<&EmbreeError> {
+        self.failure.get()
+    }
+
+    pub(crate) fn fail(&self, error: EmbreeError) {
+        // Later errors follow from the first.
+        let _ = self.failure.set(error);
     }
 
     pub(crate) fn add(&self, samples: u64, rays: u64) {

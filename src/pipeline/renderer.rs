@@ -7,7 +7,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::job::Job;
-use super::plan::Plan;
+use super::plan::{Machine, Plan};
 use super::replay::{Replay, replay};
 use super::stage::Scratch;
 use super::world::World;
@@ -30,7 +30,7 @@ pub struct Settings {
     pub sampler: SamplerKind,
     /// The seed of every random number.
     pub seed: u32,
-    /// Rays a packet: 1 or 8.
+    /// Rays a packet: 1, 8 or 16; 0 leaves it to the plan.
     pub lanes: usize,
     /// Threads; at least 1.
     pub threads: usize,
@@ -102,9 +102,15 @@ impl Renderer {
     /// As for [`Self::new`].
     pub fn holding(scene: &Scene, settings: Settings, effects: Effects) -> Result<Self, SetupError> {
         let features = Features::of(scene, settings.film);
-        let plan = Plan::choose(&features, effects, settings.estimator, settings.lanes, settings.accel)
-            .map_err(|(what, remedy)| SetupError::Unsupported { what, remedy })?;
         let device = Device::new(settings.threads)?;
+        let Settings {
+            estimator,
+            lanes,
+            accel,
+            ..
+        } = settings;
+        let plan = Plan::choose(&features, effects, estimator, lanes, accel, Machine::of(&device))
+            .map_err(|(what, remedy)| SetupError::Unsupported { what, remedy })?;
         layout_canary(&device)?;
         let begin = Instant::now();
         let world = World::build(scene, &device, plan.accel, settings)?;
@@ -157,6 +163,16 @@ impl Renderer {
     /// Why the plan chose it, in a sentence.
     pub fn why(&self) -> &str {
         &self.plan.why
+    }
+
+    /// Rays a packet.
+    pub fn lanes(&self) -> usize {
+        self.plan.lanes
+    }
+
+    /// Rays that whoever answers them takes at a time: those of a packet, or 1 where Embree has no packets of that width.
+    pub fn rays_together(&self) -> usize {
+        self.plan.together
     }
 
     /// Who answers rays.

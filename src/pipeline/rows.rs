@@ -7,10 +7,10 @@ use std::marker::PhantomData;
 use super::stage::{Chunk, Scratch, Stage, environment, eye, shade, triangles};
 use super::stream::{self, Model};
 use super::tracer::{ByEmbree, InLine, Tracer};
-use crate::embree::TraceLane;
+use crate::embree::{LaneWork, TraceLane, in_eight_of_avx512, in_sixteen};
 use crate::estimator::density::{Average, ConeOnly, Density, Mix};
 use crate::estimator::per_point;
-use crate::lane::{F32x8, F32x16, Work, has_avx512, with_avx512};
+use crate::lane::{F32x8, has_avx512};
 use crate::scene::{Effect, Effects};
 use crate::settings::{AccelKind, EstimatorKind};
 
@@ -148,17 +148,17 @@ const fn widths<S: Stage, T: Tracer>() -> [Run; 4] {
     [
         S::run::<f32, T>,
         S::run::<F32x8, T>,
-        |chunk, scratch| with_avx512(OfAvx512::<F32x8, S, T>(chunk, scratch, PhantomData)),
-        |chunk, scratch| with_avx512(OfAvx512::<F32x16, S, T>(chunk, scratch, PhantomData)),
+        |chunk, scratch| in_eight_of_avx512(OfChunk::<S, T>(chunk, scratch, PhantomData)),
+        |chunk, scratch| in_sixteen(OfChunk::<S, T>(chunk, scratch, PhantomData)),
     ]
 }
 
-/// A stage, compiled as a whole for AVX-512.
-struct OfAvx512<'a, 'c, L, S, T>(&'a mut Chunk<'c>, &'a mut Scratch, PhantomData<(L, S, T)>);
+/// A stage with its chunk.
+struct OfChunk<'a, 'c, S, T>(&'a mut Chunk<'c>, &'a mut Scratch, PhantomData<(S, T)>);
 
-impl<L: TraceLane, S: Stage, T: Tracer> Work for OfAvx512<'_, '_, L, S, T> {
+impl<S: Stage, T: Tracer> LaneWork for OfChunk<'_, '_, S, T> {
     #[inline(always)]
-    fn run(self) {
+    fn run<L: TraceLane>(self) {
         S::run::<L, T>(self.0, self.1);
     }
 }

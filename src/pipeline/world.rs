@@ -161,7 +161,7 @@ impl World {
         let mut line = Line::default();
         let shapes = scene.spheres.len() + scene.meshes.iter().map(|m| m.triangles.len()).sum::<usize>();
         let in_line = accel == AccelKind::Linear || (cull && shapes <= FEW);
-        let lamps = Emitters::of(scene);
+        let lamps = Emitters::of(scene)?;
         let mut surfaces = Vec::with_capacity(scene.meshes.len() + scene.spheres.len());
         let mut normals = Vec::with_capacity(scene.meshes.len());
         for (mesh, &aims) in scene.meshes.iter().zip(&lamps.aims) {

@@ -5,5 +5,5 @@ mod ray;
 mod triangle;
 
 pub use ball::Ball;
-pub use ray::{Aims, Hit, NO_SPHERE, Ray};
+pub use ray::{AimNames, Aims, Hit, NO_SPHERE, Ray};
 pub use triangle::{FromOrigin, Triangle};

@@ -27,6 +27,26 @@ impl Aims {
     }
 }
 
+/// Gives meshes the names of their triangles.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct AimNames {
+    given: u32,
+}
+
+impl AimNames {
+    /// How many names there are. All but the last number with the top bit, which is [`NO_SPHERE`].
+    pub const MOST: u32 = Aims::TRIANGLE - 1;
+
+    /// The names of the next mesh, which has so many triangles; `each` says whether each gets its own. `None` where there are not
+    /// as many left.
+    pub fn next(&mut self, triangles: usize, each: bool) -> Option<Aims> {
+        let more = if each { u32::try_from(triangles).ok()? } else { 1 };
+        let first = Aims::TRIANGLE + self.given;
+        self.given = self.given.checked_add(more).filter(|&given| given <= Self::MOST)?;
+        Some(Aims { first, each })
+    }
+}
+
 /// Rays from `origin` along `direction` (any length but 0), from distance 0 to `tfar` in lengths of `direction`.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray<L: Lane> {
@@ -57,4 +77,27 @@ pub struct Hit<L: Lane> {
     pub geometry: L::Bits,
     /// The triangle of a mesh or the sphere.
     pub primitive: L::Bits,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 2^31 triangles that emit would come round to the names of spheres, and one fewer to that of nothing.
+    #[test]
+    fn names_of_triangles_end_before_they_mean_something_else() {
+        let half = 1_usize << 30;
+        let mut names = AimNames::default();
+        let first = names.next(half, true).unwrap();
+        let second = names.next(half - 2, true).unwrap();
+        let flat = names.next(half, false).unwrap();
+        assert_eq!(first.of(0), Aims::TRIANGLE);
+        assert_eq!(first.of((half - 1) as u32) + 1, second.of(0));
+        assert_eq!(second.of((half - 3) as u32) + 1, flat.of(7));
+        assert_eq!(flat.of(7), NO_SPHERE - 1);
+        assert_eq!(names.next(1, true), None);
+        assert_eq!(AimNames::default().next(2 * half, true), None);
+        assert_eq!(AimNames::default().next(8 * half, true), None);
+        assert!(AimNames::default().next(8 * half, false).is_some());
+    }
 }

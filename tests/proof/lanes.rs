@@ -1,9 +1,7 @@
 //! What tests of lanes share: hard numbers, vectors of lanes, and a table of the differences.
 
-use std::marker::PhantomData;
-
-use octolux::embree::TraceLane;
-use octolux::lane::{F32x8, F32x16, Lane, Work, has_avx512, with_avx512};
+use octolux::embree::{LaneWork, TraceLane, in_eight_of_avx512, in_sixteen};
+use octolux::lane::{F32x8, Lane, has_avx512};
 use octolux::math::Vec3;
 use rand::{Rng, RngExt};
 use rand_pcg::Pcg64;
@@ -77,11 +75,11 @@ pub trait InLanes {
     fn run<L: TraceLane>(&self, first: usize) -> Vec<Self::Said>;
 }
 
-struct OfAvx512<'a, L, J: InLanes>(&'a J, usize, &'a mut Vec<J::Said>, PhantomData<L>);
+struct Into<'a, J: InLanes>(&'a J, usize, &'a mut Vec<J::Said>);
 
-impl<L: TraceLane, J: InLanes> Work for OfAvx512<'_, L, J> {
+impl<J: InLanes> LaneWork for Into<'_, J> {
     #[inline(always)]
-    fn run(self) {
+    fn run<L: TraceLane>(self) {
         self.2.extend(self.0.run::<L>(self.1));
     }
 }
@@ -94,9 +92,9 @@ pub fn in_all_widths<J: InLanes>(job: &J) -> Vec<(usize, Vec<J::Said>)> {
     if has_avx512() {
         let (mut eight, mut sixteen) = (vec![], vec![]);
         for first in [0, 8] {
-            with_avx512(OfAvx512::<F32x8, J>(job, first, &mut eight, PhantomData));
+            in_eight_of_avx512(Into(job, first, &mut eight));
         }
-        with_avx512(OfAvx512::<F32x16, J>(job, 0, &mut sixteen, PhantomData));
+        in_sixteen(Into(job, 0, &mut sixteen));
         all.extend([(8, eight), (16, sixteen)]);
     }
     all

@@ -163,3 +163,26 @@ fn a_pause_that_is_over_before_work_begins_lets_a_tile_be_done() {
     while calm.next_block(4) < 4 {}
     assert!(hurried.picture().pixels == calm.picture().pixels);
 }
+
+/// Embree keeps errors per thread: one that a query left on a thread of the pool must come out.
+#[test]
+fn a_query_that_fails_is_heard_of() {
+    let scene = Scene::parse(SCENE, Path::new("lamp.toml")).unwrap();
+    let settings = Settings {
+        film: scene.film,
+        estimator: EstimatorKind::Mis,
+        sampler: SamplerKind::Sobol,
+        seed: 0,
+        lanes: 8,
+        accel: Some(AccelKind::Embree),
+        robust: true,
+        cull: true,
+        threads: 2,
+    };
+    let mut renderer = Renderer::new(&scene, settings).unwrap();
+    renderer.next_block(1);
+    assert_eq!(renderer.progress().failure(), None);
+    renderer.pool.broadcast(|_| renderer.world.accel.provoke_error());
+    renderer.next_block(2);
+    assert!(renderer.progress().failure().is_some());
+}

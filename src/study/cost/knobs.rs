@@ -149,7 +149,7 @@ impl Variant {
 /// The defaults first, then every value of every knob that changes something, one knob at a time. Some may not be possible
 /// with the scene: the renderer says so. `culls` tells whether there are so few shapes that they are
 /// culled.
-pub fn variants(settings: Settings, plan_accel: AccelKind, culls: bool) -> Vec<Variant> {
+pub fn variants(settings: Settings, (plan_accel, plan_lanes): (AccelKind, usize), culls: bool) -> Vec<Variant> {
     let defaults = Variant::defaults(settings);
     let from = defaults.choice;
     // What the plan would choose anyway is no change, nor is Embree's flag where the shapes stand in a line, nor culling where
@@ -157,6 +157,7 @@ pub fn variants(settings: Settings, plan_accel: AccelKind, culls: bool) -> Vec<V
     let resolved = |choice: &Choice| {
         choice.with(|s| {
             let accel = *s.accel.get_or_insert(plan_accel);
+            s.lanes = if s.lanes == 0 { plan_lanes } else { s.lanes };
             s.robust |= accel == AccelKind::Linear;
             s.cull |= !culls;
         })
@@ -195,7 +196,7 @@ mod tests {
 
     #[test]
     fn each_variant_turns_one_knob_and_none_is_the_default() {
-        let all = variants(settings(), AccelKind::Linear, true);
+        let all = variants(settings(), (AccelKind::Linear, 8), true);
         let labels: Vec<String> = all.iter().map(Variant::label).collect();
         assert_eq!(
             labels[..10],
@@ -217,7 +218,7 @@ mod tests {
         assert!(!labels.iter().any(|label| label.starts_with("robust")));
         assert!(labels.contains(&"cull off".to_owned()));
         let through_embree = |culls: bool| -> Vec<String> {
-            let all = variants(settings(), AccelKind::Embree, culls);
+            let all = variants(settings(), (AccelKind::Embree, 8), culls);
             all.iter().map(Variant::arguments).collect()
         };
         assert_eq!(through_embree(false).last().unwrap(), " --robust off");

@@ -208,7 +208,7 @@ fn possible(scene: &Scene, settings: Settings) -> Result<(Vec<Variant>, Impossib
     };
     let first = starts(settings)?;
     let (mut variants, mut impossible) = (Vec::new(), Vec::new());
-    for variant in knobs::variants(settings, first.accel(), first.cull().is_some()) {
+    for variant in knobs::variants(settings, (first.accel(), first.lanes()), first.cull().is_some()) {
         match starts(variant.choice.settings) {
             Ok(_) => variants.push(variant),
             Err(error @ SetupError::Unsupported { .. }) => impossible.push((variant.label(), error.to_string())),

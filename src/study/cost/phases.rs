@@ -36,6 +36,8 @@ pub struct Phases {
     pub why: String,
     /// What the kernel holds: at least what the scene calls for.
     pub held: Vec<&'static str>,
+    /// Rays a packet.
+    pub lanes: usize,
     /// The version of Embree.
     pub embree_version: String,
 }
@@ -82,6 +84,7 @@ pub fn measure(scene: &Scene, settings: Settings, seconds: f64, watch: &dyn Watc
         kernel: renderer.kernel().to_owned(),
         why: renderer.why().to_owned(),
         held: renderer.held().names(),
+        lanes: renderer.lanes(),
         embree_version: renderer.embree_version().to_owned(),
     })
 }

@@ -7,7 +7,8 @@ use super::cones::chi_square;
 use super::row::{Check, Checks, Effort};
 use super::spot::{self, Spot};
 use crate::bsdf::phong;
-use crate::lane::{F32x8, F32x16, Lane, Work, has_avx512, with_avx512};
+use crate::embree::{LaneWork, TraceLane, in_sixteen};
+use crate::lane::{F32x8, Lane, has_avx512};
 use crate::light::SphereLight;
 use crate::math::elementary::powcos;
 use crate::math::{Frame, Vec3};
@@ -186,10 +187,10 @@ pub fn lowest_exponent(effort: Effort) -> Checks {
 /// What [`lanes_of_power`] asks of sixteen lanes.
 struct Sixteen<'a>(&'a [(f32, f32, f32)], &'a mut usize);
 
-impl Work for Sixteen<'_> {
+impl LaneWork for Sixteen<'_> {
     #[inline(always)]
-    fn run(self) {
-        *self.1 += lanes_of_power::<F32x16>(self.0);
+    fn run<L: TraceLane>(self) {
+        *self.1 += lanes_of_power::<L>(self.0);
     }
 }
 
@@ -237,7 +238,7 @@ pub fn powers_of_nothing(_: Effort) -> Checks {
         .count();
     let mut different = lanes_of_power::<F32x8>(&cases);
     if has_avx512() {
-        with_avx512(Sixteen(&cases, &mut different));
+        in_sixteen(Sixteen(&cases, &mut different));
     }
     Ok(vec![
         Check::none(

@@ -3,6 +3,7 @@
 mod batch;
 mod broken_scenes;
 mod compare;
+mod embree;
 mod explain;
 mod faults;
 #[cfg(target_os = "linux")]

@@ -1,13 +1,12 @@
 //! The program and Embree's library: found wherever the program is, missing with a sentence, and with what packets it has.
 
-mod cli_place;
-
 use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
-use cli_place::{Place, stderr, stdout};
 use octolux::lane::has_avx512;
+
+use crate::place::{Place, stderr, stdout};
 
 const RENDER: &str = "render in/small.toml --accel embree -o small.npy";
 

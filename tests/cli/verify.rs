@@ -63,6 +63,17 @@ fn a_sound_scene_passes_and_the_table_can_be_read() {
     for row in means {
         assert!(row["numbers"]["visible_bias"].is_number() && row["numbers"]["worst_over_bound"].is_number());
     }
+    // Every test has a chance of a false alarm, and together they keep what is stated (Boole's inequality).
+    let chances = rows.iter().filter_map(|row| {
+        let numbers = &row["numbers"];
+        Some(numbers["tests"].as_f64()? * numbers["false_alarm_rate"].as_f64()?)
+    });
+    let (count, together) = chances.fold((0, 0.0), |(count, sum), chance| (count + 1, sum + chance));
+    assert!(count > 25, "{count} rows about means");
+    assert!(
+        together <= json["false_alarm_rate"].as_f64().unwrap() * (1.0 + 1e-9),
+        "{together:e}"
+    );
 }
 
 #[test]

@@ -24,14 +24,15 @@ pub mod weights;
 use std::fmt::Write;
 use std::path::PathBuf;
 
+use octolux::study::family;
+
 /// How likely one family of tests fails by chance alone, unless it says a smaller chance.
 pub const ALPHA: f64 = 2e-5;
 
-/// Tests that are judged together (Šidák), and the table that they leave behind.
+/// Tests that are judged together, and the table that they leave behind.
 pub struct Family {
     name: &'static str,
-    alpha: f64,
-    rows: Vec<(f64, String)>,
+    rows: family::Family<(f64, String)>,
 }
 
 impl Family {
@@ -44,39 +45,34 @@ impl Family {
     pub fn rarely(name: &'static str, alpha: f64) -> Self {
         Self {
             name,
-            alpha,
-            rows: vec![],
+            rows: family::Family::new(alpha),
         }
     }
 
     /// Takes in a test: how likely chance explains it, and what it was.
     pub fn add(&mut self, p: f64, what: String) {
-        self.rows.push((if p.is_nan() { 0.0 } else { p }, what));
+        self.rows.add((if p.is_nan() { 0.0 } else { p }, what));
     }
 
     /// Writes the table, worst rows first, and panics with its name if any row is beyond chance.
-    pub fn judge(mut self) {
-        assert!(
-            !self.rows.is_empty(),
-            "{}: a family without tests proves nothing",
-            self.name
-        );
-        let least = stats::sidak(self.alpha, self.rows.len());
-        self.rows.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut table = format!("# {} tests, rejected below p = {least:.2e}\n", self.rows.len());
-        for (p, what) in &self.rows {
+    pub fn judge(self) {
+        let name = self.name;
+        let (least, mut rows) = self.rows.close();
+        assert!(!rows.is_empty(), "{name}: a family without tests proves nothing");
+        rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut table = format!("# {} tests, rejected below p = {least:.2e}\n", rows.len());
+        for (p, what) in &rows {
             let _ = writeln!(table, "{}\t{p:.3e}\t{what}", if *p < least { "REJECTED" } else { "ok" });
         }
-        let path = artefact(&format!("{}.tsv", self.name));
+        let path = artefact(&format!("{name}.tsv"));
         std::fs::write(&path, &table).expect("a table can be written to the target folder");
-        let rejected = self.rows.iter().filter(|(p, _)| *p < least).count();
+        let rejected = rows.iter().filter(|(p, _)| *p < least).count();
         assert!(
             rejected == 0,
-            "{}: {rejected} of {} tests rejected, table in {}; the worst: {}",
-            self.name,
-            self.rows.len(),
+            "{name}: {rejected} of {} tests rejected, table in {}; the worst: {}",
+            rows.len(),
             path.display(),
-            self.rows[0].1
+            rows[0].1
         );
     }
 }

@@ -1,7 +1,7 @@
 //! The tests of the tests: p-values are what tables and simulations say they are.
 
 use crate::proof::runs::Estimate;
-use crate::proof::stats::{chi_square, integrate, ln_gamma, p_chi_square, p_student, sidak};
+use crate::proof::stats::{chi_square, integrate, p_chi_square, p_student};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
@@ -11,8 +11,6 @@ fn close(x: f64, expected: f64, relative: f64) {
 
 #[test]
 fn special_functions_have_the_values_of_the_tables() {
-    close(ln_gamma(0.5), 0.572_364_942_924_700_1, 1e-12);
-    close(ln_gamma(10.0), 12.801_827_480_081_469, 1e-13);
     // Even degrees of freedom are Poisson sums: 2 gives exp(-x/2), 4 gives exp(-x/2) (1 + x/2).
     for x in [0.1_f64, 1.0, 3.0, 30.0, 300.0] {
         close(p_chi_square(x, 2), (-x / 2.0).exp(), 1e-12);
@@ -27,7 +25,6 @@ fn special_functions_have_the_values_of_the_tables() {
     }
     close(p_student(1.959_963_984_540_054, f64::INFINITY), 0.05, 1e-10);
     close(p_student(2.039_513_446_396_408, 31.0), 0.05, 1e-9);
-    close(sidak(0.05, 2), 1.0 - 0.95_f64.sqrt(), 1e-12);
     close(integrate(0.0, 2.0, 3, f64::exp), 2.0_f64.exp() - 1.0, 1e-12);
 }
 

@@ -13,7 +13,7 @@ use super::measure::{Run, Runs};
 use super::statistics::{Estimate, Figure, bootstrap, mean, median};
 use super::truth::Truth;
 use crate::scene::EstimatorKind;
-use crate::study::student;
+use crate::study::family::Family;
 
 /// The probability that any setting without fault is called harmful.
 pub const FALSE_ALARMS: f64 = 1e-3;
@@ -157,7 +157,8 @@ pub fn prices(variants: &[Variant], all: &[Runs], truth: &Truth, false_alarms: f
             Curves::new(if same { &all[0] } else { &all[i] }, &weights)
         })
         .collect();
-    let alpha = student::sidak(false_alarms, 2 * variants.len());
+    // The brightness and the hidden bias of each.
+    let (alpha, _) = Family::of(false_alarms, variants.iter().flat_map(|variant| [variant; 2])).close();
     let price = |(i, variant): (usize, &Variant)| {
         let bias = if i == 0 {
             bias::of_defaults((&all[0], estimator(variant)), &weights.calm, truth, alpha)

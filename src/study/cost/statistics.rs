@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::sampling::hash::mix;
-use crate::study::student;
+use crate::study::distributions::{p_student, t_quantile};
 
 /// What all intervals of a study leave outside: 95 % intervals.
 pub const OUTSIDE: f64 = 0.05;
@@ -32,7 +32,7 @@ impl Figure {
     /// Student's interval of an estimate.
     pub fn student(value: f64, stderr: f64, dof: f64) -> Self {
         let reach = if stderr > 0.0 {
-            student::quantile(OUTSIDE, dof) * stderr
+            t_quantile(OUTSIDE, dof) * stderr
         } else {
             0.0
         };
@@ -80,7 +80,7 @@ impl Estimate {
         if self.value == 0.0 {
             1.0
         } else if self.stderr > 0.0 {
-            student::two_sided(self.value / self.stderr, self.dof)
+            p_student(self.value / self.stderr, self.dof)
         } else {
             0.0
         }

@@ -12,7 +12,7 @@ use crate::math::{Frame, Vec3};
 use crate::sampling::hash::pcg4d;
 use crate::sampling::{Pair, warp};
 use crate::scene::EstimatorKind;
-use crate::study::student;
+use crate::study::distributions::{chi_square_as_normal, z_quantile};
 
 fn sphere(center: [f32; 3], radius: f32) -> SphereLight {
     SphereLight {
@@ -106,18 +106,16 @@ pub fn narrow_cone(effort: Effort) -> Checks {
         Check::new(
             "8 x 8 cells of the disc at s = 1e-4: chi-square as a normal deviate, p = 0.01",
             chi_square(&cells, f64::from(n) / 64.0),
-            student::normal_quantile(0.02),
+            z_quantile(0.02),
         ),
         Check::new("|w.w - 1| in units of 2^-23", length / f64::from(f32::EPSILON), 4.0),
     ])
 }
 
-/// Pearson's statistic of cells with equal expectation, as a normal deviate (Wilson and Hilferty 1931).
+/// Pearson's statistic of cells with equal expectation, as a normal deviate.
 pub fn chi_square(cells: &[f64], expected: f64) -> f64 {
     let statistic: f64 = cells.iter().map(|x| (x - expected).powi(2) / expected).sum();
-    let degrees = cells.len() as f64 - 1.0;
-    let ninth = 2.0 / (9.0 * degrees);
-    ((statistic / degrees).cbrt() - 1.0 + ninth) / ninth.sqrt()
+    chi_square_as_normal(statistic, cells.len() - 1)
 }
 
 /// Row 3.

@@ -15,7 +15,8 @@ use crate::math::{Frame, Vec3};
 use crate::sampling::hash::mix;
 use crate::sampling::warp;
 use crate::scene::EstimatorKind;
-use crate::study::student;
+use crate::study::distributions::z_quantile;
+use crate::study::family::Family;
 
 fn unit(i: u32, n: u32) -> f32 {
     ((f64::from(i) + 0.5) / f64::from(n)) as f32
@@ -126,10 +127,10 @@ pub fn sampling(effort: Effort) -> Checks {
         sigmas = sigmas.max(((mean - truth).abs() - 1e-6 * truth).max(0.0) / error);
         chi = chi.max(chi_square(&cells, count / 64.0));
     }
-    let bound = student::normal_quantile(2.0 * student::sidak(0.01, alphas.len()));
+    let bound = z_quantile(2.0 * Family::of(0.01, alphas).close().0);
     Ok(vec![
         Check::new(
-            "64 rings of theta sqrt(n), n = 2..10^6: chi-square as a normal deviate, p = 0.01 (Sidak)",
+            "64 rings of theta sqrt(n), n = 2..10^6: chi-square as a normal deviate, p = 0.01 for all",
             chi,
             bound,
         ),

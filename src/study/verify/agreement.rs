@@ -1,13 +1,16 @@
 //! Pictures that must agree in the mean: estimators with each other, samplers, seeds, numbers of samples.
 
 use super::blocks::Grid;
-use super::means::{Estimate, Family, POWER};
+use super::means::{Estimate, Judgement, POWER};
 use super::replicates::{Series, spread};
 use super::row::{Evidence, Row, Verdict};
 use super::tails::{Source, Tails};
 
 /// Where a whole picture has no power, blocks with at most this share hidden are tested together.
 const CALM: f64 = 0.15;
+
+/// How many tests a pair of series is put to at most: the whole, the part of it that has power, and the blocks.
+pub const TESTS_OF_A_PAIR: usize = 3;
 
 /// What every row needs.
 #[derive(Clone, Copy, Debug)]
@@ -16,7 +19,7 @@ pub struct Judge<'a> {
     pub grid: &'a Grid,
     /// What samples may have missed.
     pub tails: &'a Tails,
-    /// The false-alarm rate of each row.
+    /// The probability of a false alarm that each test may have.
     pub alpha: f64,
     /// Pixels in a row of the film.
     pub width: u32,
@@ -24,10 +27,10 @@ pub struct Judge<'a> {
 
 impl Judge<'_> {
     /// All values of some cells.
-    fn family(&self, cells: impl Iterator<Item = usize>, estimate: impl Fn(usize, usize) -> Estimate) -> Family {
+    fn family(&self, cells: impl Iterator<Item = usize>, estimate: impl Fn(usize, usize) -> Estimate) -> Judgement {
         let values = cells.flat_map(|cell| (0..3).map(move |channel| (cell, channel)));
         let estimates: Vec<Estimate> = values.map(|(cell, channel)| estimate(cell, channel)).collect();
-        Family::new(&estimates, self.alpha)
+        Judgement::new(&estimates, self.alpha)
     }
 
     /// The part that a series may have missed.
@@ -86,7 +89,7 @@ impl Judge<'_> {
                 light: self.mean(cells, |cell| self.tails.light(cell)[channel]),
             }
         };
-        let row = |part: &str, family: &Family| {
+        let row = |part: &str, family: &Judgement| {
             let compared = format!("{} and {}, {part}", names[0], names[1]);
             let mut row = Row::of_means(check, compared, family, self.alpha)
                 .number("spp_a", f64::from(a.spp))
@@ -108,7 +111,8 @@ impl Judge<'_> {
             }
         }
         let blocks = self.family(0..self.grid.blocks(), |cell, channel| over(&[cell], channel));
-        let rows = [row(&part, &together), row("blocks", &blocks)];
+        let looks = if part == "whole" { 1.0 } else { 2.0 };
+        let rows = [row(&part, &together).number("tests", looks), row("blocks", &blocks)];
         // Blocks without power add nothing to a row that has some; they are no reason to call the pair untested.
         let told = rows[0].verdict == Verdict::Pass && rows[1].verdict == Verdict::NoPower;
         rows.into_iter().take(if told { 1 } else { 2 }).collect()

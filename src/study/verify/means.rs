@@ -1,10 +1,11 @@
 //! Whether two means agree, and what bias would have been seen.
 //!
 //! A difference is held against `t * stderr + hidden + rounding`: the quantile of Student's t at the false-alarm rate
-//! of the row, shared among its values by Šidák; what the samples may never have met ([`super::tails`]); and 1e-4 of
+//! of the test, shared among its values ([`Family`]); what the samples may never have met ([`super::tails`]); and 1e-4 of
 //! the larger mean, which is granted to single precision. The same sum is the bias that would have been seen.
 
-use crate::study::student;
+use crate::study::distributions::t_quantile;
+use crate::study::family::Family;
 
 /// What single precision is granted, relative.
 pub const ROUNDING: f64 = 1e-4;
@@ -42,23 +43,25 @@ pub struct Judged {
     pub lit: bool,
 }
 
-/// A family of estimates that share one false-alarm rate.
+/// The estimates of one test, judged together.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Family {
+pub struct Judgement {
     /// Each, in order.
     pub judged: Vec<Judged>,
 }
 
-impl Family {
+impl Judgement {
     /// Judges all with a false alarm in any of them at the rate `alpha`.
     pub fn new(estimates: &[Estimate], alpha: f64) -> Self {
-        let each = student::sidak(alpha, estimates.len());
+        let (each, estimates) = Family::of(alpha, estimates).close();
         let mut known: Option<(f64, f64)> = None;
         let mut quantile = |dof: f64| match known {
             Some((at, value)) if at == dof => value,
-            _ => known.insert((dof, student::quantile(each, dof))).1,
+            _ => known.insert((dof, t_quantile(each, dof))).1,
         };
-        let judged = estimates.iter().map(|estimate| estimate.judge(quantile(estimate.dof)));
+        let judged = estimates
+            .into_iter()
+            .map(|estimate| estimate.judge(quantile(estimate.dof)));
         Self {
             judged: judged.collect(),
         }
@@ -146,7 +149,7 @@ mod tests {
     fn false_alarms_are_as_rare_as_stated() {
         let mut rng = Pcg64::seed_from_u64(20);
         let alarms = (0..2000)
-            .filter(|_| !Family::new(&estimates(&mut rng, 6, 0.0), 0.02).agrees())
+            .filter(|_| !Judgement::new(&estimates(&mut rng, 6, 0.0), 0.02).agrees())
             .count();
         assert!((15..=65).contains(&alarms), "{alarms}");
     }
@@ -155,7 +158,7 @@ mod tests {
     #[test]
     fn a_bias_is_found_where_the_bound_says_so() {
         let mut rng = Pcg64::seed_from_u64(21);
-        let family = Family::new(&estimates(&mut rng, 3, 1.5), 1e-4);
+        let family = Judgement::new(&estimates(&mut rng, 3, 1.5), 1e-4);
         assert!(family.visible().unwrap() < 1.5 && !family.agrees());
     }
 
@@ -176,7 +179,7 @@ mod tests {
                     size: 1.0,
                     light: 1.0,
                 };
-                let family = Family::new(&[estimate], 1e-6);
+                let family = Judgement::new(&[estimate], 1e-6);
                 assert!(family.visible().unwrap() < 0.01);
                 *found += usize::from(!family.agrees());
             }
@@ -194,9 +197,9 @@ mod tests {
             size: 1.0,
             light: 1.0,
         };
-        assert!(Family::new(&[estimate], 1e-4).agrees());
+        assert!(Judgement::new(&[estimate], 1e-4).agrees());
         assert!(
-            !Family::new(
+            !Judgement::new(
                 &[Estimate {
                     hidden: 0.0,
                     ..estimate
@@ -206,7 +209,7 @@ mod tests {
             .agrees()
         );
         assert!(
-            !Family::new(
+            !Judgement::new(
                 &[Estimate {
                     difference: f64::NAN,
                     ..estimate
@@ -222,7 +225,7 @@ mod tests {
             light: 0.0,
             ..estimate
         };
-        let family = Family::new(&[dark], 1e-4);
+        let family = Judgement::new(&[dark], 1e-4);
         assert!(family.agrees() && family.visible().is_none());
     }
 }

@@ -8,10 +8,10 @@
 //! Every picture is rendered at least 8 times with independent seeds. The standard error of a difference comes from
 //! the spread of those replicates, so it needs no assumption about samples, which in a low-discrepancy sequence depend
 //! on each other; but being an estimate from R values it makes the quotient follow Student's t with R - 1 degrees of
-//! freedom, whose tails are far wider than the normal ones ([`super::student`]). Estimators are compared replicate by
+//! freedom, whose tails are far wider than the normal ones ([`super::distributions`]). Estimators are compared replicate by
 //! replicate at the same seed: what noise their eye rays share cancels. Rims of visible lights are kept
-//! apart ([`rims`]). What all samples together may have missed is granted on top ([`tails`]). All rows together raise a false alarm with probability [`FALSE_ALARMS`]
-//! at most: rows share it equally, the values of a row by Šidák.
+//! apart ([`rims`]). What all samples together may have missed is granted on top ([`tails`]). All tests together raise a false alarm with probability [`FALSE_ALARMS`]
+//! at most: they share it equally, and so do the values of a test ([`Family`]).
 //!
 //! A row whose bound exceeds half of the light says `no power`: it has seen nothing wrong, and could hardly have. Before
 //! it does, an estimator too noisy for the whole picture is tested on those blocks together in which little can be
@@ -44,16 +44,14 @@ pub use row::{Evidence, Row, Verdict};
 use crate::pipeline::Settings;
 use crate::reference::probe::Probe;
 use crate::scene::{EstimatorKind, FilmSize, SamplerKind, Scene};
-use agreement::Judge;
+use crate::study::family::Family;
+use agreement::{Judge, TESTS_OF_A_PAIR};
 use blocks::Grid;
 use oracle::Oracle;
 use tails::Tails;
 
 /// The probability that any row about means fails on a scene without fault.
 pub const FALSE_ALARMS: f64 = 1e-4;
-
-/// Rows about means, at most: they share the false alarms.
-const ROWS: usize = 25;
 
 /// Probes of a pixel.
 const LEAST_PROBES: u64 = 16;
@@ -132,24 +130,30 @@ pub fn run(scene: &Scene, options: Options, watch: &dyn Watch) -> Result<Report,
     let (series, other) = schedule::replicate(&mut bench, &costs, film, &grid)?;
 
     bench.announce("the verdicts")?;
+    let best = &series[series.len() - 1];
+    let mut family: Family<Box<dyn Fn(&Judge<'_>) -> Vec<Row> + '_>> = Family::new(FALSE_ALARMS);
+    for (i, a) in series.iter().enumerate() {
+        for b in &series[i + 1..] {
+            family.add_several(TESTS_OF_A_PAIR, Box::new(move |judge| judge.estimators(a, b)));
+        }
+    }
+    let oracle = &oracle;
+    for (i, one) in series.iter().enumerate() {
+        let last = i + 1 == series.len();
+        let test = move |judge: &Judge<'_>| oracle.rows(judge, one, last);
+        family.add_several(Oracle::tests(last), Box::new(test));
+    }
+    family.add_several(TESTS_OF_A_PAIR, Box::new(|judge| judge.samplers(best, &other)));
+    family.add(Box::new(|judge| vec![judge.seeds(best)]));
+    family.add(Box::new(|judge| vec![judge.spp(best)]));
+    let (alpha, tests) = family.close();
     let judge = Judge {
         grid: &grid,
         tails: &tails,
-        alpha: FALSE_ALARMS / ROWS as f64,
+        alpha,
         width: film.width,
     };
-    for (i, a) in series.iter().enumerate() {
-        for b in &series[i + 1..] {
-            rows.extend(judge.estimators(a, b));
-        }
-    }
-    for (i, one) in series.iter().enumerate() {
-        rows.extend(oracle.rows(&judge, one, i + 1 == series.len()));
-    }
-    let best = &series[series.len() - 1];
-    rows.extend(judge.samplers(best, &other));
-    rows.push(judge.seeds(best));
-    rows.push(judge.spp(best));
+    rows.extend(tests.iter().flat_map(|test| test(&judge)));
     rows.push(invalid(&bench));
     Ok(Report {
         rows,

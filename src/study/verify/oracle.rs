@@ -4,13 +4,14 @@ use super::agreement::Judge;
 use super::bench::Bench;
 use super::blocks::Grid;
 use super::error::VerifyError;
-use super::means::{Estimate, Family};
+use super::means::{Estimate, Judgement};
 use super::replicates::{Series, spread};
 use super::row::{Evidence, Row, Verdict};
 use super::tails::Source;
 use crate::reference;
 use crate::scene::FilmSize;
-use crate::study::student;
+use crate::study::distributions::{rms_bound, t_as_normal, t_quantile};
+use crate::study::family::Family;
 
 /// Renders of the oracle with different seeds, so that a stop is heard in between.
 const PARTS: u32 = 4;
@@ -70,6 +71,11 @@ impl Oracle {
         })
     }
 
+    /// How many tests [`Self::rows`] makes at most: the whole and the part of it that has power; of blocks three more.
+    pub const fn tests(blocks: bool) -> usize {
+        if blocks { 5 } else { 2 }
+    }
+
     /// The whole; where `blocks`, also blocks, the RMS of their z-scores, and the rims of the lights.
     pub fn rows(&self, judge: &Judge<'_>, series: &Series, blocks: bool) -> Vec<Row> {
         let name = series.estimator.name();
@@ -80,7 +86,7 @@ impl Oracle {
                 .iter()
                 .flat_map(|cells| self.estimates(judge, series, cells))
                 .collect();
-            let family = Family::new(&estimates, judge.alpha);
+            let family = Judgement::new(&estimates, judge.alpha);
             let mut row = Row::of_means("oracle", compared, &family, judge.alpha);
             if !family.agrees() {
                 row.evidence = Some(self.evidence(judge, series));
@@ -92,7 +98,7 @@ impl Oracle {
             let calm = judge.calm(|cell| self.hidden(judge, series, cell));
             if !calm.is_empty() {
                 let part = format!("{} of {whole} blocks", calm.len());
-                rows[0] = row(&[calm], &part);
+                rows[0] = row(&[calm], &part).number("tests", 2.0);
             }
         }
         if blocks {
@@ -154,19 +160,20 @@ impl Oracle {
         let whole = self.cells[judge.grid.blocks()].map(|(mean, _)| mean);
         let brightest = |a: &usize, b: &usize| whole[*a].total_cmp(&whole[*b]);
         let channel = (0..3).max_by(brightest).unwrap_or(1);
-        let each = student::sidak(judge.alpha, judge.grid.blocks());
+        let (each, _) = Family::of(judge.alpha, 0..judge.grid.blocks()).close();
         let scores: Vec<f64> = (0..judge.grid.blocks())
             .map(|cell| self.estimates(judge, series, &[cell])[channel])
             .filter(|estimate| estimate.variance > 0.0 && estimate.light > 0.0)
             .filter(|estimate| {
-                let noise = student::quantile(each, estimate.dof) * estimate.variance.sqrt();
+                let noise = t_quantile(each, estimate.dof) * estimate.variance.sqrt();
                 estimate.hidden < NEARLY_NORMAL * (noise + estimate.hidden)
             })
-            .map(|estimate| student::as_normal(estimate.difference / estimate.variance.sqrt(), estimate.dof))
+            .map(|estimate| t_as_normal(estimate.difference / estimate.variance.sqrt(), estimate.dof))
             .collect();
         let count = scores.len() as f64;
         let row = Row::pass("oracle z", compared)
             .number("blocks", count)
+            .number("tests", 1.0)
             .number("false_alarm_rate", judge.alpha);
         if scores.len() < 4 {
             return row.figures(format!("{count} blocks"), "").judged(
@@ -175,7 +182,7 @@ impl Oracle {
             );
         }
         let rms = (scores.iter().map(|z| z * z).sum::<f64>() / count).sqrt();
-        let bound = ROOM * student::rms_bound(judge.alpha, count);
+        let bound = ROOM * rms_bound(judge.alpha, scores.len());
         let row = row.figures(format!("rms {rms:.3} of {count}"), format!("{bound:.3}"));
         let row = row.number("rms", rms).number("rms_bound", bound);
         if rms <= bound {

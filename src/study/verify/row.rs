@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::means::{Family, POWER};
+use super::means::{Judgement, POWER};
 use super::replicates::Series;
 use crate::film::Picture;
 
@@ -113,8 +113,10 @@ impl Row {
     }
 
     /// A row about means that should agree.
-    pub fn of_means(check: &'static str, compared: String, family: &Family, alpha: f64) -> Self {
-        let row = Self::pass(check, compared).number("false_alarm_rate", alpha);
+    pub fn of_means(check: &'static str, compared: String, family: &Judgement, alpha: f64) -> Self {
+        let row = Self::pass(check, compared)
+            .number("tests", 1.0)
+            .number("false_alarm_rate", alpha);
         let (Some(worst), count) = (family.worst(), family.judged.len()) else {
             return row.judged(Verdict::NoPower, "there was nothing to compare");
         };

@@ -1,8 +1,8 @@
 //! Code broken on purpose: what the proof must reject, or it proves little.
 //!
 //! `mutate!(plain, Name => broken)` is `plain`. Only in the crate's own tests, and only in a process that
-//! `OCTOLUX_MUTANT=Name` was given to, it is `broken`. The test below starts such a process for every mutant and asks which
-//! checks of `tests/proof` reject it; they are the checks of the proof itself with less effort.
+//! `OCTOLUX_MUTANT=Name` was given to, it is `broken`. The test below starts such a process for every mutant and asks whether
+//! the check of `tests/proof` that is meant for it rejects it; the checks are those of the proof itself with less effort.
 //!
 //! | mutant | what is broken | the check that must catch it |
 //! | --- | --- | --- |
@@ -92,6 +92,9 @@ mod tests {
     use octolux::study::selftest::{Effort, panels, places};
 
     const VARIABLE: &str = "OCTOLUX_MUTANT";
+
+    /// The name of the one check that a process makes; without it, it makes all.
+    const ONLY: &str = "OCTOLUX_MUTANT_CHECK";
 
     macro_rules! mutants {
         ($($name:ident $check:literal,)*) => {
@@ -270,12 +273,13 @@ mod tests {
     #[test]
     fn unbroken_code_passes_every_check() {
         let hook = take_hook();
-        let mutant = std::env::var(VARIABLE);
+        let (mutant, only) = (std::env::var(VARIABLE), std::env::var(ONLY));
         if mutant.is_ok() {
             set_hook(Box::new(|_| ())); // dozens of expected failures
         }
         let failed: Vec<&str> = CHECKS
             .iter()
+            .filter(|(name, _)| !only.as_ref().is_ok_and(|only| only != name))
             .filter(|(_, check)| catch_unwind(AssertUnwindSafe(check)).is_err())
             .map(|(name, _)| *name)
             .collect();
@@ -284,20 +288,36 @@ mod tests {
         assert!(failed.is_empty(), "{mutant:?} fails {failed:?}");
     }
 
+    /// Only the check meant for a mutant is made: that the others see it too is no part of the claim, and eleven times the work.
     #[test]
     fn every_mutant_is_rejected_by_the_check_meant_for_it() {
+        try_mutants(true);
+    }
+
+    /// `cargo test --release --lib which_checks -- --ignored` writes the table of who catches what.
+    #[test]
+    #[ignore = "makes every check of every mutant; the suite makes the one meant for it"]
+    fn which_checks_reject_which_mutant() {
+        try_mutants(false);
+    }
+
+    /// Starts a process for every mutant, which makes the check meant for it or all checks.
+    fn try_mutants(only_its_own: bool) {
         let (mut faults, mut table) = (vec![], String::new());
         // Two at a time.
         for some in MUTANTS.chunks(2) {
             let running: Vec<_> = some
                 .iter()
-                .map(|(mutant, _)| {
+                .map(|(mutant, check)| {
                     let mut process = Command::new(std::env::current_exe().expect("this program has a path"));
                     process.args([
                         "--exact",
                         "mutant::tests::unbroken_code_passes_every_check",
                         "--nocapture",
                     ]);
+                    if only_its_own {
+                        process.env(ONLY, check);
+                    }
                     process
                         .env(VARIABLE, format!("{mutant:?}"))
                         .stdout(std::process::Stdio::piped());

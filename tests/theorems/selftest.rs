@@ -8,22 +8,40 @@ use std::process::Command;
 
 use octolux::pipeline::{Renderer, Settings};
 use octolux::scene::{EstimatorKind, FilmSize, SamplerKind, Scene};
+use octolux::study::distributions::z_quantile;
 use octolux::study::selftest::{CASES, Check, Effort};
+use rayon::prelude::*;
 
 /// Cases that a share of their size says nothing of: bounds at p = 0.01, or shares of rare finds.
 const AT_FULL_SIZE_ONLY: [u32; 3] = [2, 12, 38];
 
+/// The case that compares all pairs of estimators in 16 tiles.
+const AGREEMENT: u32 = 43;
+
 #[test]
 fn every_hard_case_holds_at_a_share_of_its_size() {
     let effort = Effort { divisor: 16 };
-    let mut failed = Vec::new();
-    for case in CASES.iter().filter(|case| !AT_FULL_SIZE_ONLY.contains(&case.number)) {
-        let Ok(run) = case.run else { continue };
-        let checks = run(effort).unwrap_or_else(|error| panic!("{} {}: {error}", case.number, case.name));
-        assert!(!checks.is_empty(), "{} measures nothing", case.number);
-        let bad = checks.into_iter().filter(|check| !check.passes());
-        failed.extend(bad.map(|check| format!("{} {}: {check:?}", case.number, case.name)));
-    }
+    let failed: Vec<String> = CASES
+        .par_iter()
+        .filter(|case| !AT_FULL_SIZE_ONLY.contains(&case.number))
+        .filter_map(|case| Some((case, case.run.ok()?)))
+        .flat_map_iter(|(case, run)| {
+            let checks = run(effort).unwrap_or_else(|error| panic!("{} {}: {error}", case.number, case.name));
+            assert!(!checks.is_empty(), "{} measures nothing", case.number);
+            if case.number == AGREEMENT {
+                let estimators = EstimatorKind::ALL.len();
+                let tests = 16 * estimators * (estimators - 1) / 2;
+                let bound = z_quantile(1e-6 / tests as f64);
+                assert!(
+                    (checks[0].bound - bound).abs() < 1e-9,
+                    "{:?}: {tests} tests share 1e-6",
+                    checks[0]
+                );
+            }
+            let bad = checks.into_iter().filter(|check| !check.passes());
+            bad.map(move |check| format!("{} {}: {check:?}", case.number, case.name))
+        })
+        .collect();
     assert!(failed.is_empty(), "{}", failed.join("\n"));
 }
 

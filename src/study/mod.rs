@@ -4,6 +4,7 @@ pub mod cost;
 pub mod distributions;
 pub mod effect_costs;
 pub mod error;
+pub mod estimate;
 pub mod family;
 pub mod outliers;
 pub mod page;

@@ -6,8 +6,7 @@ use octolux::film::{Attributes, Picture, write_picture};
 use octolux::pipeline::{Renderer, Settings};
 use octolux::reference::Reference;
 use octolux::scene::{EstimatorKind, FilmSize, SamplerKind, Scene};
-
-use super::stats::p_student;
+pub use octolux::study::estimate::Estimate;
 
 /// A scene of the repository.
 pub fn load(path: &str) -> Scene {
@@ -61,66 +60,6 @@ pub fn rendered(scene: &Scene, settings: Settings, passes: u32) -> Renderer {
 /// The picture after `passes` passes.
 pub fn picture(scene: &Scene, settings: Settings, passes: u32) -> Picture {
     rendered(scene, settings, passes).picture()
-}
-
-/// A mean with the variance of that mean, known from `degrees + 1` independent values.
-#[derive(Clone, Copy, Debug)]
-pub struct Estimate {
-    pub mean: f64,
-    pub variance: f64,
-    pub degrees: f64,
-}
-
-impl Estimate {
-    /// A number without error.
-    pub fn exact(mean: f64) -> Self {
-        Self {
-            mean,
-            variance: 0.0,
-            degrees: f64::INFINITY,
-        }
-    }
-
-    /// Of independent values.
-    pub fn of(values: &[f64]) -> Self {
-        let n = values.len() as f64;
-        let mean = values.iter().sum::<f64>() / n;
-        let squares: f64 = values.iter().map(|x| (x - mean).powi(2)).sum();
-        Self {
-            mean,
-            variance: squares / (n * (n - 1.0)),
-            degrees: n - 1.0,
-        }
-    }
-
-    /// How likely chance makes the two differ so much (Welch's test). A difference of `slack`, relative, is rounding
-    /// and is taken off first.
-    pub fn p(self, other: Self, slack: f64) -> f64 {
-        let size = self.mean.abs().max(other.mean.abs());
-        let difference = ((self.mean - other.mean).abs() - slack * size).max(0.0);
-        if difference == 0.0 {
-            return 1.0;
-        }
-        let (a, b) = (self.variance, other.variance);
-        let degrees = (a + b).powi(2) / (a * a / self.degrees + b * b / other.degrees);
-        if a + b == 0.0 {
-            0.0
-        } else {
-            p_student(difference / (a + b).sqrt(), degrees)
-        }
-    }
-
-    /// A line for a table.
-    pub fn against(self, other: Self) -> String {
-        let error = (self.variance + other.variance).sqrt();
-        format!(
-            "{:.7e} against {:.7e}: relative {:+.2e} +- {:.1e}",
-            self.mean,
-            other.mean,
-            self.mean / other.mean - 1.0,
-            error / other.mean.abs()
-        )
-    }
 }
 
 /// Pictures of one setting under several seeds.
@@ -222,7 +161,7 @@ pub fn oracle_estimates(reference: &Reference, columns: u32, rows: u32) -> Vec<E
             Estimate {
                 mean: sum / count,
                 variance: squares / (count * count),
-                degrees: f64::INFINITY,
+                dof: f64::INFINITY,
             }
         })
         .collect()

@@ -9,6 +9,7 @@ use crate::film::Picture;
 use crate::pipeline::{Renderer, Settings, widest_lanes};
 use crate::scene::{EstimatorKind, FilmSize, SamplerKind, Scene};
 use crate::settings::AccelKind;
+use crate::study::estimate::Estimate;
 
 /// What stops a case.
 pub type Trouble = Box<dyn Error + Send + Sync>;
@@ -98,37 +99,10 @@ pub fn invalid(renderer: &Renderer) -> usize {
     (counters.invalid_nan + counters.invalid_inf + counters.invalid_negative) as usize
 }
 
-/// A mean of independent values and its standard error.
-#[derive(Clone, Copy, Debug)]
-pub struct Mean {
-    /// The mean.
-    pub mean: f64,
-    /// Its standard error.
-    pub error: f64,
-}
-
-impl Mean {
-    /// Of values.
-    pub fn of(values: impl Iterator<Item = f64> + Clone) -> Self {
-        let n = values.clone().count() as f64;
-        let mean = values.clone().sum::<f64>() / n;
-        let variance = values.map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0);
-        Self {
-            mean,
-            error: (variance / n).sqrt(),
-        }
-    }
-
-    /// Of the green of pixels that all show the same.
-    pub fn of_pixels(picture: &Picture) -> Self {
-        Self::of(picture.pixels.iter().map(|p| f64::from(p[1])))
-    }
-
-    /// How many standard errors it is from the truth. What single precision may lose, relative, is taken off first.
-    pub fn sigmas(self, truth: f64, rounding: f64) -> f64 {
-        let beyond = ((self.mean - truth).abs() - rounding * truth.abs()).max(0.0);
-        if beyond == 0.0 { 0.0 } else { beyond / self.error }
-    }
+/// The mean of the green of pixels that all show the same.
+pub fn mean_of_pixels(picture: &Picture) -> Estimate {
+    let green: Vec<f64> = picture.pixels.iter().map(|p| f64::from(p[1])).collect();
+    Estimate::of(&green)
 }
 
 /// Pixels that differ in any bit.

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::bench::{self, Mean, SIGMAS};
+use super::bench::{self, SIGMAS};
 use super::row::{Check, Checks, Effort};
 use super::truth;
 use crate::lane::Word;
@@ -13,6 +13,7 @@ use crate::sampling::hash::pcg4d;
 use crate::sampling::{Pair, warp};
 use crate::scene::EstimatorKind;
 use crate::study::distributions::{chi_square_as_normal, z_quantile};
+use crate::study::estimate::Estimate;
 
 fn sphere(center: [f32; 3], radius: f32) -> SphereLight {
     SphereLight {
@@ -70,7 +71,7 @@ pub fn tiny_sphere(effort: Effort) -> Checks {
         let scene = bench::scene(&(bench::spot() + &bench::light(center, 4.0 * s, 1.0 / (s * s))))?;
         for estimator in [EstimatorKind::Light, EstimatorKind::Mis] {
             let picture = bench::picture(&scene, bench::settings(32, 32, estimator), effort.of(128))?;
-            worst = worst.max(Mean::of_pixels(&picture).sigmas(0.5 * cosine, 2e-6));
+            worst = worst.max(bench::mean_of_pixels(&picture).sigmas(Estimate::exact(0.5 * cosine), 2e-6));
         }
     }
     checks.push(Check::new(

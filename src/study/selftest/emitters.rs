@@ -2,13 +2,14 @@
 
 use std::f64::consts::PI;
 
-use super::bench::{self, ACCELS, Mean, SIGMAS, Trouble};
+use super::bench::{self, ACCELS, SIGMAS, Trouble};
 use super::row::{Check, Checks, Effort};
 use super::spot::{self, Spot};
 use super::truth;
 use crate::light::SphereLight;
 use crate::pipeline::Settings;
 use crate::scene::EstimatorKind;
+use crate::study::estimate::Estimate;
 
 /// Single precision may be off by this much, relative.
 const ROUNDING: f64 = 2e-6;
@@ -19,7 +20,7 @@ fn against(irradiance: f64, lights: &[SphereLight], kinds: &[EstimatorKind], pac
     kinds.iter().fold((0.0, 0), |(worst, unsound), &kind| {
         let lit = Spot::DIFFUSE.lit(lights, kind, packets);
         (
-            f64::max(worst, lit.mean.sigmas(irradiance / PI, ROUNDING)),
+            f64::max(worst, lit.mean.sigmas(Estimate::exact(irradiance / PI), ROUNDING)),
             unsound + lit.unsound,
         )
     })
@@ -38,8 +39,8 @@ pub fn rendered(irradiance: f64, lights: &str, kinds: &[EstimatorKind], passes: 
                 accel: Some(accel),
                 ..bench::settings(32, 32, estimator)
             };
-            let mean = Mean::of_pixels(&bench::picture(&scene, settings, passes)?);
-            worst = worst.max(mean.sigmas(0.5 * irradiance / PI, ROUNDING));
+            let mean = bench::mean_of_pixels(&bench::picture(&scene, settings, passes)?);
+            worst = worst.max(mean.sigmas(Estimate::exact(0.5 * irradiance / PI), ROUNDING));
         }
     }
     Ok(worst)
@@ -115,7 +116,7 @@ pub fn below_the_horizon(effort: Effort) -> Checks {
             worst = worst.max(if truth == 0.0 && lit.mean.mean == 0.0 {
                 0.0
             } else {
-                lit.mean.sigmas(truth / PI, ROUNDING)
+                lit.mean.sigmas(Estimate::exact(truth / PI), ROUNDING)
             });
             if kind == EstimatorKind::Light && truth > 0.0 {
                 rejected = rejected.max(lit.rejected);
@@ -350,7 +351,7 @@ pub fn fireflies(effort: Effort) -> Checks {
     Ok(vec![
         Check::new(
             "`brdf` under a light of s = 0.02: standard errors",
-            lit.mean.sigmas(1.0, ROUNDING),
+            lit.mean.sigmas(Estimate::exact(1.0), ROUNDING),
             SIGMAS,
         ),
         Check::new(

@@ -41,7 +41,7 @@ pub fn grazing(effort: Effort) -> Checks {
                 }
                 let lit = spot.lit(&furnace(), kind, effort.of(1 << 12));
                 unsound += lit.unsound;
-                highest = highest.max(lit.mean.mean - SIGMAS * lit.mean.error);
+                highest = highest.max(lit.mean.mean - SIGMAS * lit.mean.error());
                 if kind == EstimatorKind::Brdf {
                     beyond = beyond.max(spot.largest(&furnace(), effort.of(1 << 12)));
                 }
@@ -177,7 +177,7 @@ pub fn lowest_exponent(effort: Effort) -> Checks {
         ),
         Check::new(
             "white furnace at the first number above 1: mean less 5.5 standard errors",
-            lit.mean.mean - SIGMAS * lit.mean.error,
+            lit.mean.mean - SIGMAS * lit.mean.error(),
             1.0,
         ),
         Check::none("exponents of 1, 0, -1, NaN, inf, 1e39, text that a scene takes", taken),

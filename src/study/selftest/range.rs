@@ -1,10 +1,11 @@
 //! Rows 31 to 34: bright beside dim, denormal numbers, long sums.
 
-use super::bench::{self, Mean, SIGMAS};
+use super::bench::{self, SIGMAS};
 use super::row::{Check, Checks, Effort};
 use crate::film::{ChunkSum, Film};
 use crate::pipeline::{Settings, widest_lanes};
 use crate::scene::{EstimatorKind, FilmSize, Scene};
+use crate::study::estimate::Estimate;
 
 /// Row 31.
 pub fn bright_beside_dim(effort: Effort) -> Checks {
@@ -122,13 +123,14 @@ pub fn long_sums(effort: Effort) -> Checks {
     }
     let mut worst = 0.0_f64;
     for pixel in 0..4 {
-        let mean = Mean::of(short.iter().map(|p| f64::from(p.pixels[pixel][1])));
+        let values: Vec<f64> = short.iter().map(|p| f64::from(p.pixels[pixel][1])).collect();
+        let mean = Estimate::of(&values);
         // The long render has as many samples, and so the same error again.
-        let both = Mean {
-            error: mean.error * 2.0_f64.sqrt(),
+        let long = Estimate {
+            mean: f64::from(long.pixels[pixel][1]),
             ..mean
         };
-        worst = worst.max(both.sigmas(f64::from(long.pixels[pixel][1]), 1e-7));
+        worst = worst.max(mean.sigmas(long, 1e-7));
     }
     Ok(vec![
         Check::new(

@@ -1,6 +1,5 @@
 //! The estimators at one point, without film or accelerator: what they say in the mean, wherever the point is.
 
-use super::bench::Mean;
 use crate::bsdf::Bsdf;
 use crate::estimator::ShadingPoint;
 use crate::estimator::density::{Average, ConeOnly, Density, Mix, Projected};
@@ -13,6 +12,7 @@ use crate::sampling::hash::pcg4d;
 use crate::sampling::{Pair, Toss};
 use crate::scene::EstimatorKind;
 use crate::shape::Ball;
+use crate::study::estimate::Estimate;
 
 /// A point at 0 with the normal z, of albedo 1.
 #[derive(Clone, Copy, Debug)]
@@ -27,7 +27,7 @@ pub struct Spot {
 #[derive(Clone, Copy, Debug)]
 pub struct Lit {
     /// Mean radiance.
-    pub mean: Mean,
+    pub mean: Estimate,
     /// Samples that were NaN, infinite or below 0.
     pub unsound: usize,
     /// Share of samples that gave nothing.
@@ -92,9 +92,10 @@ impl Spot {
         let variance = (m2 - mean * mean).max(0.0);
         let fourth = m4 - 4.0 * mean * m3 + 6.0 * mean * mean * m2 - 3.0 * mean.powi(4);
         Lit {
-            mean: Mean {
+            mean: Estimate {
                 mean,
-                error: (variance / n).sqrt(),
+                variance: variance / n,
+                dof: n - 1.0,
             },
             unsound,
             rejected: nothing as f64 / n,

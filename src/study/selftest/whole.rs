@@ -2,12 +2,13 @@
 
 use std::f64::consts::PI;
 
-use super::bench::{self, Mean, SIGMAS};
+use super::bench::{self, SIGMAS};
 use super::row::{Check, Checks, Effort};
 use crate::bsdf::Bsdf;
 use crate::math::Vec3;
 use crate::scene::EstimatorKind;
 use crate::study::distributions::{t_as_normal, z_quantile};
+use crate::study::estimate::Estimate;
 use crate::study::family::Family;
 
 /// A white body in a light of radiance 1 gives back what it gets.
@@ -20,11 +21,11 @@ pub fn furnace(effort: Effort) -> Checks {
         let scene = bench::scene(text)?;
         for estimator in EstimatorKind::ALL {
             let picture = bench::picture(&scene, bench::settings(32, 32, estimator), effort.of(64))?;
-            let mean = Mean::of_pixels(&picture);
+            let mean = bench::mean_of_pixels(&picture);
             if conserves {
-                worst = worst.max(mean.sigmas(1.0, 1e-6));
+                worst = worst.max(mean.sigmas(Estimate::exact(1.0), 1e-6));
             }
-            gain = gain.max(mean.mean - SIGMAS * mean.error);
+            gain = gain.max(mean.mean - SIGMAS * mean.error());
         }
     }
     Ok(vec![
@@ -86,21 +87,16 @@ pub fn estimators_agree(effort: Effort) -> Checks {
         }
         means.push(
             (0..(tiles * tiles) as usize)
-                .map(|t| Mean::of(of_seeds.iter().map(|s| s[t])))
+                .map(|t| Estimate::of(&of_seeds.iter().map(|s| s[t]).collect::<Vec<f64>>()))
                 .collect::<Vec<_>>(),
         );
     }
-    let values = f64::from(effort.of(32).max(8));
     let mut family = Family::new(1e-6);
     for (i, a) in means.iter().enumerate() {
         for b in &means[i + 1..] {
             for (x, y) in a.iter().zip(b) {
-                let [u, v] = [x, y].map(|mean| mean.error * mean.error);
-                let error = (u + v).sqrt();
-                let sigmas = Mean { mean: x.mean, error }.sigmas(y.mean, 1e-5);
-                // Of few seeds, a standard error is uncertain itself: Student's t, as Welch corrects it (Biometrika 34, 1947).
-                let dof = (values - 1.0) * (u + v) * (u + v) / (u * u + v * v);
-                family.add(t_as_normal(sigmas, if dof.is_nan() { 1.0 } else { dof }));
+                // Of few seeds, a standard error is uncertain itself: Student's t.
+                family.add(t_as_normal(x.sigmas(*y, 1e-5), x.minus(*y).dof));
             }
         }
     }

@@ -8,6 +8,7 @@ use super::blocks::Grid;
 use super::error::VerifyError;
 use crate::film::Picture;
 use crate::scene::{EstimatorKind, SamplerKind};
+use crate::study::estimate::Estimate;
 
 /// Replicates of one kind.
 #[derive(Clone, Debug)]
@@ -109,8 +110,6 @@ impl Series {
 
 /// The mean of independent values and the variance of that mean.
 pub fn spread(values: &[f64]) -> (f64, f64) {
-    let count = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-    (mean, squares / (count * (count - 1.0)))
+    let estimate = Estimate::of(values);
+    (estimate.mean, estimate.variance)
 }

@@ -1,4 +1,4 @@
-//! Samples a second of whole renders through [`Renderer`]: scene x estimator x lanes x threads.
+//! Samples a second of whole renders through [`Prepared`] and its runs: scene x estimator x lanes x threads.
 //!
 //! Films are small, 96 x 64 with 16 passes, so that the scalar kernel is measured in a second too; a large film gives
 //! rather more (fewer waits between blocks of passes). Setting up (threads, BVH) is not in the time, the film and the
@@ -12,34 +12,31 @@ mod common;
 use std::collections::BTreeMap;
 
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput};
-use octolux::pipeline::{Renderer, Settings, widest_lanes};
+use octolux::pipeline::{Prepared, Settings, widest_lanes};
+use octolux::run::Run;
 use octolux::scene::{EstimatorKind, FilmSize, SamplerKind, Scene};
+use octolux::settings::Lanes;
 use serde_json::{Value, json};
 
 const PASSES: u32 = 16;
 
 const SCENES: [&str; 3] = ["veach-mis.toml", "many-spheres.toml", "knot.toml"];
 
-fn renderer(scene: &Scene, estimator: EstimatorKind, lanes: usize, threads: usize) -> Renderer {
+fn prepared(scene: &Scene, estimator: EstimatorKind, lanes: Lanes, threads: usize) -> Prepared {
     let settings = Settings {
         film: FilmSize { width: 96, height: 64 },
         estimator,
         sampler: SamplerKind::Sobol,
         seed: 1,
-        lanes,
+        lanes: Some(lanes),
         threads,
-        accel: None,
-        robust: true,
-        cull: true,
+        ..Settings::default()
     };
-    Renderer::new(scene, settings).unwrap_or_else(|error| panic!("{}: {error}", scene.name))
+    Prepared::new(scene, settings).unwrap_or_else(|error| panic!("{}: {error}", scene.name))
 }
 
-fn render(mut renderer: Renderer) -> Renderer {
-    while renderer.passes() < PASSES {
-        renderer.next_block(PASSES);
-    }
-    renderer
+fn render(prepared: &Prepared) -> Run {
+    prepared.passes(PASSES).finish()
 }
 
 fn renders(c: &mut Criterion, name: &str, numbers: &mut BTreeMap<String, Value>) {
@@ -47,7 +44,7 @@ fn renders(c: &mut Criterion, name: &str, numbers: &mut BTreeMap<String, Value>)
     let mut group = c.benchmark_group(format!("pipeline: {}", scene.name));
     for estimator in EstimatorKind::ALL {
         // Sixteen only where the processor has them.
-        for lanes in [16, 8, 1].into_iter().filter(|&lanes| lanes <= widest_lanes()) {
+        for lanes in Lanes::ALL.into_iter().rev().filter(|&lanes| lanes <= widest_lanes()) {
             for threads in [1, 2] {
                 let id = BenchmarkId::new(estimator.name(), format!("{lanes} lanes, {threads} threads"));
                 let key = format!(
@@ -61,9 +58,9 @@ fn renders(c: &mut Criterion, name: &str, numbers: &mut BTreeMap<String, Value>)
                 group.throughput(Throughput::Elements(samples.into()));
                 group.bench_function(id, |b| {
                     b.iter_batched(
-                        || renderer(&scene, estimator, lanes, threads),
+                        || prepared(&scene, estimator, lanes, threads),
                         |new| {
-                            let done = render(new);
+                            let done = render(&new);
                             counters = Some(done.counters());
                             done
                         },

@@ -260,7 +260,10 @@ mod tests {
                     pictures::both(
                         &scene,
                         eight,
-                        Settings { lanes: 1, ..eight },
+                        Settings {
+                            lanes: Some(crate::settings::Lanes::One),
+                            ..eight
+                        },
                         5,
                         &format!("{width}x{height}"),
                     );

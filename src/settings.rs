@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 /// Which density the directions of light are drawn from (`ARCHITECTURE.md` has the formulas).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum EstimatorKind {
     /// The whole sphere of directions, `1 / 4 pi`.
@@ -23,7 +24,8 @@ pub enum EstimatorKind {
 }
 
 /// Where random numbers come from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum SamplerKind {
     /// Owen-scrambled Sobol points in pairs of dimensions.
@@ -33,7 +35,8 @@ pub enum SamplerKind {
 }
 
 /// Who answers rays.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum AccelKind {
     /// Embree's hierarchy.
@@ -96,5 +99,36 @@ impl SamplerKind {
             Self::Sobol => "sobol",
             Self::Independent => "independent",
         }
+    }
+}
+
+/// Rays in a packet. All widths give the same bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Lanes {
+    /// One ray at a time: the scalar kernel.
+    One,
+    /// Eight, with AVX2 or AVX-512.
+    Eight,
+    /// Sixteen, with AVX-512.
+    Sixteen,
+}
+
+impl Lanes {
+    /// Every width, the narrowest first.
+    pub const ALL: [Self; 3] = [Self::One, Self::Eight, Self::Sixteen];
+
+    /// Rays in a packet: 1, 8 or 16.
+    pub const fn count(self) -> usize {
+        match self {
+            Self::One => 1,
+            Self::Eight => 8,
+            Self::Sixteen => 16,
+        }
+    }
+}
+
+impl std::fmt::Display for Lanes {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.count().fmt(f)
     }
 }

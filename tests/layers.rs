@@ -16,8 +16,10 @@ enum Uses {
 use Uses::{Below, Only};
 
 /// Module, layer, what it may use: the line of `src/lib.rs` that starts with "Layers", in its order.
-const TABLE: [(&str, u32, Uses); 17] = [
+const TABLE: [(&str, u32, Uses); 20] = [
     ("cpu", 0, Below),
+    ("about", 0, Below),
+    ("machine", 0, Below),
     ("settings", 0, Below),
     ("lane", 1, Below),
     ("math", 2, Below),
@@ -34,10 +36,11 @@ const TABLE: [(&str, u32, Uses); 17] = [
     ("estimator", 8, Only(&["bsdf", "light", "sampling", "math", "lane"])),
     ("film", 9, Below),
     ("pipeline", 10, Below),
+    ("run", 11, Below),
     // It judges everything else, so it shares only what is asked for and the form of the answer.
-    ("reference", 11, Only(&["scene", "film::Picture"])),
-    ("study", 12, Below),
-    ("cli", 13, Below),
+    ("reference", 12, Only(&["scene", "film::Picture"])),
+    ("study", 13, Below),
+    ("cli", 14, Below),
 ];
 
 /// Where `unsafe` may be: foreign functions, vector instructions, and the two of `cpuid`.

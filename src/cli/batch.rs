@@ -9,7 +9,9 @@ use super::interrupt::Interrupt;
 use super::manifest;
 use super::reading::Reading;
 use super::several::Crowd;
-use super::{CliError, Exit, options};
+use super::{CliError, Exit};
+use crate::pipeline::all_threads;
+use crate::scene::Outside;
 
 const EXAMPLES: &str = "\
 A manifest has the options of `octolux render` as keys:
@@ -56,11 +58,13 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<Exit, CliError> {
     let mut wanted = manifest::read(&args.manifest)?;
     let interrupt = Interrupt::listen(args.quiet)?;
-    let threads = args.threads.unwrap_or_else(options::all_threads);
+    let threads = args.threads.unwrap_or_else(all_threads);
     for one in &mut wanted {
-        one.args.quiet = args.quiet;
-        one.args.json = true;
-        one.args.options.reading.allow_outside |= args.reading.allow_outside;
+        one.quiet = args.quiet;
+        one.json = true;
+        if args.reading.allow_outside {
+            one.outside = Outside::Allowed;
+        }
     }
     let crowd = Crowd {
         name: "batch",

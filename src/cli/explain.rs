@@ -5,9 +5,10 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use super::explain_effects::{self as effects, Found};
-use super::options::{self, Options};
+use super::options::Options;
 use super::{CliError, Exit, report};
-use crate::pipeline::{Renderer, Settings};
+use crate::pipeline::{Prepared, Settings};
+use crate::run::DEFAULT_SPP;
 use crate::scene::{Bsdf, Effect, EstimatorKind, SamplerKind, Scene, Surface};
 use crate::study::effect_costs::{self, Costs};
 
@@ -35,8 +36,8 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<Exit, CliError> {
     let scene = args.options.reading.load(&args.scene)?;
     let settings = args.options.settings(&scene)?;
-    let renderer = Renderer::new(&scene, settings).map_err(|error| CliError::setup(&args.scene, &error))?;
-    let mut explanation = Explanation::new(&scene, settings, &renderer);
+    let prepared = Prepared::new(&scene, settings).map_err(|error| CliError::setup(&args.scene, &error))?;
+    let mut explanation = Explanation::new(&scene, settings, &prepared);
     if args.measure {
         let costs = effect_costs::measure(&scene, settings).map_err(|error| CliError::setup(&args.scene, &error))?;
         explanation.costs = Some(costs);
@@ -46,7 +47,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
         report::data(&json)?;
     } else {
         let costs = explanation.costs.iter();
-        let costs = costs.flat_map(|costs| effects::cost_lines(costs, &renderer));
+        let costs = costs.flat_map(|costs| effects::cost_lines(costs, &prepared));
         let lines: Vec<String> = std::iter::once(explanation.text()).chain(costs).collect();
         report::data(&lines.join("\n"))?;
     }
@@ -90,7 +91,7 @@ struct Explanation {
 }
 
 impl Explanation {
-    fn new(scene: &Scene, settings: Settings, renderer: &Renderer) -> Self {
+    fn new(scene: &Scene, settings: Settings, prepared: &Prepared) -> Self {
         let emits = |surface: &Surface| matches!(surface, Surface::Emission(_));
         let of_kind = |kind: fn(&Bsdf) -> bool| scene.materials.iter().filter(|material| kind(&material.bsdf)).count();
         Self {
@@ -105,18 +106,18 @@ impl Explanation {
             materials: scene.materials.len(),
             diffuse: of_kind(|bsdf| !matches!(bsdf, Bsdf::Phong { .. })),
             phong: of_kind(|bsdf| !matches!(bsdf, Bsdf::Diffuse { .. })),
-            needs: renderer.needs(),
-            found: effects::found(scene, renderer.features()),
-            absent: effects::absent(renderer.features()),
-            notes: effects::notes(scene, renderer.features()),
-            kernel: renderer.kernel().to_owned(),
-            why: renderer.why().to_owned(),
-            robust: renderer.robust(),
-            cull: renderer.cull(),
-            lanes: renderer.lanes(),
-            rays_together: renderer.rays_together(),
+            needs: prepared.needs(),
+            found: effects::found(scene, prepared.features()),
+            absent: effects::absent(prepared.features()),
+            notes: effects::notes(scene, prepared.features()),
+            kernel: prepared.kernel().to_owned(),
+            why: prepared.why().to_owned(),
+            robust: prepared.robust(),
+            cull: prepared.cull(),
+            lanes: prepared.lanes().count(),
+            rays_together: prepared.rays_together(),
             threads: settings.threads,
-            spp: scene.render.spp.unwrap_or(options::DEFAULT_SPP),
+            spp: scene.render.spp.unwrap_or(DEFAULT_SPP),
             estimator: settings.estimator,
             sampler: settings.sampler,
             seed: settings.seed,

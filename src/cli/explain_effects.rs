@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::pipeline::Renderer;
+use crate::pipeline::Prepared;
 use crate::scene::{Effect, Environment, Features, Scene, Surface};
 use crate::study::effect_costs::Costs;
 
@@ -104,13 +104,13 @@ pub fn notes(scene: &Scene, features: &Features) -> Vec<String> {
 }
 
 /// The table of costs, line by line.
-pub fn cost_lines(costs: &Costs, renderer: &Renderer) -> Vec<String> {
+pub fn cost_lines(costs: &Costs, prepared: &Prepared) -> Vec<String> {
     let mut lines = vec![format!(
         "  cost       {:.1} ns a sample on one thread ({} x {} pixels, {})",
         costs.ns,
         costs.film[0],
         costs.film[1],
-        renderer.kernel()
+        prepared.kernel()
     )];
     for cost in &costs.effects {
         let (name, change) = (cost.effect.name(), cost.other_ns - costs.ns);

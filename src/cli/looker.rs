@@ -9,7 +9,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use super::interrupt::Interrupt;
 use super::report;
 use crate::pipeline::Progress;
-use crate::study::verify::Watch;
+use crate::run::Observer;
 
 /// The bar on the terminal, and ctrl-c.
 pub struct Looker {
@@ -44,9 +44,9 @@ impl Looker {
     }
 }
 
-impl Watch for Looker {
-    fn renders(&self, progress: Arc<Progress>) {
-        self.interrupt.watch(progress);
+impl Observer for Looker {
+    fn begins(&self, progress: &Arc<Progress>) {
+        self.interrupt.watch(progress.clone());
     }
 
     fn stopped(&self) -> bool {

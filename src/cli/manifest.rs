@@ -10,7 +10,7 @@ use toml::{Table, Value};
 
 use super::options::switch;
 use super::outputs;
-use super::several::Wanted;
+use super::request::Request;
 use super::{CliError, render};
 
 /// The longest manifest, in bytes.
@@ -39,7 +39,7 @@ struct Line {
 ///
 /// # Errors
 /// What is wrong with it; files that could not be written, or would be twice.
-pub fn read(path: &Path) -> Result<Vec<Wanted>, CliError> {
+pub fn read(path: &Path) -> Result<Vec<Request>, CliError> {
     let bad = |what: String| CliError::usage(format!("{}: {what}", path.display()));
     let unreadable = |error: std::io::Error| bad(format!("cannot be read: {error}"));
     let length = std::fs::metadata(path).map_err(unreadable)?.len();
@@ -79,7 +79,7 @@ pub fn read(path: &Path) -> Result<Vec<Wanted>, CliError> {
     Ok(wanted)
 }
 
-fn entry_of(entry: &Table, defaults: &Table, folder: &Path) -> Result<Vec<Wanted>, String> {
+fn entry_of(entry: &Table, defaults: &Table, folder: &Path) -> Result<Vec<Request>, String> {
     let mut options = defaults.clone();
     options.extend(entry.clone());
     let mut scenes = Vec::new();
@@ -120,9 +120,10 @@ fn entry_of(entry: &Table, defaults: &Table, folder: &Path) -> Result<Vec<Wanted
             .args;
         let (stats, checkpoint) = (args.stats.as_deref(), args.checkpoint.as_deref());
         let targets = outputs::of_scene(&args.scenes[0], &args.outputs, stats, checkpoint);
-        Ok(Wanted { args, targets })
+        Ok(args.requests(vec![targets]))
     };
-    scenes.into_iter().map(one).collect()
+    let requests = scenes.into_iter().map(one).collect::<Result<Vec<_>, String>>()?;
+    Ok(requests.concat())
 }
 
 /// A value, or each of a list of them, as it would stand on a command line.

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use super::options;
-use super::record::Record;
 use super::{CliError, Exit, report};
 use crate::film::{Film, check_output, sums_file, write_picture};
+use crate::run::Record;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -104,7 +104,7 @@ fn in_order(args: &Args) -> Result<Vec<Part>, CliError> {
         let (record, crc): (Record, u32) = sums_file::read_about(path).map_err(|error| CliError::bad_path(&error))?;
         if let Some(first) = parts.first() {
             let help = "merge the parts of one render at a time; --any-embree takes other versions of Embree";
-            let same = first.record.expect(&record, path, args.any_embree);
+            let same = same_render(&first.record, &record, path, args.any_embree);
             same.map_err(|error| error.with_help(help))?;
         }
         let path = path.clone();
@@ -136,7 +136,7 @@ fn in_order(args: &Args) -> Result<Vec<Part>, CliError> {
         kept.push(part);
     }
     let spp = kept.first().map_or(0, |part| part.record.spp);
-    if end < spp && kept.iter().any(|part| part.record.identity["adaptive"] == "false") {
+    if end < spp && kept.iter().any(|part| !part.record.is_adaptive()) {
         missing(args, end..spp)?;
     }
     if repeated > 0 && !args.quiet {
@@ -169,7 +169,7 @@ fn tell(args: &Args, parts: &[Part], spp: u32) {
     let first = &parts[0].record;
     let others = parts.iter().map(|part| &part.record.cpu).find(|cpu| **cpu != first.cpu);
     if let Some(other) = others
-        && first.identity["rays answered by"] == "embree"
+        && first.through_embree()
     {
         report::note(&format!(
             "parts come from different processors ({} and {other}), and Embree may answer in other last bits on each",
@@ -197,8 +197,16 @@ fn tell(args: &Args, parts: &[Part], spp: u32) {
     ));
 }
 
-/// Whether a file is one of sums, by its ending.
-pub fn is_sums(path: &Path) -> bool {
-    path.extension()
-        .is_some_and(|ending| ending.eq_ignore_ascii_case("acc"))
+/// An error about the file at `path` if it is not of the same render as `first`.
+///
+/// # Errors
+/// What it differs in.
+pub fn same_render(first: &Record, other: &Record, path: &Path, any_embree: bool) -> Result<(), CliError> {
+    match first.difference(other, any_embree) {
+        None => Ok(()),
+        Some(difference) => {
+            let what = format!("{}: belongs to another render: {difference}", path.display());
+            Err(CliError::usage(what))
+        }
+    }
 }

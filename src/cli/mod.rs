@@ -4,7 +4,6 @@
 //! else, 130 interrupted.
 
 mod batch;
-mod build;
 mod compare;
 mod done;
 mod error;
@@ -12,26 +11,24 @@ mod explain;
 mod explain_effects;
 mod interrupt;
 mod looker;
-mod machine;
 mod manifest;
 mod merge;
 mod options;
 mod outputs;
+mod overall;
 mod picture;
 mod progress;
 mod reading;
-mod record;
 mod reference;
 mod render;
 mod replay;
 mod report;
-mod schedule;
+mod request;
 mod selftest;
 mod several;
 mod shards;
 mod stats;
 mod study;
-mod target;
 mod verify;
 mod verify_report;
 
@@ -41,6 +38,7 @@ use clap::{Parser, Subcommand};
 
 pub use error::{CliError, Exit};
 
+use crate::about;
 use crate::lane::AVX512;
 
 const EXAMPLES: &str = "\
@@ -61,7 +59,7 @@ Exit codes: 0 well, 2 bad usage or a bad scene, 1 anything else,
 
 /// Direct illumination in packets of rays.
 #[derive(Parser)]
-#[command(name = "octolux", version = build::VERSION_LINE.as_str(), after_help = EXAMPLES, max_term_width = 100)]
+#[command(name = "octolux", version = about::VERSION_LINE.as_str(), after_help = EXAMPLES, max_term_width = 100)]
 struct Cli {
     #[command(subcommand)]
     command: Command,

@@ -6,14 +6,9 @@ use super::CliError;
 use super::reading::Reading;
 use crate::lane::{AVX512, has_avx512};
 use crate::pipeline::Settings;
+use crate::run::{MOST_SPP, RenderOptions};
 use crate::scene::{Effect, EstimatorKind, FilmSize, SamplerKind, Scene, available_memory};
-use crate::settings::AccelKind;
-
-/// Passes where neither the command line nor the scene says.
-pub const DEFAULT_SPP: u32 = 64;
-
-/// The most passes: far beyond what any picture needs, and far below where counting in `u32` ends.
-pub const MOST_SPP: u64 = 1 << 30;
+use crate::settings::{AccelKind, Lanes};
 
 /// Errors that can be asked for: what `f32` pictures can show, and what is noise alone.
 const LEAST_ERROR: f64 = 1e-6;
@@ -51,7 +46,7 @@ pub struct Options {
     /// Rays a packet: 16 (AVX-512), 8, or 1 for the scalar kernel; the picture is the same [default: the most that the
     /// processor and whoever answers rays have; OCTOLUX_AVX512=off does without AVX-512]
     #[arg(long, value_name = "1|8|16", value_parser = lanes)]
-    pub lanes: Option<usize>,
+    pub lanes: Option<Lanes>,
     /// Who answers rays [default: linear for tiny scenes, else embree]
     #[arg(long, value_enum, value_name = "NAME")]
     pub accel: Option<AccelKind>,
@@ -79,25 +74,24 @@ impl Options {
     /// # Errors
     /// A `--size` that does not fit into memory.
     pub fn settings(&self, scene: &Scene) -> Result<Settings, CliError> {
-        if let Some(FilmSize { width, height }) = self.size {
-            let bytes = u64::from(width) * u64::from(height) * BYTES_PER_PIXEL;
-            if available_memory().is_some_and(|free| bytes > free) {
-                let gib = bytes as f64 / f64::from(1 << 30);
-                let what = format!("--size {width}x{height} needs {gib:.1} GiB of memory, more than is free");
-                return Err(CliError::usage(what).with_help("make the picture smaller, or close other programs"));
-            }
-        }
-        Ok(Settings {
-            film: self.size.unwrap_or(scene.film),
-            estimator: self.estimator.or(scene.render.estimator).unwrap_or(EstimatorKind::Mis),
-            sampler: self.sampler.or(scene.render.sampler).unwrap_or(SamplerKind::Sobol),
-            seed: self.seed.or(scene.render.seed).unwrap_or(0),
-            lanes: self.lanes.unwrap_or(0),
+        check_size(self.size)?;
+        Ok(self.render_options().settings(scene))
+    }
+
+    /// What is asked of a render.
+    pub fn render_options(&self) -> RenderOptions {
+        RenderOptions {
+            size: self.size,
+            estimator: self.estimator,
+            sampler: self.sampler,
+            seed: self.seed,
+            lanes: self.lanes,
+            threads: self.threads,
             accel: self.accel,
             robust: self.robust.unwrap_or(true),
             cull: self.cull.unwrap_or(true),
-            threads: self.threads.unwrap_or_else(all_threads),
-        })
+            ..RenderOptions::default()
+        }
     }
 }
 
@@ -128,15 +122,27 @@ impl Options {
     }
 }
 
-/// As many threads as the machine offers.
-pub fn all_threads() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
+/// Looks whether a picture of the size that the command line asks for fits into memory.
+///
+/// # Errors
+/// One that does not.
+pub fn check_size(size: Option<FilmSize>) -> Result<(), CliError> {
+    let Some(FilmSize { width, height }) = size else {
+        return Ok(());
+    };
+    let bytes = u64::from(width) * u64::from(height) * BYTES_PER_PIXEL;
+    if available_memory().is_some_and(|free| bytes > free) {
+        let gib = bytes as f64 / f64::from(1 << 30);
+        let what = format!("--size {width}x{height} needs {gib:.1} GiB of memory, more than is free");
+        return Err(CliError::usage(what).with_help("make the picture smaller, or close other programs"));
+    }
+    Ok(())
 }
 
 /// A number of passes.
 pub fn spp(text: &str) -> Result<u32, String> {
-    match text.parse::<u64>() {
-        Ok(number @ 1..=MOST_SPP) => Ok(number as u32),
+    match text.parse() {
+        Ok(number @ 1..=MOST_SPP) => Ok(number),
         _ => Err(format!("samples a pixel are a whole number from 1 to {MOST_SPP}")),
     }
 }
@@ -184,15 +190,13 @@ pub fn stops(text: &str) -> Result<f64, String> {
     }
 }
 
-fn lanes(text: &str) -> Result<usize, String> {
-    match text {
-        "1" => Ok(1),
-        "8" => Ok(8),
-        "16" if !has_avx512() => Err(format!(
+fn lanes(text: &str) -> Result<Lanes, String> {
+    let known = Lanes::ALL.into_iter().find(|lanes| lanes.to_string() == text);
+    match known.ok_or("a packet has 1, 8 or 16 rays")? {
+        Lanes::Sixteen if !has_avx512() => Err(format!(
             "packets of 16 rays need AVX-512, which this processor lacks or {AVX512}=off leaves out"
         )),
-        "16" => Ok(16),
-        _ => Err("a packet has 1, 8 or 16 rays".to_owned()),
+        lanes => Ok(lanes),
     }
 }
 

@@ -4,14 +4,13 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use super::CliError;
-use super::merge::is_sums;
 use crate::film::{check_output, replace};
 
 /// Stands for the scene's name in `--output` and `--stats`.
 const NAME: &str = "{name}";
 
 /// The files of one scene.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Targets {
     /// Pictures, each in the format of its ending.
     pub pictures: Vec<PathBuf>,
@@ -103,6 +102,12 @@ pub fn of_scene(scene: &Path, outputs: &[PathBuf], stats: Option<&Path>, checkpo
         stats: stats.map(|path| fill(path, &name)),
         checkpoint: checkpoint.map(|path| fill(path, &name)),
     }
+}
+
+/// Whether a file is one of sums, by its ending.
+pub fn is_sums(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|ending| ending.eq_ignore_ascii_case("acc"))
 }
 
 fn has_name(path: &Path) -> bool {

@@ -1,7 +1,6 @@
 //! The progress bar: passes, rays per second and the time left, on a terminal.
 
 use std::io::{self, IsTerminal};
-use std::sync::Arc;
 use std::sync::mpsc::{self, RecvTimeoutError, Sender};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
@@ -9,8 +8,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::report;
-use super::schedule::Goal;
-use crate::pipeline::Progress;
+use crate::run::Run;
 
 const TICK: Duration = Duration::from_millis(100);
 
@@ -21,11 +19,19 @@ const STEPS: f64 = 10_000.0;
 pub struct Bar(Option<(Sender<()>, JoinHandle<()>)>);
 
 impl Bar {
-    /// Starts to watch a render of `pixels` pixels.
-    pub fn start(name: &str, goal: Goal, pixels: u64, progress: Arc<Progress>, quiet: bool) -> Self {
+    /// Starts to watch a run.
+    pub fn start(name: &str, run: &Run, quiet: bool) -> Self {
         let started = Instant::now();
+        let progress = run.progress().clone();
         let before = [progress.samples(), progress.rays()];
+        let film = run.prepared().settings().film;
+        let pixels = u64::from(film.width) * u64::from(film.height);
+        let time = run.goal().time_limit().map(|time| time.as_secs_f64());
         Self::watch(name, quiet, move || {
+            let goal = match time {
+                Some(seconds) => Goal::Seconds(seconds),
+                None => Goal::Passes((progress.expected() / pixels) as u32),
+            };
             let now = Reading {
                 samples: progress.samples(),
                 resumed: before[0],
@@ -78,6 +84,13 @@ impl Drop for Bar {
             let _ = ticker.join();
         }
     }
+}
+
+/// What the bar is on the way to.
+#[derive(Clone, Copy)]
+enum Goal {
+    Passes(u32),
+    Seconds(f64),
 }
 
 /// The counts at one moment.

@@ -14,16 +14,20 @@ pub struct Reading {
 }
 
 impl Reading {
+    /// Which files a scene may name.
+    pub fn outside(self) -> Outside {
+        if self.allow_outside {
+            Outside::Allowed
+        } else {
+            Outside::Refused
+        }
+    }
+
     /// Reads the scene at `path`.
     ///
     /// # Errors
     /// What is wrong with it, and where.
     pub fn load(self, path: &Path) -> Result<Scene, CliError> {
-        let outside = if self.allow_outside {
-            Outside::Allowed
-        } else {
-            Outside::Refused
-        };
-        Scene::load_with(path, outside).map_err(CliError::scene)
+        Scene::load_with(path, self.outside()).map_err(CliError::scene)
     }
 }

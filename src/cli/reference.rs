@@ -120,10 +120,7 @@ fn attributes(args: &Args, scene: &Scene, content: &str) -> Attributes {
         ("spp", Value::Number(f64::from(args.spp))),
         ("seed", Value::Text(args.seed.to_string())),
     ];
-    Attributes {
-        settings,
-        ..Attributes::default()
-    }
+    Attributes::new(settings)
 }
 
 fn summary(result: &Reference, seconds: f64) -> String {

@@ -1,15 +1,18 @@
 //! `octolux render`: scenes to pictures.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use super::interrupt::Interrupt;
-use super::merge::is_sums;
 use super::options::{self, Options};
-use super::outputs;
+use super::outputs::{self, is_sums};
 use super::picture::Job;
-use super::record::Shard;
-use super::several::{Crowd, Wanted};
+use super::request::Request;
+use super::several::Crowd;
 use super::{CliError, Exit, replay, report};
+use crate::pipeline::all_threads;
+use crate::run::{RenderOptions, Shard};
+use crate::scene::Effects;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -96,6 +99,34 @@ pub struct Args {
     pub quiet: bool,
 }
 
+impl Args {
+    /// The request for each scene, with its files.
+    pub fn requests(&self, targets: Vec<outputs::Targets>) -> Vec<Request> {
+        let options = RenderOptions {
+            adaptive: self.adaptive,
+            time: self.time.map(Duration::from_secs_f64),
+            target_error: self.target_error,
+            ..self.options.render_options()
+        };
+        let request = |(scene, targets): (&PathBuf, outputs::Targets)| Request {
+            scene: scene.clone(),
+            outside: self.options.reading.outside(),
+            options,
+            spp: self.spp,
+            shard: self.shard,
+            hold: Effects::of(&self.options.hold),
+            targets,
+            snapshots: self.snapshots,
+            exposure: self.exposure,
+            every: Duration::from_secs_f64(self.every),
+            resume: self.resume,
+            json: self.json,
+            quiet: self.quiet,
+        };
+        self.scenes.iter().zip(targets).map(request).collect()
+    }
+}
+
 /// Renders every scene; the errors of each are told as they come.
 ///
 /// # Errors
@@ -124,31 +155,25 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
         args.checkpoint.as_deref(),
     )?;
     let interrupt = Interrupt::listen(args.quiet)?;
-    if args.scenes.len() > 1 && args.options.threads.is_none() {
-        let wanted = args.scenes.iter().zip(targets).map(|(path, targets)| {
-            let scenes = vec![path.clone()];
-            let args = Args { scenes, ..args.clone() };
-            Wanted { args, targets }
-        });
+    let requests = args.requests(targets);
+    if requests.len() > 1 && args.options.threads.is_none() {
         let crowd = Crowd {
             name: "render",
-            threads: options::all_threads(),
+            threads: all_threads(),
             quiet: args.quiet,
             interrupt: &interrupt,
             done: None,
             again: true,
         };
-        return Ok(crowd.render(wanted.collect()));
+        return Ok(crowd.render(requests));
     }
     let mut exit = Exit::Well;
-    for (path, targets) in args.scenes.iter().zip(&targets) {
+    for request in &requests {
         if interrupt.asked() {
             break;
         }
         let job = Job {
-            path,
-            targets,
-            args,
+            request,
             interrupt: &interrupt,
             overall: None,
         };

@@ -4,7 +4,8 @@ use std::path::Path;
 
 use super::options::Options;
 use super::{CliError, Exit, report};
-use crate::pipeline::{Asked, Found, Renderer, Replay, Settings};
+use crate::pipeline::{Asked, Found, Prepared, Replay, Settings};
+use crate::settings::Lanes;
 
 /// Reads `X,Y,PASS`.
 pub fn sample(text: &str) -> Result<[u32; 3], String> {
@@ -21,13 +22,15 @@ pub fn run(path: &Path, options: &Options, sample: [u32; 3], json: bool) -> Resu
     let scene = options.reading.load(path)?;
     // One lane has the bits of all widths.
     let settings = Settings {
-        lanes: 1,
+        lanes: Some(Lanes::One),
         threads: 1,
         ..options.settings(&scene)?
     };
     let [x, y, _] = sample;
-    let renderer = Renderer::new(&scene, settings).map_err(|error| CliError::setup(path, &error))?;
-    let replay = renderer.replay(sample).ok_or_else(|| {
+    let prepared = Prepared::new(&scene, settings);
+    let prepared = prepared.map_err(|error| CliError::setup(path, &error))?;
+    let replay = prepared.replay(sample).map_err(|error| CliError::setup(path, &error))?;
+    let replay = replay.ok_or_else(|| {
         let (width, height) = (settings.film.width, settings.film.height);
         let what = format!("--replay: there is no pixel {x},{y} in a picture of {width} x {height}");
         CliError::usage(what).with_help("pixels are counted from 0, from the top left corner")
@@ -35,7 +38,7 @@ pub fn run(path: &Path, options: &Options, sample: [u32; 3], json: bool) -> Resu
     report::data(&if json {
         serde_json::to_string(&replay).map_err(|error| CliError::failed(format!("the sample: {error}")))?
     } else {
-        text(&replay, renderer.kernel())
+        text(&replay, prepared.kernel())
     })?;
     Ok(Exit::Well)
 }

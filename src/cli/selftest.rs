@@ -4,8 +4,9 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::{CliError, Exit, build, machine, report};
+use super::{CliError, Exit, report};
 use crate::study::selftest::{CASES, Case, Check, Effort, prices};
+use crate::{about, machine};
 
 const EXAMPLES: &str = "\
 Every case has figures with bounds; a figure passes where it is at most its
@@ -120,9 +121,9 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
             cases_failed: failed,
             cases_waiting: waiting,
             seconds,
-            octolux_version: build::VERSION,
-            commit: build::COMMIT,
-            target_features: build::TARGET_FEATURES,
+            octolux_version: about::VERSION,
+            commit: about::COMMIT,
+            target_features: about::TARGET_FEATURES,
             cpu: machine::cpu(),
             cases: &outcomes,
         })?

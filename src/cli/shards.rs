@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
-use super::merge::is_sums;
-use super::record::Record;
+use super::merge::same_render;
+use super::outputs::is_sums;
 use super::{CliError, Exit, report};
 use crate::film::sums_file;
+use crate::run::Record;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -53,7 +54,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
             }
         };
         let first = first.get_or_insert_with(|| record.clone());
-        if let Err(error) = first.expect(&record, &path, true) {
+        if let Err(error) = same_render(first, &record, &path, true) {
             report::warning(&error.to_string());
             continue;
         }

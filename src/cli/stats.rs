@@ -1,15 +1,18 @@
 //! The figures of a render: one JSON object, and the part of it that a picture keeps.
 
 use std::path::Path;
+use std::time::Duration;
 
 use serde::Serialize;
 
+use super::CliError;
 use super::options::switch;
-use super::{CliError, build, machine};
 use crate::film::{Attributes, Value, replace};
-use crate::pipeline::{Counters, Renderer, Settings};
+use crate::pipeline::Counters;
+use crate::run::Run;
 use crate::scene::{EstimatorKind, FilmSize, SamplerKind};
 use crate::study::outliers::Outliers;
+use crate::{about, machine};
 
 /// What `--stats` writes. Names that end in `_s` are seconds of wall-clock time; `_per_s` are taken over `render_s`.
 #[derive(Clone, Debug, Serialize)]
@@ -106,22 +109,15 @@ impl Invalid {
 /// What the command measures itself.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Times {
-    pub load_s: f64,
-    pub first_pass_s: f64,
-    pub render_s: f64,
-    pub write_s: f64,
+    pub load: Duration,
+    pub write: Duration,
 }
 
 impl Stats {
-    /// The figures of a render as it stands.
-    pub fn new(
-        scene: &Path,
-        settings: Settings,
-        adaptive: bool,
-        renderer: &Renderer,
-        times: Times,
-        interrupted: bool,
-    ) -> Self {
+    /// The figures of a run as it stands.
+    pub fn new(scene: &Path, run: &Run, times: Times, interrupted: bool) -> Self {
+        let (prepared, goal) = (run.prepared(), run.goal());
+        let (settings, render_s) = (prepared.settings(), run.render_time().as_secs_f64());
         let Counters {
             samples,
             eye_rays,
@@ -129,51 +125,51 @@ impl Stats {
             invalid_nan,
             invalid_inf,
             invalid_negative,
-        } = renderer.counters();
-        let (spp_min, total, spp_max) = renderer.film().spread();
+        } = run.counters();
+        let (spp_min, total, spp_max) = run.spread();
         let FilmSize { width, height } = settings.film;
         let spp_mean = total as f64 / (f64::from(width) * f64::from(height));
         // JSON has no infinity: nothing was rendered in no time.
         let per_s = |count: u64| {
-            if times.render_s > 0.0 {
-                count as f64 / times.render_s
-            } else {
-                0.0
-            }
+            if render_s > 0.0 { count as f64 / render_s } else { 0.0 }
         };
         Self {
             scene: scene.to_string_lossy().into_owned(),
             width,
             height,
-            spp: if adaptive { spp_mean.round() as u32 } else { spp_min },
+            spp: if goal.is_adaptive() {
+                spp_mean.round() as u32
+            } else {
+                spp_min
+            },
             spp_min,
             spp_mean,
             spp_max,
-            adaptive,
-            replicates: 1,
-            target_error: None,
-            error: None,
+            adaptive: goal.is_adaptive(),
+            replicates: run.replicates() as u32,
+            target_error: run.reached().map(|reached| reached.asked),
+            error: run.reached().map(|reached| reached.error),
             estimator: settings.estimator,
             sampler: settings.sampler,
             seed: settings.seed,
-            lanes: renderer.lanes(),
-            rays_together: renderer.rays_together(),
+            lanes: prepared.lanes().count(),
+            rays_together: prepared.rays_together(),
             threads: settings.threads,
-            kernel: renderer.kernel().to_owned(),
-            robust: renderer.robust(),
-            cull: renderer.cull(),
-            needs: renderer.needs(),
-            octolux_version: build::VERSION,
-            commit: build::COMMIT,
-            target_features: build::TARGET_FEATURES,
-            embree_version: renderer.embree_version().to_owned(),
+            kernel: prepared.kernel().to_owned(),
+            robust: prepared.robust(),
+            cull: prepared.cull(),
+            needs: prepared.needs(),
+            octolux_version: about::VERSION,
+            commit: about::COMMIT,
+            target_features: about::TARGET_FEATURES,
+            embree_version: prepared.embree_version().to_owned(),
             cpu: machine::cpu(),
             interrupted,
-            load_s: times.load_s,
-            build_s: renderer.build_seconds(),
-            first_pass_s: times.first_pass_s,
-            render_s: times.render_s,
-            write_s: times.write_s,
+            load_s: times.load.as_secs_f64(),
+            build_s: prepared.build_time().as_secs_f64(),
+            first_pass_s: run.first_block_time().as_secs_f64(),
+            render_s,
+            write_s: times.write.as_secs_f64(),
             samples,
             eye_rays,
             shadow_rays,
@@ -207,30 +203,10 @@ impl Stats {
         ))
     }
 
-    /// Takes in another replicate of the same render.
-    pub fn add_replicate(&mut self, renderer: &Renderer) {
-        let (counters, passes) = (renderer.counters(), renderer.passes());
-        self.replicates += 1;
-        self.spp += passes;
-        self.spp_min += passes;
-        self.spp_mean += f64::from(passes);
-        self.spp_max += passes;
-        self.samples += counters.samples;
-        self.eye_rays += counters.eye_rays;
-        self.shadow_rays += counters.shadow_rays;
-        self.invalid_samples.nan += counters.invalid_nan;
-        self.invalid_samples.inf += counters.invalid_inf;
-        self.invalid_samples.negative += counters.invalid_negative;
-        if self.render_s > 0.0 {
-            self.samples_per_s = self.samples as f64 / self.render_s;
-            self.rays_per_s = (self.eye_rays + self.shadow_rays) as f64 / self.render_s;
-        }
-    }
-
     /// What a picture keeps: everything that decides its pixels, and nothing that changes from run to run.
     pub fn attributes(&self, exposure: f64) -> Attributes {
         let text = |words: &str| Value::Text(words.to_owned());
-        let settings = vec![
+        let settings = [
             ("scene", text(&self.scene)),
             ("spp", Value::Number(self.spp.into())),
             ("adaptive", text(if self.adaptive { "true" } else { "false" })),
@@ -248,9 +224,8 @@ impl Stats {
             ("embree_version", text(&self.embree_version)),
         ];
         Attributes {
-            settings,
             exposure,
-            samples: None,
+            ..Attributes::new(settings)
         }
     }
 

@@ -8,11 +8,12 @@ use std::time::Instant;
 use super::interrupt::Interrupt;
 use super::looker::Looker;
 use super::options::Options;
-use super::{CliError, Exit, build, machine, report};
+use super::{CliError, Exit, report};
 use crate::film::replace;
 use crate::scene::Scene;
 use crate::study::cost::{self, Study, StudyError, warnings};
 use crate::study::page::{self, Circumstances};
+use crate::{about, machine};
 
 const EXAMPLES: &str = "\
 What is written into DIR:
@@ -142,9 +143,9 @@ fn circumstances(args: &Args, options: &cost::Options, lanes: usize, load: Optio
     Circumstances {
         scene: args.scene.to_string_lossy().into_owned(),
         command: format!("octolux {}", words.join(" ")),
-        version: build::VERSION.to_owned(),
-        commit: build::COMMIT.to_owned(),
-        target_features: build::TARGET_FEATURES.to_owned(),
+        version: about::VERSION.to_owned(),
+        commit: about::COMMIT.to_owned(),
+        target_features: about::TARGET_FEATURES.to_owned(),
         cpu: machine::cpu(),
         threads: options.settings.threads,
         lanes,
@@ -192,14 +193,16 @@ mod tests {
             estimator: crate::scene::EstimatorKind::Mis,
             sampler: crate::scene::SamplerKind::Sobol,
             seed: 0,
-            lanes: 8,
+            lanes: Some(crate::settings::Lanes::Eight),
             threads: 2,
-            accel: None,
-            robust: true,
-            cull: true,
+            ..crate::pipeline::Settings::default()
         };
         // `--robust` is a knob of Embree alone, `--cull` of few shapes.
-        let variants = cost::knobs::variants(settings, (crate::settings::AccelKind::Embree, 8), true);
+        let variants = cost::knobs::variants(
+            settings,
+            (crate::settings::AccelKind::Embree, crate::settings::Lanes::Eight),
+            true,
+        );
         let render = super::super::render::Args::augment_args(clap::Command::new("render"));
         for knob in &cost::knobs::KNOBS {
             let option = render

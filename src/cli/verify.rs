@@ -77,7 +77,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     let scene = args.reading.load(&args.scene)?;
     let options = Options {
         budget: args.budget,
-        threads: args.threads.unwrap_or_else(options::all_threads),
+        threads: args.threads.unwrap_or_else(crate::pipeline::all_threads),
         seed: args.seed,
     };
     let looker = Looker::new("verify", interrupt, args.quiet);
@@ -144,13 +144,10 @@ fn write_evidence(folder: &Path, scene: &Path, result: &Report, quiet: bool) -> 
             continue;
         };
         fs::create_dir_all(folder).map_err(|error| CliError::failed(format!("{}: {error}", folder.display())))?;
-        let attributes = Attributes {
-            settings: vec![
-                ("scene", Value::Text(scene.display().to_string())),
-                ("check", Value::Text(format!("{}: {}", row.check, row.compared))),
-            ],
-            ..Attributes::default()
-        };
+        let attributes = Attributes::new([
+            ("scene", Value::Text(scene.display().to_string())),
+            ("check", Value::Text(format!("{}: {}", row.check, row.compared))),
+        ]);
         let [a, b] = &evidence.names;
         let stem = format!("{number:02}-{a}-{b}");
         let [first, second] = &evidence.pictures;

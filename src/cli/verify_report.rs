@@ -4,9 +4,10 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::{CliError, build, machine};
+use super::CliError;
 use crate::scene::{Features, Scene};
 use crate::study::verify::{FALSE_ALARMS, Options, Report, Row, Verdict};
+use crate::{about, machine};
 
 /// Every figure with the circumstances under which it was found.
 #[derive(Serialize)]
@@ -54,9 +55,9 @@ impl<'a> Circumstances<'a> {
             oracle_spp: report.oracle_spp,
             probes_per_pixel: report.probes,
             renders: report.renders,
-            octolux_version: build::VERSION,
-            commit: build::COMMIT,
-            target_features: build::TARGET_FEATURES,
+            octolux_version: about::VERSION,
+            commit: about::COMMIT,
+            target_features: about::TARGET_FEATURES,
             embree_version: &report.embree_version,
             cpu: machine::cpu(),
             rows: &report.rows,

@@ -32,11 +32,21 @@ pub use tree::{Node, TileSum, Tree};
 pub struct Attributes {
     /// Names with their values; an EXR file keeps them all, as `octolux.NAME`. Names have at most 23 letters, so that
     /// even readers of the first version of the format take them.
-    pub settings: Vec<(&'static str, Value)>,
+    pub settings: Vec<(String, Value)>,
     /// Stops by which a PNG is brightened (2 to that power); EXR and NPY keep the radiances as they are.
     pub exposure: f64,
     /// Samples of each pixel, row by row, where they differ; an EXR file keeps them as the layer `samples`.
     pub samples: Option<Vec<u32>>,
+}
+
+impl Attributes {
+    /// Names with their values, and no exposure.
+    pub fn new<N: Into<String>>(settings: impl IntoIterator<Item = (N, Value)>) -> Self {
+        Self {
+            settings: settings.into_iter().map(|(name, value)| (name.into(), value)).collect(),
+            ..Self::default()
+        }
+    }
 }
 
 /// The value of one attribute.

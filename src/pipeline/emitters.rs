@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::world::narrow;
+use super::narrow::narrow;
 use crate::embree::EmbreeError;
 use crate::light::environment::{Constant, LatLong};
 use crate::light::{Environment, MeshLight, Triangle, TriangleLight};

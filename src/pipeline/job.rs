@@ -9,9 +9,9 @@ use rayon::prelude::*;
 
 use super::columns::CAPACITY;
 use super::plan::Plan;
+use super::progress::{Counters, Progress};
 use super::stage::{Chunk, Scratch};
 use super::world::World;
-use super::{Counters, Progress};
 use crate::film::{ChunkSum, Tile, leaf_passes};
 use crate::sampling::PassBlock;
 use crate::scene::FilmSize;

@@ -2,13 +2,18 @@
 
 mod columns;
 mod emitters;
+mod intersector;
 mod job;
+mod narrow;
 mod plan;
+mod prepared;
 mod progress;
 mod queue;
+pub mod rays;
 mod renderer;
 mod replay;
 mod rows;
+mod settings;
 mod stage;
 mod stream;
 mod texture;
@@ -16,6 +21,8 @@ mod tracer;
 mod world;
 
 pub use plan::widest_lanes;
+pub use prepared::{Prepared, SetupError};
 pub use progress::{Counters, Progress};
-pub use renderer::{Renderer, Settings, SetupError};
+pub(crate) use renderer::Renderer;
 pub use replay::{Asked, Found, Met, Point, Replay};
+pub use settings::{Settings, all_threads};

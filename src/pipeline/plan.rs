@@ -2,19 +2,14 @@
 
 use std::sync::LazyLock;
 
+use super::intersector::Intersector;
 use super::rows::{self, Run};
-use super::stage::grid::Order;
+use super::stage::Order;
 use crate::embree::{Device, Packets};
 use crate::estimator::density::Mix;
 use crate::lane::has_avx512;
 use crate::scene::{Effect, Effects, EstimatorKind, Features};
-use crate::settings::AccelKind;
-
-/// The most shapes that are tested in a line where the choice is free. With 32, 64, 128 and 256 spheres strewn over a floor under
-/// two lights the line took 0.55, 0.58, 0.59 and 0.66 of Embree's time in sixteen lanes, 0.58, 0.53, 0.53 and 0.64 in eight; with
-/// triangles 0.48 to 0.55 and 0.38 to 0.52. Somewhere above 256 it stops to pay; half of that leaves room for scenes that crowd
-/// into one tile.
-const IN_LINE: usize = 128;
+use crate::settings::{AccelKind, Lanes};
 
 /// From so many shapes on packets hold all passes of a few pixels, where Embree answers them. Whole renders of a mesh of a
 /// million triangles take 0.88 of the time then (`brdf`: 0.77), of `knot` with 11 207 shapes 0.93, of 100 000 spheres 0.92;
@@ -24,10 +19,17 @@ const NEIGHBOURS: usize = 1000;
 
 /// The widest packets that can be asked for whoever answers rays: 16 where the processor has AVX-512 and Embree has
 /// packets of 16, else 8.
-pub fn widest_lanes() -> usize {
+pub fn widest_lanes() -> Lanes {
     static EMBREE: LazyLock<bool> = LazyLock::new(|| Device::new(1).is_ok_and(|device| device.packets().sixteen));
-    if has_avx512() && *EMBREE { 16 } else { 8 }
+    if has_avx512() && *EMBREE {
+        Lanes::Sixteen
+    } else {
+        Lanes::Eight
+    }
 }
+
+/// What no kernel does, and what would do.
+pub type Refusal = (String, &'static str);
 
 /// What a plan may choose from.
 #[derive(Clone, Copy, Debug)]
@@ -47,12 +49,12 @@ impl Machine {
         }
     }
 
-    /// The lanes of a kernel, and where a choice needs a word, why; `asked` is what the user insists on, or 0.
+    /// The lanes of a kernel, and where a choice needs a word, why; `asked` is what the user insists on.
     ///
     /// Sixteen lanes need Embree's packets of sixteen: without them Embree takes each ray alone, and AVX-512 gains less than
     /// it costs. Eight lanes are taken without packets of eight too. Embree then needs as long as with one lane, but all else
     /// is done eight at a time.
-    fn lanes(self, accel: AccelKind, asked: usize) -> Result<(usize, Option<String>), (String, &'static str)> {
+    fn lanes(self, accel: AccelKind, asked: Option<Lanes>) -> Result<(Lanes, Option<String>), Refusal> {
         let packets = match accel {
             AccelKind::Embree => self.embree,
             AccelKind::Linear => Packets {
@@ -60,25 +62,30 @@ impl Machine {
                 sixteen: true,
             },
         };
-        let widest = if self.avx512 && packets.sixteen { 16 } else { 8 };
+        let widest = if self.avx512 && packets.sixteen {
+            Lanes::Sixteen
+        } else {
+            Lanes::Eight
+        };
         match asked {
-            16 if !self.avx512 => return Err(("16 lanes need a processor with AVX-512".to_owned(), "use --lanes 8")),
-            16 if !packets.sixteen => {
+            Some(Lanes::Sixteen) if !self.avx512 => {
+                return Err(("16 lanes need a processor with AVX-512".to_owned(), "use --lanes 8"));
+            }
+            Some(Lanes::Sixteen) if !packets.sixteen => {
                 let what = "16 lanes need packets of 16 rays, which this Embree does not have".to_owned();
                 return Err((
                     what,
                     "use --lanes 8 or --accel linear, or see whether .embree4 sets another isa",
                 ));
             }
-            0 | 1 | 8 | 16 => {}
-            other => return Err((format!("there is no kernel of {other} lanes"), "use --lanes 1, 8 or 16")),
+            _ => {}
         }
-        let lanes = if asked == 0 { widest } else { asked };
-        let why = if !packets.has(lanes) {
+        let lanes = asked.unwrap_or(widest);
+        let why = if !packets.has(lanes.count()) {
             Some(format!(
                 "this Embree has no packets of {lanes} rays and takes each ray alone"
             ))
-        } else if asked == 0 && lanes < 16 && self.avx512 {
+        } else if asked.is_none() && lanes < Lanes::Sixteen && self.avx512 {
             Some("this Embree has no packets of 16 rays".to_owned())
         } else {
             None
@@ -94,10 +101,10 @@ pub struct Plan {
     pub name: String,
     /// Why, in a sentence.
     pub why: String,
-    /// Who answers rays.
-    pub accel: AccelKind,
+    /// Who answers rays, and whether occluders are culled before.
+    pub intersector: Intersector,
     /// Rays a packet.
-    pub lanes: usize,
+    pub lanes: Lanes,
     /// Rays that whoever answers them takes at a time.
     pub together: usize,
     /// Pairs of random numbers that a sample takes.
@@ -116,8 +123,8 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// The kernel for a scene with `features`; `lanes` (if it is not 0) and `accel` are what the user insists on, `forced` are
-    /// effects that it holds whether the scene calls for them or not.
+    /// The kernel for a scene with `features`; `lanes` and `accel` are what the user insists on, `cull` is whether occluders are
+    /// culled where that is possible, `forced` are effects that it holds whether the scene calls for them or not.
     ///
     /// # Errors
     /// A sentence where no kernel supports what is asked for, and what would do.
@@ -125,25 +132,17 @@ impl Plan {
         features: &Features,
         forced: Effects,
         estimator: EstimatorKind,
-        lanes: usize,
+        lanes: Option<Lanes>,
         accel: Option<AccelKind>,
+        cull: bool,
         machine: Machine,
-    ) -> Result<Self, (String, &'static str)> {
-        let few = features.shapes <= IN_LINE;
-        let free_choice = if few { AccelKind::Linear } else { AccelKind::Embree };
-        let why = match (accel, few) {
-            (Some(forced), _) => format!("--accel {} was asked for", forced.name()),
-            (None, true) => format!("{} shapes are few enough to be tested in a line", features.shapes),
-            (None, false) => format!(
-                "{} shapes are more than the {IN_LINE} up to which a line is chosen",
-                features.shapes
-            ),
-        };
-        let accel = accel.unwrap_or(free_choice);
+    ) -> Result<Self, Refusal> {
+        let (intersector, why) = Intersector::choose(features.shapes, accel, cull);
+        let accel = intersector.accel;
         let (lanes, note) = machine.lanes(accel, lanes)?;
         let together = match accel {
-            AccelKind::Embree if !machine.embree.has(lanes) => 1,
-            _ => lanes,
+            AccelKind::Embree if !machine.embree.has(lanes.count()) => 1,
+            _ => lanes.count(),
         };
         let why = note.into_iter().fold(why, |why, note| format!("{why}; {note}"));
         let needs = features.effects().and(forced);
@@ -159,13 +158,17 @@ impl Plan {
             Order::Passes
         };
         // Sixteen lanes say so by themselves.
-        let set = if lanes == 8 && machine.avx512 { "-avx512" } else { "" };
+        let set = if lanes == Lanes::Eight && machine.avx512 {
+            "-avx512"
+        } else {
+            ""
+        };
         let name = format!("{}-f32x{lanes}{set}-{}", accel.name(), estimator.name());
         if features.nothing_in_sight() {
             return Ok(Self {
                 name: format!("{name}-blank"),
                 why: "no eye ray can meet anything".to_owned(),
-                accel,
+                intersector,
                 lanes,
                 together,
                 pairs,
@@ -186,7 +189,7 @@ impl Plan {
         Ok(Self {
             name,
             why,
-            accel,
+            intersector,
             lanes,
             together,
             pairs,
@@ -228,18 +231,18 @@ mod tests {
     fn the_plan_takes_a_width_that_is_there() {
         let (embree, line) = (AccelKind::Embree, AccelKind::Linear);
         for (machine, accel, lanes) in [
-            (machine(true, true, true), embree, 16),
-            (machine(true, true, false), embree, 8),
-            (machine(true, false, false), embree, 8),
-            (machine(false, true, false), embree, 8),
+            (machine(true, true, true), embree, Lanes::Sixteen),
+            (machine(true, true, false), embree, Lanes::Eight),
+            (machine(true, false, false), embree, Lanes::Eight),
+            (machine(false, true, false), embree, Lanes::Eight),
             // Embree has its sixteen where the processor does, whatever `OCTOLUX_AVX512` says.
-            (machine(false, true, true), embree, 8),
-            (machine(true, true, false), line, 16),
-            (machine(true, false, false), line, 16),
-            (machine(false, true, true), line, 8),
+            (machine(false, true, true), embree, Lanes::Eight),
+            (machine(true, true, false), line, Lanes::Sixteen),
+            (machine(true, false, false), line, Lanes::Sixteen),
+            (machine(false, true, true), line, Lanes::Eight),
         ] {
             assert_eq!(
-                machine.lanes(accel, 0).unwrap().0,
+                machine.lanes(accel, None).unwrap().0,
                 lanes,
                 "{machine:?} {}",
                 accel.name()
@@ -249,7 +252,7 @@ mod tests {
 
     #[test]
     fn sixteen_lanes_are_refused_where_somebody_has_none() {
-        let refused = |machine: Machine, accel| machine.lanes(accel, 16).unwrap_err();
+        let refused = |machine: Machine, accel| machine.lanes(accel, Some(Lanes::Sixteen)).unwrap_err();
         let (what, _) = refused(machine(false, true, true), AccelKind::Linear);
         assert!(what.contains("AVX-512"), "{what}");
         let (what, remedy) = refused(machine(true, true, false), AccelKind::Embree);
@@ -257,26 +260,37 @@ mod tests {
             what.contains("Embree") && remedy.contains("--lanes 8"),
             "{what}: {remedy}"
         );
-        assert!(machine(true, true, false).lanes(AccelKind::Linear, 16).is_ok());
-        assert!(machine(true, true, true).lanes(AccelKind::Embree, 3).is_err());
+        assert!(
+            machine(true, true, false)
+                .lanes(AccelKind::Linear, Some(Lanes::Sixteen))
+                .is_ok()
+        );
     }
 
     #[test]
     fn the_plan_says_that_embree_takes_rays_one_by_one() {
-        let (lanes, why) = machine(true, false, false).lanes(AccelKind::Embree, 8).unwrap();
-        assert_eq!(lanes, 8);
+        let (lanes, why) = machine(true, false, false)
+            .lanes(AccelKind::Embree, Some(Lanes::Eight))
+            .unwrap();
+        assert_eq!(lanes, Lanes::Eight);
         assert!(why.unwrap().contains("each ray alone"));
         assert_eq!(
-            machine(true, true, false).lanes(AccelKind::Embree, 8).unwrap(),
-            (8, None)
+            machine(true, true, false)
+                .lanes(AccelKind::Embree, Some(Lanes::Eight))
+                .unwrap(),
+            (Lanes::Eight, None)
         );
         assert_eq!(
-            machine(true, false, false).lanes(AccelKind::Embree, 1).unwrap(),
-            (1, None)
+            machine(true, false, false)
+                .lanes(AccelKind::Embree, Some(Lanes::One))
+                .unwrap(),
+            (Lanes::One, None)
         );
         assert_eq!(
-            machine(true, false, false).lanes(AccelKind::Linear, 8).unwrap(),
-            (8, None)
+            machine(true, false, false)
+                .lanes(AccelKind::Linear, Some(Lanes::Eight))
+                .unwrap(),
+            (Lanes::Eight, None)
         );
     }
 }

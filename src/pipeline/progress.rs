@@ -7,17 +7,18 @@ use serde::{Deserialize, Serialize};
 
 use crate::embree::EmbreeError;
 
-/// Shared between the renderer and its watchers: a progress bar reads the counts, ctrl-c asks for a stop.
+/// Shared between a run and whoever observes it, in any thread: a progress bar reads the counts, ctrl-c asks for a stop.
 #[derive(Debug, Default)]
 pub struct Progress {
     samples: AtomicU64,
     rays: AtomicU64,
+    expected: AtomicU64,
     stop: AtomicBool,
     failure: OnceLock<EmbreeError>,
 }
 
 impl Progress {
-    /// Asks the renderer to stop after the tiles at hand. What is rendered by then is a correct picture.
+    /// Asks the run to stop after the tiles at hand. What is rendered by then is a correct picture. There is no way back.
     pub fn request_stop(&self) {
         self.stop.store(true, Ordering::Relaxed);
     }
@@ -45,6 +46,15 @@ impl Progress {
     pub(crate) fn fail(&self, error: EmbreeError) {
         // Later errors follow from the first.
         let _ = self.failure.set(error);
+    }
+
+    /// Samples (pixels x passes) that there will be at the end as far as that is known; 0 where a time decides.
+    pub fn expected(&self) -> u64 {
+        self.expected.load(Ordering::Relaxed)
+    }
+
+    pub(crate) fn expect(&self, samples: u64) {
+        self.expected.store(samples, Ordering::Relaxed);
     }
 
     pub(crate) fn add(&self, samples: u64, rays: u64) {

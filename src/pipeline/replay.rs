@@ -6,12 +6,13 @@
 use serde::Serialize;
 
 use super::plan::Plan;
+use super::progress::Counters;
 use super::rows;
+use super::settings::Settings;
 use super::stage::{Chunk, Scratch, pairs};
 use super::stream::{Address, Diffuse, Model, Phong};
 use super::tracer::{ByEmbree, InLine, Tracer};
 use super::world::World;
-use super::{Counters, Settings};
 use crate::embree::{Coherence, NO_SPHERE, Ray};
 use crate::estimator::density::{Mix, Projected};
 use crate::estimator::{ShadingPoint, per_light, per_point};
@@ -147,7 +148,7 @@ pub(super) fn replay(plan: &Plan, world: &World, settings: &Settings, tile: &Til
             rho: at.bsdf.rho.lane(0),
             alpha: if phong { at.bsdf.alpha } else { 1.0 },
         });
-        asked = match plan.accel {
+        asked = match plan.intersector.accel {
             AccelKind::Embree => directions::<ByEmbree>(world, settings, &numbers, tile, &at, &address),
             AccelKind::Linear => directions::<InLine>(world, settings, &numbers, tile, &at, &address),
         };
@@ -162,7 +163,7 @@ pub(super) fn replay(plan: &Plan, world: &World, settings: &Settings, tile: &Til
     Replay {
         sample: [x, y, pass],
         direction: direction.lane(0),
-        hit: match plan.accel {
+        hit: match plan.intersector.accel {
             AccelKind::Embree => met::<ByEmbree>(world, direction),
             AccelKind::Linear => met::<InLine>(world, direction),
         },

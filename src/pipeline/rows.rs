@@ -12,7 +12,7 @@ use crate::estimator::density::{Average, ConeOnly, Density, Mix};
 use crate::estimator::per_point;
 use crate::lane::{F32x8, has_avx512};
 use crate::scene::{Effect, Effects};
-use crate::settings::{AccelKind, EstimatorKind};
+use crate::settings::{AccelKind, EstimatorKind, Lanes};
 
 /// A stage, compiled.
 pub type Run = fn(&mut Chunk, &mut Scratch);
@@ -130,16 +130,16 @@ impl Row {
     }
 
     /// The stage for packets of 1, 8 or 16 lanes; eight have AVX-512 where it is there.
-    pub fn run(&self, accel: AccelKind, lanes: usize) -> Run {
+    pub fn run(&self, accel: AccelKind, lanes: Lanes) -> Run {
         let [one, eight, eight_of_avx512, sixteen] = match accel {
             AccelKind::Embree => self.embree,
             AccelKind::Linear => self.line,
         };
         match lanes {
-            16 => sixteen,
-            8 if has_avx512() => eight_of_avx512,
-            8 => eight,
-            _ => one,
+            Lanes::Sixteen => sixteen,
+            Lanes::Eight if has_avx512() => eight_of_avx512,
+            Lanes::Eight => eight,
+            Lanes::One => one,
         }
     }
 }

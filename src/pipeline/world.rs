@@ -5,16 +5,15 @@
 
 use std::collections::HashSet;
 
-use glam::DVec3;
-
 use super::emitters::{self, Emitters};
-use super::renderer::Settings;
+use super::intersector::Intersector;
+use super::narrow::narrow;
 use super::texture::Textured;
 use crate::bsdf::phong;
 use crate::embree::{Accel, Device, EmbreeError, SceneBuilder};
 use crate::lane::Lane;
 use crate::light::{Environment, MeshLight, SphereLight, TriangleLight};
-use crate::linear::{FEW, Line};
+use crate::linear::Line;
 use crate::math::Vec3;
 use crate::scene::{Bsdf, Camera, Effects, FilmSize, Fov, Mesh, Scene, Sphere, Surface};
 use crate::settings::AccelKind;
@@ -33,6 +32,8 @@ pub struct World {
     pub surfaces: Vec<SurfaceRecord>,
     /// The geometry that the spheres are, and so also the number of meshes.
     pub sphere_geometry: u32,
+    /// Of each sphere, its place among those of the scene.
+    pub sphere_numbers: Vec<u32>,
     /// Smooth normals of each mesh that has them.
     pub normals: Vec<Option<SmoothNormals>>,
     /// Texture coordinates of each mesh that has a texture.
@@ -90,22 +91,18 @@ pub struct CameraRays {
     pub focus: f32,
 }
 
-pub(super) fn narrow(v: DVec3) -> [f32; 3] {
-    v.to_array().map(|x| x as f32)
-}
-
 /// The spheres relative to the camera. Of spheres that coincide once they are rounded, the first hides the others.
-fn distinct_spheres(scene: &Scene) -> Vec<(&Sphere, Ball)> {
+fn distinct_spheres(scene: &Scene) -> Vec<(u32, &Sphere, Ball)> {
     let mut seen = HashSet::new();
-    let narrowed = scene.spheres.iter().map(|sphere| {
+    let narrowed = (0..).zip(&scene.spheres).map(|(number, sphere)| {
         let ball = Ball {
             center: narrow(sphere.center - scene.camera.origin),
             radius: sphere.radius as f32,
         };
-        (sphere, ball)
+        (number, sphere, ball)
     });
     narrowed
-        .filter(|(_, ball)| {
+        .filter(|(_, _, ball)| {
             // The sum makes one zero of the two.
             let place = ball.center.map(|x| (x + 0.0).to_bits());
             seen.insert((place, ball.radius.to_bits()))
@@ -153,14 +150,14 @@ impl World {
     pub fn build(
         scene: &Scene,
         device: &Device,
-        accel: AccelKind,
-        Settings { film, robust, cull, .. }: Settings,
+        intersector: Intersector,
+        robust: bool,
+        film: FilmSize,
     ) -> Result<Self, EmbreeError> {
-        let origin = scene.camera.origin;
+        let (origin, accel) = (scene.camera.origin, intersector.accel);
         let mut builder = SceneBuilder::new(device, robust)?;
         let mut line = Line::default();
-        let shapes = scene.spheres.len() + scene.meshes.iter().map(|m| m.triangles.len()).sum::<usize>();
-        let in_line = accel == AccelKind::Linear || (cull && shapes <= FEW);
+        let in_line = intersector.lists_shapes();
         let lamps = Emitters::of(scene)?;
         let mut surfaces = Vec::with_capacity(scene.meshes.len() + scene.spheres.len());
         let mut normals = Vec::with_capacity(scene.meshes.len());
@@ -187,7 +184,7 @@ impl World {
         }
         let spheres = distinct_spheres(scene);
         let mut lights = Vec::new();
-        for (i, (sphere, ball)) in spheres.iter().enumerate() {
+        for (i, (_, sphere, ball)) in spheres.iter().enumerate() {
             let record = SurfaceRecord::new(scene, &sphere.surface, sphere.effects(), *ball, [ball.radius; 3]);
             if let Some(le) = record.le
                 && le.iter().any(|&x| x > 0.0)
@@ -210,7 +207,8 @@ impl World {
                 .cmp(by_content(b).into_iter().map(f32::to_bits))
         });
         let sphere_geometry = scene.meshes.len() as u32;
-        let balls: Vec<Ball> = spheres.into_iter().map(|(_, ball)| ball).collect();
+        let sphere_numbers = spheres.iter().map(|(number, ..)| *number).collect();
+        let balls: Vec<Ball> = spheres.into_iter().map(|(.., ball)| ball).collect();
         if in_line {
             line.set_spheres(balls.clone(), sphere_geometry);
         }
@@ -220,9 +218,10 @@ impl World {
         Ok(Self {
             accel: builder.commit()?,
             line,
-            culls: cull && in_line,
+            culls: intersector.culls(),
             surfaces,
             sphere_geometry,
+            sphere_numbers,
             normals,
             textured: scene.meshes.iter().map(|mesh| textured(scene, mesh)).collect(),
             lights,
@@ -328,6 +327,8 @@ impl CameraRays {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
     use crate::sampling::warp;
     use crate::scene::Lens;

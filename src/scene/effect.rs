@@ -3,7 +3,8 @@
 use serde::Serialize;
 
 /// One effect. Its place in this list is its bit in [`Effects`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 #[repr(u8)]
 pub enum Effect {

@@ -1,10 +1,8 @@
 //! What effects cost on one's own scene: nanoseconds of one thread per sample, with each effect and without.
 
-use std::time::Instant;
-
 use serde::Serialize;
 
-use crate::pipeline::{Renderer, Settings, SetupError};
+use crate::pipeline::{Prepared, Settings, SetupError};
 use crate::scene::{Bsdf, Effect, Effects, FilmSize, Scene};
 
 /// Rounds over all variants in turn, so that what else the machine does meets them alike. The least time of each counts.
@@ -79,7 +77,7 @@ pub fn measure(scene: &Scene, settings: Settings) -> Result<Costs, SetupError> {
         threads: 1,
         ..settings
     };
-    let plan = Renderer::new(scene, settings)?;
+    let plan = Prepared::new(scene, settings)?;
     let needs = plan.features().effects();
     let others: Vec<(Effect, Scene, Effects)> = Effect::ALL
         .into_iter()
@@ -124,19 +122,13 @@ pub fn measure(scene: &Scene, settings: Settings) -> Result<Costs, SetupError> {
 
 /// Nanoseconds per sample, and the bits of the picture.
 fn timed(scene: &Scene, settings: Settings, held: Effects, passes: u32) -> Result<(f64, Vec<u32>), SetupError> {
-    let mut renderer = Renderer::holding(scene, settings, held)?;
-    // Not the first passes: tables and memory are new.
-    renderer.next_block(1);
-    let begin = Instant::now();
-    while renderer.next_block(1 + passes) < 1 + passes {}
+    // Not the first pass: tables and memory are new.
+    let mut run = Prepared::holding(scene, settings, held)?.passes(1).finish();
+    let first = run.render_time();
+    run.extend(1 + passes);
+    let run = run.finish();
     let samples = f64::from(passes) * f64::from(settings.film.width) * f64::from(settings.film.height);
-    let ns = begin.elapsed().as_secs_f64() * 1e9 / samples;
-    let bits = renderer
-        .picture()
-        .pixels
-        .iter()
-        .flatten()
-        .map(|x| x.to_bits())
-        .collect();
+    let ns = (run.render_time() - first).as_secs_f64() * 1e9 / samples;
+    let bits = run.picture().pixels.iter().flatten().map(|x| x.to_bits()).collect();
     Ok((ns, bits))
 }

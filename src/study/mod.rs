@@ -1,5 +1,6 @@
 //! Studies: how far a picture is from another, and what accuracy costs.
 
+#[cfg(feature = "lab")]
 pub mod cost;
 pub mod distributions;
 pub mod effect_costs;
@@ -7,8 +8,10 @@ pub mod error;
 pub mod estimate;
 pub mod family;
 pub mod outliers;
+#[cfg(feature = "lab")]
 pub mod page;
+#[cfg(feature = "lab")]
 pub mod selftest;
 pub mod significance;
-pub mod target;
+#[cfg(feature = "lab")]
 pub mod verify;

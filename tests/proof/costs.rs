@@ -8,17 +8,6 @@ use octolux::study::cost::{analyse, truth};
 
 use super::runs;
 
-/// Looks on at nothing.
-struct Nobody;
-
-impl octolux::study::verify::Watch for Nobody {
-    fn renders(&self, _: std::sync::Arc<octolux::pipeline::Progress>) {}
-    fn stopped(&self) -> bool {
-        false
-    }
-    fn doing(&self, _: f64, _: &str) {}
-}
-
 /// Prices of the default settings, of `independent` and of one lane, from 12 seeds of up to 64 samples. The mean of such a picture
 /// is known to 0.03 % with `independent`: a bias of 1 % is far beyond that.
 pub fn prices() -> Vec<Price> {
@@ -44,7 +33,11 @@ pub fn prices() -> Vec<Price> {
             "independent",
             with(&|c| c.settings.sampler = SamplerKind::Independent),
         ),
-        turned("lanes", "1", with(&|c| c.settings.lanes = 1)),
+        turned(
+            "lanes",
+            "1",
+            with(&|c| c.settings.lanes = Some(octolux::settings::Lanes::One)),
+        ),
     ];
     let effort = Effort {
         film,
@@ -52,7 +45,7 @@ pub fn prices() -> Vec<Price> {
         rounds: 12,
         seed: 1,
     };
-    let all = measure::rounds(&scene, &variants, &effort, &Nobody, |_| false).expect("these settings are possible");
+    let all = measure::rounds(&scene, &variants, &effort, &(), |_| false).expect("these settings are possible");
     let truth = truth::find(&scene, film, 512, None);
     analyse(&scene, &variants, &all, &effort, truth, 1e-6)
         .expect("twelve rounds suffice")
@@ -69,7 +62,7 @@ pub fn nothing_is_harmful() {
 /// The error that four replicates show is that of their mean, as 40 further means tell it. Two estimates of a variance over 384
 /// pixels: a ratio of 1.5 is out of reach of chance, the factor of 2 of a forgotten division is not.
 pub fn target_errors_are_those_of_the_mean() {
-    use octolux::study::target;
+    use octolux::run::replicates as target;
     let scene = runs::load("tests/two-lights.toml");
     let picture = |seed: u32, replicate: usize| {
         let mut settings = runs::settings(24, 16, EstimatorKind::Light);

@@ -3,9 +3,11 @@
 use std::path::Path;
 
 use octolux::film::{Attributes, Picture, write_picture};
-use octolux::pipeline::{Renderer, Settings};
+use octolux::pipeline::{Prepared, Settings};
 use octolux::reference::Reference;
+use octolux::run::Run;
 use octolux::scene::{EstimatorKind, FilmSize, SamplerKind, Scene};
+use octolux::settings::Lanes;
 pub use octolux::study::estimate::Estimate;
 
 /// A scene of the repository.
@@ -30,31 +32,27 @@ pub fn settings(width: u32, height: u32, estimator: EstimatorKind) -> Settings {
         estimator,
         sampler: SamplerKind::Sobol,
         seed: 1,
-        lanes: 8,
+        lanes: Some(Lanes::Eight),
         threads: 1,
-        accel: None,
-        robust: true,
-        cull: true,
+        ..Settings::default()
     }
 }
 
 /// The widths of packets besides eight: one, and sixteen where the processor has AVX-512.
-pub fn other_widths() -> Vec<usize> {
-    if octolux::lane::has_avx512() {
-        vec![1, 16]
-    } else {
-        vec![1]
-    }
+pub fn other_widths() -> Vec<Lanes> {
+    let widest = octolux::pipeline::widest_lanes();
+    let others = [Lanes::One, Lanes::Sixteen].into_iter();
+    others.filter(|&lanes| lanes <= widest).collect()
 }
 
-/// A renderer with `passes` passes. Nothing invalid may have come up on the way.
-pub fn rendered(scene: &Scene, settings: Settings, passes: u32) -> Renderer {
-    let mut renderer = Renderer::new(scene, settings).unwrap_or_else(|error| panic!("{}: {error}", scene.name));
-    while renderer.next_block(passes) < passes {}
-    let counters = renderer.counters();
+/// A run of `passes` passes. Nothing invalid may have come up on the way.
+pub fn rendered(scene: &Scene, settings: Settings, passes: u32) -> Run {
+    let prepared = Prepared::new(scene, settings).unwrap_or_else(|error| panic!("{}: {error}", scene.name));
+    let run = prepared.passes(passes).finish();
+    let counters = run.counters();
     let invalid = counters.invalid_nan + counters.invalid_inf + counters.invalid_negative;
     assert_eq!(invalid, 0, "{}, {settings:?}: invalid contributions", scene.name);
-    renderer
+    run
 }
 
 /// The picture after `passes` passes.

@@ -18,15 +18,12 @@ fn sample() -> Picture {
 }
 
 fn settings() -> Attributes {
-    Attributes {
-        settings: vec![
-            ("estimator", Value::Text("mis".into())),
-            ("scene", Value::Text("scènes/水.toml".into())),
-            ("spp", Value::Number(64.0)),
-            ("seed", Value::Number(4_294_967_295.0)),
-        ],
-        ..Attributes::default()
-    }
+    Attributes::new([
+        ("estimator", Value::Text("mis".into())),
+        ("scene", Value::Text("scènes/水.toml".into())),
+        ("spp", Value::Number(64.0)),
+        ("seed", Value::Number(4_294_967_295.0)),
+    ])
 }
 
 fn message(result: Result<Picture, octolux::film::PictureError>) -> String {

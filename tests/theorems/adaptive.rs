@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use octolux::film::Picture;
-use octolux::pipeline::{Renderer, Settings, widest_lanes};
+use octolux::pipeline::{Prepared, Settings, widest_lanes};
 use octolux::reference;
 use octolux::scene::{EstimatorKind, FilmSize, SamplerKind, Scene};
+use octolux::settings::Lanes;
 
 /// A polished and a dull ball on the ground, two lamps, one of them in view: edges, highlights, shadows.
 const SCENE: &str = r#"
@@ -62,21 +63,18 @@ fn settings(estimator: EstimatorKind, sampler: SamplerKind) -> Settings {
         estimator,
         sampler,
         seed: 3,
-        lanes: 8,
-        accel: None,
-        robust: true,
-        cull: true,
+        lanes: Some(Lanes::Eight),
         threads: 1,
+        ..Settings::default()
     }
 }
 
 fn adaptive(scene: &Scene, settings: Settings, spp: u32) -> (Picture, Vec<u32>) {
-    let mut renderer = Renderer::new(scene, settings).unwrap();
-    while renderer.next_adaptive_block(spp) {}
-    let samples = renderer.samples();
+    let run = Prepared::new(scene, settings).unwrap().adaptive(spp).finish();
+    let samples = run.samples();
     let total: u64 = samples.iter().map(|&n| u64::from(n)).sum();
-    assert_eq!(total, renderer.counters().samples);
-    (renderer.picture(), samples)
+    assert_eq!(total, run.counters().samples);
+    (run.picture(), samples)
 }
 
 #[test]
@@ -88,11 +86,16 @@ fn lanes_and_threads_change_no_bit() {
             let (picture, samples) = adaptive(&scene, settings, 24);
             let (least, most) = (*samples.iter().min().unwrap(), *samples.iter().max().unwrap());
             assert!(least == 12 && most > 30, "{least} to {most}");
-            for (lanes, threads) in [(1, 1), (8, 3), (widest_lanes(), 1), (widest_lanes(), 2)] {
+            for (lanes, threads) in [
+                (Lanes::One, 1),
+                (Lanes::Eight, 3),
+                (widest_lanes(), 1),
+                (widest_lanes(), 2),
+            ] {
                 let other = adaptive(
                     &scene,
                     Settings {
-                        lanes,
+                        lanes: Some(lanes),
                         threads,
                         ..settings
                     },

@@ -3,12 +3,13 @@
 
 use crate::proof::pictures::assert_same;
 use crate::proof::runs::{load, picture, settings};
-use octolux::pipeline::{Renderer, Settings};
+use octolux::pipeline::{Prepared, Settings};
 use octolux::scene::{Bsdf, Effect, Effects, EstimatorKind, Features, Scene, Surface};
+use octolux::settings::Lanes;
 
 fn held(scene: &Scene) -> Effects {
     let settings = settings(24, 16, EstimatorKind::Brdf);
-    Renderer::new(scene, settings).expect("a scene that renders").held()
+    Prepared::new(scene, settings).expect("a scene that renders").held()
 }
 
 /// Scenes with one user, or one kind of user, of an effect, and what takes it away.
@@ -73,17 +74,17 @@ fn an_absent_effect_that_is_forced_on_changes_no_bit() {
     ] {
         let scene = load(name);
         for estimator in EstimatorKind::ALL {
-            for lanes in [1, 8] {
+            for lanes in [Lanes::One, Lanes::Eight] {
                 let settings = Settings {
-                    lanes,
+                    lanes: Some(lanes),
                     ..settings(33, 20, estimator)
                 };
                 let plain = picture(&scene, settings, 3);
                 let features = Features::of(&scene, settings.film);
                 let absent = Effect::ALL.into_iter().filter(|&effect| features.count(effect) == 0);
                 for effect in absent {
-                    let mut forced = Renderer::holding(&scene, settings, Effects::of(&[effect])).expect("it renders");
-                    while forced.next_block(3) < 3 {}
+                    let forced = Prepared::holding(&scene, settings, Effects::of(&[effect])).expect("it renders");
+                    let forced = forced.passes(3).finish();
                     let what = format!("{name}, {}, {lanes} lanes, {} forced", estimator.name(), effect.name());
                     assert_same(&what, &forced.picture(), &plain);
                 }
@@ -106,8 +107,8 @@ fn what_no_eye_ray_can_meet_calls_for_nothing() {
     assert!(unseen.nothing_in_sight() && !seen.nothing_in_sight());
 
     // The same picture as by tracing: all black, and no ray was traced for it.
-    let mut blank = Renderer::new(&scene, settings(24, 16, EstimatorKind::Mis)).expect("it renders");
-    blank.next_block(1);
+    let blank = Prepared::new(&scene, settings(24, 16, EstimatorKind::Mis)).expect("it renders");
+    let blank = blank.passes(1).finish();
     assert!(blank.picture().pixels.iter().flatten().all(|&x| x == 0.0));
     let counters = blank.counters();
     assert_eq!(

@@ -1,10 +1,13 @@
 //! Exactness, picture by picture: a picture's bits depend on what is asked for and on nothing else. Not on the width of
 //! packets, not on the number of threads, not on when it was looked at. Nothing here is statistical.
 
+use std::time::Instant;
+
 use crate::proof::pictures::{assert_same, both, differences};
 use crate::proof::runs::{load, other_widths, rendered, settings};
-use octolux::pipeline::{Renderer, Settings};
+use octolux::pipeline::{Prepared, Settings};
 use octolux::scene::{EstimatorKind, FilmSize, SamplerKind};
+use octolux::settings::Lanes;
 
 /// Scenes that between them have diffuse and Phong surfaces, spheres and meshes that reflect and that emit, smooth
 /// normals, one light and twelve, and a picture of a sky.
@@ -35,7 +38,16 @@ fn all_widths_of_packets_paint_the_same_bits() {
                         };
                         for lanes in other_widths() {
                             let what = format!("{width}x{height} {passes} passes, 8 lanes and {lanes}");
-                            let counters = both(&scene, eight, Settings { lanes, ..eight }, passes, &what);
+                            let counters = both(
+                                &scene,
+                                eight,
+                                Settings {
+                                    lanes: Some(lanes),
+                                    ..eight
+                                },
+                                passes,
+                                &what,
+                            );
                             shadow_rays += counters.shadow_rays;
                         }
                     }
@@ -57,7 +69,13 @@ fn threads_change_no_bit() {
         for estimator in EstimatorKind::ALL {
             for (i, threads) in [2, 3, 8].into_iter().enumerate() {
                 let one = Settings {
-                    lanes: [8, 1, *other_widths().last().unwrap_or(&8)][i],
+                    lanes: Some(
+                        [
+                            Lanes::Eight,
+                            Lanes::One,
+                            *other_widths().last().unwrap_or(&Lanes::Eight),
+                        ][i],
+                    ),
                     ..settings(48, 40, estimator)
                 };
                 both(
@@ -81,16 +99,17 @@ fn looking_at_a_render_changes_no_bit() {
         for estimator in EstimatorKind::ALL {
             for (width, height) in [(5, 3), (40, 30)] {
                 let settings = settings(width, height, estimator);
-                let mut watched = Renderer::new(&scene, settings).unwrap();
+                let mut watched = Prepared::new(&scene, settings).unwrap().passes(64);
                 for look in 0.. {
-                    // Near limits and far ones in turn.
-                    watched.next_block(if look % 2 == 0 { watched.next_stop().min(64) } else { 64 });
+                    // Whole blocks, and parts of a tile each, in turn.
+                    let step = watched.step_until((look % 2 == 1).then(Instant::now));
                     let name = format!("{} {} {width}x{height}", scene.name, estimator.name());
-                    if watched.passes() <= 8 {
+                    let (least, _, most) = watched.spread();
+                    if least == most && most <= 8 {
                         let so_far = rendered(&scene, settings, watched.passes()).picture();
                         assert_same(&format!("{name} half way"), &watched.picture(), &so_far);
                     }
-                    if watched.passes() == 64 {
+                    if !step.is_more() {
                         break;
                     }
                 }

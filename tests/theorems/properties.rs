@@ -9,9 +9,9 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use crate::proof::runs::other_widths;
-use octolux::pipeline::{Renderer, Settings};
+use octolux::pipeline::{Prepared, Settings};
 use octolux::scene::{EstimatorKind, FilmSize, SamplerKind, Scene};
-use octolux::settings::AccelKind;
+use octolux::settings::{AccelKind, Lanes};
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
 
@@ -167,15 +167,20 @@ fn holds((text, which, linear, sobol, seed): &Case, near_ties: &AtomicU32) -> Re
             SamplerKind::Independent
         },
         seed: *seed,
-        lanes: 8,
+        lanes: Some(Lanes::Eight),
         threads: 1,
         accel: Some(if *linear { AccelKind::Linear } else { AccelKind::Embree }),
-        robust: true,
-        cull: true,
+        ..Settings::default()
     };
     let eight = bits(&scene, settings)?;
     for lanes in other_widths() {
-        let other = bits(&scene, Settings { lanes, ..settings })?;
+        let other = bits(
+            &scene,
+            Settings {
+                lanes: Some(lanes),
+                ..settings
+            },
+        )?;
         let different = eight.iter().zip(&other).filter(|(a, b)| a != b).count();
         if !linear && different == 1 {
             near_ties.fetch_add(1, Ordering::Relaxed);
@@ -196,12 +201,12 @@ fn holds((text, which, linear, sobol, seed): &Case, near_ties: &AtomicU32) -> Re
 
 /// The bits of a picture of four passes, once nothing in it is out of order.
 fn bits(scene: &Scene, settings: Settings) -> Result<Vec<[u32; 3]>, TestCaseError> {
-    let mut renderer = Renderer::new(scene, settings).map_err(|error| TestCaseError::fail(error.to_string()))?;
-    while renderer.next_block(4) < 4 {}
-    let counters = renderer.counters();
+    let prepared = Prepared::new(scene, settings).map_err(|error| TestCaseError::fail(error.to_string()))?;
+    let run = prepared.passes(4).finish();
+    let counters = run.counters();
     let invalid = [counters.invalid_nan, counters.invalid_inf, counters.invalid_negative];
     prop_assert_eq!(invalid, [0; 3], "NaN, infinite, negative: {:?}", settings);
-    let picture = renderer.picture();
+    let picture = run.picture();
     let sound = |x: &f32| x.is_finite() && *x >= 0.0;
     prop_assert!(
         picture.pixels.iter().flatten().all(sound),

@@ -3,9 +3,10 @@
 use std::path::Path;
 use std::process::Command;
 
-use octolux::pipeline::{Renderer, Settings};
+use octolux::pipeline::{Prepared, Settings};
 use octolux::scene::{EstimatorKind, FilmSize, SamplerKind, Scene};
 use octolux::settings::AccelKind;
+use octolux::settings::Lanes;
 
 fn scene(name: &str) -> Scene {
     Scene::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name)).unwrap()
@@ -26,20 +27,17 @@ fn replayed_passes_add_up_to_the_picture() {
                     estimator,
                     sampler,
                     seed: 4,
-                    lanes: 1,
+                    lanes: Some(Lanes::One),
                     threads: 1,
                     accel: Some(accel),
-                    robust: true,
-                    cull: true,
+                    ..Settings::default()
                 };
-                let fresh = Renderer::new(&scene, settings).unwrap();
-                let mut renderer = Renderer::new(&scene, settings).unwrap();
-                while renderer.next_block(6) < 6 {}
-                let picture = renderer.picture();
+                let fresh = Prepared::new(&scene, settings).unwrap();
+                let picture = fresh.passes(6).finish().picture();
                 for (x, y) in [(0, 0), (9, 11), (18, 17), (16, 3), (7, 16)] {
                     let mut sum = [0.0; 3];
                     for pass in 0..6 {
-                        let replay = fresh.replay([x, y, pass]).unwrap();
+                        let replay = fresh.replay([x, y, pass]).unwrap().unwrap();
                         let mut told = replay.seen;
                         for found in replay.asked.iter().filter_map(|asked| asked.found) {
                             if replay.asked[0].light.is_some() && !found.occluded {

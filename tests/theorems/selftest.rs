@@ -6,8 +6,9 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use octolux::pipeline::{Renderer, Settings};
+use octolux::pipeline::{Prepared, Settings};
 use octolux::scene::{EstimatorKind, FilmSize, SamplerKind, Scene};
+use octolux::settings::Lanes;
 use octolux::study::distributions::z_quantile;
 use octolux::study::selftest::{CASES, Check, Effort};
 use rayon::prelude::*;
@@ -115,23 +116,20 @@ fn no_sample_of_any_scene_is_thrown_away() {
                 estimator,
                 sampler: SamplerKind::Sobol,
                 seed: 5,
-                lanes: 8,
+                lanes: Some(Lanes::Eight),
                 threads: 1,
-                accel: None,
-                robust: true,
-                cull: true,
+                ..Settings::default()
             };
             // Not every estimator can sample every light.
-            let Ok(mut renderer) = Renderer::new(&scene, settings) else {
+            let Ok(prepared) = Prepared::new(&scene, settings) else {
                 continue;
             };
-            while renderer.next_block(8) < 8 {}
-            let counters = renderer.counters();
+            let run = prepared.passes(8).finish();
+            let counters = run.counters();
             let invalid = [counters.invalid_nan, counters.invalid_inf, counters.invalid_negative];
             assert_eq!(invalid, [0; 3], "{} {}", path.display(), estimator.name());
             assert!(
-                renderer
-                    .picture()
+                run.picture()
                     .pixels
                     .iter()
                     .flatten()

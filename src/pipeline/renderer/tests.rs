@@ -3,7 +3,14 @@
 use std::path::Path;
 
 use super::*;
-use crate::pipeline::stage::grid::Order;
+use crate::pipeline::plan::Plan;
+use crate::pipeline::stage::Order;
+use crate::scene::{EstimatorKind, SamplerKind, Scene};
+use crate::settings::{AccelKind, Lanes};
+
+fn begun(prepared: &Prepared) -> Renderer {
+    Renderer::new(prepared.clone(), Arc::default(), 0)
+}
 
 /// A grey ball as large as the ground below a small lamp: of 70 directions one meets it, so samples of the estimator
 /// `uniform` are rare and large.
@@ -45,20 +52,18 @@ fn means(sampler: SamplerKind, first_seed: u32, allocate: Option<Allocate>) -> V
             estimator: EstimatorKind::Uniform,
             sampler,
             seed,
-            lanes: 8,
-            accel: None,
-            robust: true,
-            cull: true,
+            lanes: Some(Lanes::Eight),
             threads: 1,
+            ..Settings::default()
         };
-        let mut renderer = Renderer::new(&scene, settings).unwrap();
+        let mut renderer = begun(&Prepared::new(&scene, settings).unwrap());
         if let Some(allocate) = allocate {
             renderer.allocate = allocate;
-            while renderer.next_adaptive_block(16) {}
+            while renderer.adaptive_block(16, None) {}
         } else {
-            while renderer.next_block(16) < 16 {}
+            while renderer.block(16, None) < 16 {}
         }
-        let pixels = renderer.picture().pixels;
+        let pixels = renderer.film().picture().pixels;
         pixels.iter().map(|p| f64::from(p[0])).sum::<f64>() / pixels.len() as f64
     };
     (first_seed..first_seed + SEEDS).map(mean).collect()
@@ -101,26 +106,30 @@ fn allocated_samples_have_the_mean_of_uniform_ones() {
 fn the_order_in_which_samples_make_packets_changes_no_bit() {
     // A film of whole and cut tiles, several chunks, an odd number of passes.
     let scene = Scene::parse(SCENE, Path::new("lamp.toml")).unwrap();
-    let render = |order: Order, lanes: usize, adaptive: bool| {
+    let render = |order: Order, lanes: Lanes, adaptive: bool| {
         let settings = Settings {
             film: FilmSize { width: 37, height: 19 },
             estimator: EstimatorKind::Mis,
             sampler: SamplerKind::Sobol,
             seed: 3,
-            lanes,
+            lanes: Some(lanes),
             accel: Some(AccelKind::Embree),
-            robust: true,
-            cull: true,
             threads: 1,
+            ..Settings::default()
         };
-        let mut renderer = Renderer::new(&scene, settings).unwrap();
-        renderer.plan.order = order;
+        let mut prepared = Prepared::new(&scene, settings).unwrap();
+        prepared.plan = Arc::new(Plan {
+            order,
+            ..(*prepared.plan).clone()
+        });
+        let mut renderer = begun(&prepared);
         if adaptive {
-            while renderer.next_adaptive_block(16) {}
+            while renderer.adaptive_block(16, None) {}
         } else {
-            while renderer.next_block(27) < 27 {}
+            while renderer.block(27, None) < 27 {}
         }
         let bits = renderer
+            .film()
             .picture()
             .pixels
             .into_iter()
@@ -129,9 +138,9 @@ fn the_order_in_which_samples_make_packets_changes_no_bit() {
         (bits, renderer.counters())
     };
     for adaptive in [false, true] {
-        let expected = render(Order::Passes, 1, adaptive);
+        let expected = render(Order::Passes, Lanes::One, adaptive);
         assert!(expected.0.iter().flatten().any(|&bits| bits != 0));
-        for lanes in [1, 8] {
+        for lanes in [Lanes::One, Lanes::Eight] {
             assert!(
                 render(Order::Neighbours, lanes, adaptive) == expected,
                 "{lanes} lanes, adaptive: {adaptive}"
@@ -148,20 +157,39 @@ fn a_pause_that_is_over_before_work_begins_lets_a_tile_be_done() {
         estimator: EstimatorKind::Mis,
         sampler: SamplerKind::Sobol,
         seed: 0,
-        lanes: 8,
-        accel: None,
-        robust: true,
-        cull: true,
+        lanes: Some(Lanes::Eight),
         threads: 1,
+        ..Settings::default()
     };
-    let mut hurried = Renderer::new(&scene, settings).unwrap();
-    hurried.pause_at(Some(Instant::now()));
+    let prepared = Prepared::new(&scene, settings).unwrap();
+    let mut hurried = begun(&prepared);
     // Six tiles, in blocks that end at 1, 2 and 4 passes.
-    let calls = (1..100).find(|_| hurried.next_block(4) == 4);
+    let calls = (1..100).find(|_| hurried.block(4, Some(Instant::now())) == 4);
     assert_eq!(calls, Some(18));
-    let mut calm = Renderer::new(&scene, settings).unwrap();
-    while calm.next_block(4) < 4 {}
-    assert!(hurried.picture().pixels == calm.picture().pixels);
+    let mut calm = begun(&prepared);
+    while calm.block(4, None) < 4 {}
+    assert!(hurried.film().picture().pixels == calm.film().picture().pixels);
+}
+
+#[test]
+fn a_paused_block_keeps_its_random_numbers() {
+    let scene = Scene::parse(SCENE, Path::new("lamp.toml")).unwrap();
+    let settings = Settings {
+        film: FilmSize { width: 48, height: 32 },
+        threads: 1,
+        ..Settings::default()
+    };
+    let mut renderer = begun(&Prepared::new(&scene, settings).unwrap());
+    renderer.block(1, Some(Instant::now()));
+    let numbers = |renderer: &Renderer| renderer.numbers.as_ref().map(|(numbers, _)| numbers.clone());
+    let first = numbers(&renderer).expect("kept, as five tiles are left");
+    renderer.block(1, Some(Instant::now()));
+    assert!(
+        numbers(&renderer).is_some_and(|second| Arc::ptr_eq(&first, &second)),
+        "made again"
+    );
+    while renderer.block(1, None) < 1 {}
+    assert!(numbers(&renderer).is_none(), "nobody needs them any more");
 }
 
 /// Embree keeps errors per thread: one that a query left on a thread of the pool must come out.
@@ -170,19 +198,15 @@ fn a_query_that_fails_is_heard_of() {
     let scene = Scene::parse(SCENE, Path::new("lamp.toml")).unwrap();
     let settings = Settings {
         film: scene.film,
-        estimator: EstimatorKind::Mis,
-        sampler: SamplerKind::Sobol,
-        seed: 0,
-        lanes: 8,
         accel: Some(AccelKind::Embree),
-        robust: true,
-        cull: true,
         threads: 2,
+        ..Settings::default()
     };
-    let mut renderer = Renderer::new(&scene, settings).unwrap();
-    renderer.next_block(1);
-    assert_eq!(renderer.progress().failure(), None);
-    renderer.pool.broadcast(|_| renderer.world.accel.provoke_error());
-    renderer.next_block(2);
-    assert!(renderer.progress().failure().is_some());
+    let prepared = Prepared::new(&scene, settings).unwrap();
+    let mut renderer = begun(&prepared);
+    renderer.block(1, None);
+    assert_eq!(renderer.progress.failure(), None);
+    prepared.pool.broadcast(|_| prepared.world.accel.provoke_error());
+    renderer.block(2, None);
+    assert!(renderer.progress.failure().is_some());
 }

@@ -1,17 +1,6 @@
 //! In which order the samples of a chunk make packets.
 
-use super::Chunk;
-
-/// The order of a chunk's samples. A pixel's own samples come in the order of the chunk's turns in each, so a picture does not
-/// depend on it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Order {
-    /// Pass by pass, in each the pixels of the tile: packets hold one pass, so mostly one technique.
-    Passes,
-    /// Four neighbouring pixels after the other, each with all its passes: packets are as narrow as they can be. On a mesh
-    /// whose triangles are smaller than pixels the rays of a packet then share most of their way.
-    Neighbours,
-}
+use super::chunk::{Chunk, Order};
 
 /// The most lanes that a packet has: what is listed is repeated so far behind its end, that any packet is one load.
 const LANES: usize = 16;

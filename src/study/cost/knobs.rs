@@ -2,7 +2,7 @@
 //! it then is measured, priced and drawn.
 
 use crate::pipeline::{Settings, widest_lanes};
-use crate::settings::{AccelKind, EstimatorKind, SamplerKind};
+use crate::settings::{AccelKind, EstimatorKind, Lanes, SamplerKind};
 use serde::Serialize;
 
 /// What a render can be asked for.
@@ -51,9 +51,9 @@ pub const KNOBS: [Knob; 8] = [
         name: "lanes",
         what: "rays a packet",
         values: |from| {
-            let widths = [1, 8, 16].into_iter().filter(|&lanes| lanes <= widest_lanes());
+            let widths = Lanes::ALL.into_iter().filter(|&lanes| lanes <= widest_lanes());
             widths
-                .map(|lanes| (lanes.to_string(), from.with(|s| s.lanes = lanes)))
+                .map(|lanes| (lanes.to_string(), from.with(|s| s.lanes = Some(lanes))))
                 .collect()
         },
     },
@@ -149,7 +149,7 @@ impl Variant {
 /// The defaults first, then every value of every knob that changes something, one knob at a time. Some may not be possible
 /// with the scene: the renderer says so. `culls` tells whether there are so few shapes that they are
 /// culled.
-pub fn variants(settings: Settings, (plan_accel, plan_lanes): (AccelKind, usize), culls: bool) -> Vec<Variant> {
+pub fn variants(settings: Settings, (plan_accel, plan_lanes): (AccelKind, Lanes), culls: bool) -> Vec<Variant> {
     let defaults = Variant::defaults(settings);
     let from = defaults.choice;
     // What the plan would choose anyway is no change, nor is Embree's flag where the shapes stand in a line, nor culling where
@@ -157,7 +157,7 @@ pub fn variants(settings: Settings, (plan_accel, plan_lanes): (AccelKind, usize)
     let resolved = |choice: &Choice| {
         choice.with(|s| {
             let accel = *s.accel.get_or_insert(plan_accel);
-            s.lanes = if s.lanes == 0 { plan_lanes } else { s.lanes };
+            s.lanes.get_or_insert(plan_lanes);
             s.robust |= accel == AccelKind::Linear;
             s.cull |= !culls;
         })
@@ -186,17 +186,15 @@ mod tests {
             estimator: EstimatorKind::Mis,
             sampler: SamplerKind::Sobol,
             seed: 0,
-            lanes: 8,
+            lanes: Some(Lanes::Eight),
             threads: 2,
-            accel: None,
-            robust: true,
-            cull: true,
+            ..Settings::default()
         }
     }
 
     #[test]
     fn each_variant_turns_one_knob_and_none_is_the_default() {
-        let all = variants(settings(), (AccelKind::Linear, 8), true);
+        let all = variants(settings(), (AccelKind::Linear, Lanes::Eight), true);
         let labels: Vec<String> = all.iter().map(Variant::label).collect();
         assert_eq!(
             labels[..10],
@@ -218,7 +216,7 @@ mod tests {
         assert!(!labels.iter().any(|label| label.starts_with("robust")));
         assert!(labels.contains(&"cull off".to_owned()));
         let through_embree = |culls: bool| -> Vec<String> {
-            let all = variants(settings(), (AccelKind::Embree, 8), culls);
+            let all = variants(settings(), (AccelKind::Embree, Lanes::Eight), culls);
             all.iter().map(Variant::arguments).collect()
         };
         assert_eq!(through_embree(false).last().unwrap(), " --robust off");

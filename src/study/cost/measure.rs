@@ -2,13 +2,12 @@
 //! slows all of them down.
 
 use std::sync::Arc;
-use std::time::Instant;
 
 use super::knobs::Variant;
-use crate::pipeline::{Counters, Renderer, SetupError};
+use crate::pipeline::{Counters, Prepared, SetupError};
+use crate::run::Observer;
 use crate::scene::{FilmSize, Scene};
 use crate::settings::SamplerKind;
-use crate::study::verify::Watch;
 
 /// How much is measured.
 #[derive(Clone, Debug, PartialEq)]
@@ -73,7 +72,13 @@ pub type Runs = Vec<Run>;
 ///
 /// # Errors
 /// Where the render cannot start.
-pub fn run(scene: &Scene, variant: &Variant, effort: &Effort, seed: u32, watch: &dyn Watch) -> Result<Run, SetupError> {
+pub fn run(
+    scene: &Scene,
+    variant: &Variant,
+    effort: &Effort,
+    seed: u32,
+    watch: &dyn Observer,
+) -> Result<Run, SetupError> {
     let mut settings = variant.choice.settings;
     (settings.film, settings.seed) = (effort.film, seed);
     let mut found = Run {
@@ -82,33 +87,23 @@ pub fn run(scene: &Scene, variant: &Variant, effort: &Effort, seed: u32, watch: 
         counters: Counters::default(),
         same_bits: false,
     };
-    let mut one: Option<Renderer> = None;
-    let mut seconds = 0.0;
+    let prepared = Prepared::new(scene, settings)?;
+    let mut run = prepared.passes(0);
     for &spp in &effort.looks {
-        // An adaptive render has to know its end from the start: a render for each look.
+        // An adaptive render has to know its end from the start: a run for each look.
         if variant.choice.adaptive {
-            (one, seconds) = (None, 0.0);
-        }
-        let renderer = match &mut one {
-            Some(renderer) => renderer,
-            none => none.insert(Renderer::new(scene, settings)?),
-        };
-        watch.renders(renderer.progress());
-        let started = Instant::now();
-        if variant.choice.adaptive {
-            while renderer.next_adaptive_block(spp) && !watch.stopped() {}
+            run = prepared.adaptive(spp);
         } else {
-            while renderer.passes() < spp && !watch.stopped() {
-                renderer.next_block(spp);
-            }
+            run.extend(spp);
         }
-        seconds += started.elapsed().as_secs_f64();
-        let mut pixels = renderer.picture().pixels;
+        let _ = run.run(watch);
+        let seconds = run.render_time().as_secs_f64();
+        let mut pixels = run.picture().pixels;
         if settings.sampler == SamplerKind::Independent {
             let gain = mutate!(1.0_f32, OnePercentBright => 1.01);
             pixels.as_flattened_mut().iter_mut().for_each(|value| *value *= gain);
         }
-        found.counters = renderer.counters();
+        found.counters = run.counters();
         found.looks.push(Look {
             spp,
             seconds,
@@ -128,7 +123,7 @@ pub fn rounds(
     scene: &Scene,
     variants: &[Variant],
     effort: &Effort,
-    watch: &dyn Watch,
+    watch: &dyn Observer,
     mut more: impl FnMut(usize) -> bool,
 ) -> Result<Vec<Runs>, SetupError> {
     let mut all: Vec<Runs> = vec![Vec::new(); variants.len()];

@@ -22,10 +22,10 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use crate::pipeline::{Renderer, Settings, SetupError};
+use crate::pipeline::{Prepared, Settings, SetupError};
+use crate::run::Observer;
 use crate::scene::{FilmSize, Scene};
 use crate::study::error::Errors;
-use crate::study::verify::Watch;
 use knobs::Variant;
 use measure::{Effort, Runs};
 use phases::Phases;
@@ -147,7 +147,7 @@ pub struct Study {
 ///
 /// # Errors
 /// Where renders cannot start, the picture is black, or a stop was asked for.
-pub fn run(scene: &Scene, options: &Options, watch: &dyn Watch) -> Result<Study, StudyError> {
+pub fn run(scene: &Scene, options: &Options, watch: &dyn Observer) -> Result<Study, StudyError> {
     let started = Instant::now();
     let budget = options.budget;
     let say = |what: &str| {
@@ -204,7 +204,7 @@ fn possible(scene: &Scene, settings: Settings) -> Result<(Vec<Variant>, Impossib
     let tiny = FilmSize { width: 1, height: 1 };
     let starts = |settings: Settings| {
         let small = Settings { film: tiny, ..settings };
-        Renderer::new(scene, small)
+        Prepared::new(scene, small)
     };
     let first = starts(settings)?;
     let (mut variants, mut impossible) = (Vec::new(), Vec::new());

@@ -5,9 +5,9 @@ use std::time::Instant;
 use serde::Serialize;
 
 use crate::film::{Attributes, write_picture};
-use crate::pipeline::{Renderer, Settings, SetupError};
+use crate::pipeline::{Prepared, Settings, SetupError};
+use crate::run::{MOST_SPP, Observer, Run};
 use crate::scene::Scene;
-use crate::study::verify::Watch;
 
 /// Seconds by wall clock, and rays.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -46,45 +46,43 @@ pub struct Phases {
 ///
 /// # Errors
 /// Where the render cannot start.
-pub fn measure(scene: &Scene, settings: Settings, seconds: f64, watch: &dyn Watch) -> Result<Phases, SetupError> {
+pub fn measure(scene: &Scene, settings: Settings, seconds: f64, watch: &dyn Observer) -> Result<Phases, SetupError> {
     let started = Instant::now();
-    let mut renderer = Renderer::new(scene, settings)?;
+    let prepared = Prepared::new(scene, settings)?;
     let all = started.elapsed().as_secs_f64();
-    watch.renders(renderer.progress());
-    let timed = |renderer: &mut Renderer| {
-        let started = Instant::now();
-        renderer.next_block(u32::MAX);
-        started.elapsed().as_secs_f64()
-    };
-    let first_pass_s = timed(&mut renderer);
-    let (before, mut spent) = (renderer.passes(), 0.0);
-    while (spent < seconds || renderer.passes() == before) && !watch.stopped() {
-        spent += timed(&mut renderer);
+    let mut run = prepared.passes(MOST_SPP);
+    watch.begins(run.progress());
+    let mut more = run.step().is_more();
+    let (before, first_pass_s) = (run.passes(), run.render_time().as_secs_f64());
+    let spent = |run: &Run| run.render_time().as_secs_f64() - first_pass_s;
+    while more && (spent(&run) < seconds || run.passes() == before) && !watch.stopped() {
+        more = run.step().is_more();
     }
-    let passes = renderer.passes();
-    let counters = renderer.counters();
+    let spent = spent(&run);
+    let passes = run.passes();
+    let counters = run.counters();
     let a_pass = |count: u64| count as f64 / f64::from(passes.max(1));
     let started = Instant::now();
     if let Ok(folder) = tempfile::tempdir() {
-        let picture = renderer.picture();
+        let picture = run.picture();
         // Only its time is wanted: a full disk will say so when the page is written.
         let _ = write_picture(&folder.path().join("x.exr"), &picture, &Attributes::default());
         let _ = write_picture(&folder.path().join("x.png"), &picture, &Attributes::default());
     }
     Ok(Phases {
         load_s: 0.0,
-        setup_s: (all - renderer.build_seconds()).max(0.0),
-        build_s: renderer.build_seconds(),
+        setup_s: (all - prepared.build_time().as_secs_f64()).max(0.0),
+        build_s: prepared.build_time().as_secs_f64(),
         first_pass_s,
         pass_s: spent / f64::from((passes - before).max(1)),
         passes: passes - before,
         write_s: started.elapsed().as_secs_f64(),
         eye_rays: a_pass(counters.eye_rays),
         shadow_rays: a_pass(counters.shadow_rays),
-        kernel: renderer.kernel().to_owned(),
-        why: renderer.why().to_owned(),
-        held: renderer.held().names(),
-        lanes: renderer.lanes(),
-        embree_version: renderer.embree_version().to_owned(),
+        kernel: prepared.kernel().to_owned(),
+        why: prepared.why().to_owned(),
+        held: prepared.held().names(),
+        lanes: prepared.lanes().count(),
+        embree_version: prepared.embree_version().to_owned(),
     })
 }

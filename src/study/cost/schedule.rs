@@ -6,8 +6,8 @@ use std::time::Instant;
 use super::knobs::Variant;
 use super::measure::{self, Effort};
 use crate::pipeline::SetupError;
+use crate::run::Observer;
 use crate::scene::{FilmSize, Scene};
-use crate::study::verify::Watch;
 use crate::study::verify::blocks::shrink;
 
 /// Rounds at least. All pixels of a picture share a table of Sobol points, so their errors rise and fall together: the mean squared
@@ -61,7 +61,7 @@ pub fn costs(
     variants: &[Variant],
     film: FilmSize,
     seconds: f64,
-    watch: &dyn Watch,
+    watch: &dyn Observer,
 ) -> Result<Vec<Cost>, SetupError> {
     let film = shrink(film, 4096.0);
     let pixels = f64::from(film.width) * f64::from(film.height);

@@ -7,9 +7,9 @@ use super::knobs::Variant;
 use super::measure::{self, Effort, Runs};
 use super::truth::Truth;
 use crate::pipeline::SetupError;
+use crate::run::Observer;
 use crate::scene::{FilmSize, Scene};
 use crate::study::error::RELMSE_FLOOR;
-use crate::study::verify::Watch;
 
 /// The defaults take about so many samples a pixel, which leaves noise to be seen.
 const SPP: f64 = 32.0;
@@ -64,7 +64,7 @@ pub fn render(
     all: &[Runs],
     effort: &Effort,
     truth: &Truth,
-    watch: &dyn Watch,
+    watch: &dyn Observer,
 ) -> Result<Strip, SetupError> {
     let pass = |runs: &Runs| {
         let seconds: Vec<f64> = runs.iter().map(measure::Run::pass_seconds).collect();

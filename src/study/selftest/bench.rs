@@ -6,7 +6,8 @@ use std::path::Path;
 use glam::DVec3;
 
 use crate::film::Picture;
-use crate::pipeline::{Renderer, Settings, widest_lanes};
+use crate::pipeline::{Prepared, Settings};
+use crate::run::Run;
 use crate::scene::{EstimatorKind, FilmSize, SamplerKind, Scene};
 use crate::settings::AccelKind;
 use crate::study::estimate::Estimate;
@@ -67,22 +68,17 @@ pub fn settings(width: u32, height: u32, estimator: EstimatorKind) -> Settings {
         estimator,
         sampler: SamplerKind::Independent,
         seed: 1,
-        lanes: widest_lanes(),
         threads: 1,
-        accel: None,
-        robust: true,
-        cull: true,
+        ..Settings::default()
     }
 }
 
-/// A renderer after so many passes.
+/// A run of so many passes.
 ///
 /// # Errors
 /// Where the scene cannot be rendered so.
-pub fn render(scene: &Scene, settings: Settings, passes: u32) -> Result<Renderer, Trouble> {
-    let mut renderer = Renderer::new(scene, settings)?;
-    while renderer.next_block(passes) < passes {}
-    Ok(renderer)
+pub fn render(scene: &Scene, settings: Settings, passes: u32) -> Result<Run, Trouble> {
+    Ok(Prepared::new(scene, settings)?.passes(passes).finish())
 }
 
 /// The picture after so many passes.
@@ -93,9 +89,9 @@ pub fn picture(scene: &Scene, settings: Settings, passes: u32) -> Result<Picture
     Ok(render(scene, settings, passes)?.picture())
 }
 
-/// Contributions that a renderer threw away.
-pub fn invalid(renderer: &Renderer) -> usize {
-    let counters = renderer.counters();
+/// Contributions that a run threw away.
+pub fn invalid(run: &Run) -> usize {
+    let counters = run.counters();
     (counters.invalid_nan + counters.invalid_inf + counters.invalid_negative) as usize
 }
 

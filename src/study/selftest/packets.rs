@@ -8,6 +8,7 @@ use crate::lane::{Bits, F32x8, Lane, Mask, Mask8, U32x8, Word};
 use crate::math::Vec3;
 use crate::pipeline::{Settings, widest_lanes};
 use crate::scene::{EstimatorKind, Scene};
+use crate::settings::Lanes;
 use crate::shape::{Ball, NO_SPHERE, Ray};
 
 /// Pixels whose bits follow the width of packets.
@@ -19,9 +20,26 @@ fn widths(scene: &Scene, [width, height]: [u32; 2], passes: u32) -> Result<usize
                 accel: Some(accel),
                 ..bench::settings(width, height, estimator)
             };
-            let one = bench::picture(scene, Settings { lanes: 1, ..settings }, passes)?;
-            for lanes in [8, widest_lanes()] {
-                different += bench::differences(&one, &bench::picture(scene, Settings { lanes, ..settings }, passes)?);
+            let one = bench::picture(
+                scene,
+                Settings {
+                    lanes: Some(Lanes::One),
+                    ..settings
+                },
+                passes,
+            )?;
+            for lanes in [Lanes::Eight, widest_lanes()] {
+                different += bench::differences(
+                    &one,
+                    &bench::picture(
+                        scene,
+                        Settings {
+                            lanes: Some(lanes),
+                            ..settings
+                        },
+                        passes,
+                    )?,
+                );
             }
         }
     }

@@ -5,6 +5,7 @@ use super::row::{Check, Checks, Effort};
 use crate::film::{ChunkSum, Film};
 use crate::pipeline::{Settings, widest_lanes};
 use crate::scene::{EstimatorKind, FilmSize, Scene};
+use crate::settings::Lanes;
 use crate::study::estimate::Estimate;
 
 /// Row 31.
@@ -73,10 +74,17 @@ pub fn denormals(effort: Effort) -> Checks {
         }
         // Radiance of 1e-42 is denormal itself: every width must make the same of it, on every thread.
         let dim = brighter(&scene, 1e-42);
-        let one = bench::picture(&dim, Settings { lanes: 1, ..settings }, 2)?;
-        for (lanes_of, threads) in [(8, 1), (8, 2), (widest_lanes(), 2)] {
+        let one = bench::picture(
+            &dim,
+            Settings {
+                lanes: Some(Lanes::One),
+                ..settings
+            },
+            2,
+        )?;
+        for (lanes_of, threads) in [(Lanes::Eight, 1), (Lanes::Eight, 2), (widest_lanes(), 2)] {
             let settings = Settings {
-                lanes: lanes_of,
+                lanes: Some(lanes_of),
                 threads,
                 ..settings
             };

@@ -1,25 +1,15 @@
 //! Renders for the checks: counted, timed and ready to stop.
 
-use std::sync::Arc;
 use std::time::Instant;
 
 use crate::film::Picture;
-use crate::pipeline::{Counters, Progress, Renderer, Settings};
+use crate::pipeline::{Counters, Prepared, Settings};
+use crate::run::Observer;
 use crate::scene::{EstimatorKind, FilmSize, SamplerKind, Scene};
 use crate::study::error::Invalid;
 
 use super::blocks::shrink;
 use super::error::VerifyError;
-
-/// Who looks on: a progress bar, and ctrl-c.
-pub trait Watch: Sync {
-    /// A render starts; passing a stop on to it makes the verification end soon.
-    fn renders(&self, progress: Arc<Progress>);
-    /// Whether to stop.
-    fn stopped(&self) -> bool;
-    /// What is being done, at `share` of the time.
-    fn doing(&self, share: f64, what: &str);
-}
 
 /// What a render takes.
 #[derive(Clone, Copy, Debug)]
@@ -46,14 +36,14 @@ pub struct Bench<'a> {
     pub renders: u64,
     /// The version of Embree.
     pub embree_version: String,
-    watch: &'a dyn Watch,
+    watch: &'a dyn Observer,
     started: Instant,
     budget: f64,
 }
 
 impl<'a> Bench<'a> {
     /// Starts the clock.
-    pub fn new(scene: &'a Scene, settings: Settings, budget: f64, watch: &'a dyn Watch) -> Self {
+    pub fn new(scene: &'a Scene, settings: Settings, budget: f64, watch: &'a dyn Observer) -> Self {
         Self {
             scene,
             settings,
@@ -102,26 +92,24 @@ impl<'a> Bench<'a> {
         if self.watch.stopped() {
             return Err(VerifyError::Stopped);
         }
-        let mut renderer = Renderer::new(self.scene, settings)?;
-        self.watch.renders(renderer.progress());
+        let mut run = Prepared::new(self.scene, settings)?.passes(0);
         let mut pictures = Vec::with_capacity(looks.len());
         for &look in looks {
-            while renderer.passes() < look {
-                renderer.next_block(look);
-                if self.watch.stopped() {
-                    return Err(VerifyError::Stopped);
-                }
+            run.extend(look);
+            let _ = run.run(self.watch);
+            if self.watch.stopped() {
+                return Err(VerifyError::Stopped);
             }
-            let picture = renderer.picture();
+            let picture = run.picture();
             let invalid = Invalid::count(&picture.pixels);
             self.invalid.nan += invalid.nan;
             self.invalid.infinite += invalid.infinite;
             self.invalid.negative += invalid.negative;
             pictures.push(picture);
         }
-        self.counters += renderer.counters();
+        self.counters += run.counters();
         self.renders += 1;
-        renderer.embree_version().clone_into(&mut self.embree_version);
+        run.prepared().embree_version().clone_into(&mut self.embree_version);
         Ok(pictures)
     }
 

@@ -6,6 +6,7 @@ use super::row::{Evidence, Row, Verdict};
 use crate::film::Picture;
 use crate::pipeline::{Settings, widest_lanes};
 use crate::scene::{EstimatorKind, SamplerKind};
+use crate::settings::Lanes;
 
 /// Passes of each picture; the last look of the longest.
 const PASSES: u32 = 4;
@@ -28,18 +29,25 @@ pub fn check(bench: &mut Bench<'_>, costs: &[Cost], seconds: f64) -> Result<Vec<
                 film,
                 estimator: cost.estimator,
                 sampler,
-                lanes: 8,
+                lanes: Some(Lanes::Eight),
                 threads: 1,
                 ..bench.settings
             };
             let expected = one(bench, base, PASSES)?;
-            let scalar = one(bench, Settings { lanes: 1, ..base }, PASSES)?;
+            let scalar = one(
+                bench,
+                Settings {
+                    lanes: Some(Lanes::One),
+                    ..base
+                },
+                PASSES,
+            )?;
             lanes.compare(&expected, &scalar, "lanes8", "lanes1");
-            if widest_lanes() > 8 {
+            if widest_lanes() > Lanes::Eight {
                 let widest = one(
                     bench,
                     Settings {
-                        lanes: widest_lanes(),
+                        lanes: Some(widest_lanes()),
                         ..base
                     },
                     PASSES,
@@ -52,7 +60,11 @@ pub fn check(bench: &mut Bench<'_>, costs: &[Cost], seconds: f64) -> Result<Vec<
             }
         }
         let name = cost.estimator.name();
-        let widths = if widest_lanes() > 8 { "1, 8, 16" } else { "1 and 8" };
+        let widths = if widest_lanes() > Lanes::Eight {
+            "1, 8, 16"
+        } else {
+            "1 and 8"
+        };
         rows.push(lanes.row("lanes", format!("{name}: {widths}, both samplers"), name));
         rows.push(threads.row("threads", format!("{name}: 1, 2, 3, both samplers"), name));
     }

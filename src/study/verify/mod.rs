@@ -37,12 +37,13 @@ pub mod tails;
 
 use std::time::Instant;
 
-pub use bench::{Bench, Watch};
+pub use bench::Bench;
 pub use error::VerifyError;
 pub use row::{Evidence, Row, Verdict};
 
 use crate::pipeline::Settings;
 use crate::reference::probe::Probe;
+use crate::run::Observer;
 use crate::scene::{EstimatorKind, FilmSize, SamplerKind, Scene};
 use crate::study::family::Family;
 use agreement::{Judge, TESTS_OF_A_PAIR};
@@ -102,17 +103,14 @@ impl Report {
 ///
 /// # Errors
 /// Where renders cannot start, or a stop was asked for.
-pub fn run(scene: &Scene, options: Options, watch: &dyn Watch) -> Result<Report, VerifyError> {
+pub fn run(scene: &Scene, options: Options, watch: &dyn Observer) -> Result<Report, VerifyError> {
     let settings = Settings {
         film: scene.film,
         estimator: EstimatorKind::Mis,
         sampler: SamplerKind::Sobol,
         seed: options.seed,
-        lanes: crate::pipeline::widest_lanes(),
         threads: options.threads,
-        accel: None,
-        robust: true,
-        cull: true,
+        ..Settings::default()
     };
     let mut bench = Bench::new(scene, settings, options.budget, watch);
     bench.announce("the scene")?;
@@ -173,7 +171,8 @@ fn probe(bench: &Bench<'_>, pool: &rayon::ThreadPool, film: FilmSize) -> Result<
     bench.announce("tails")?;
     let probe = Probe::new(bench.scene, film);
     let started = Instant::now();
-    let pass = |number: u64| pool.install(|| probe.pass(u64::from(bench.settings.seed) << 16 | number));
+    let seed = u64::from(bench.settings.seed);
+    let pass = |number: u64| pool.install(|| probe.pass(seed << 16 | number));
     let first: Vec<_> = (0..LEAST_PROBES).map(pass).collect();
     let pass_s = (started.elapsed().as_secs_f64() / LEAST_PROBES as f64).max(1e-9);
     let grid = Grid::new(film, &rims::find(bench.scene, &probe, film, &first));

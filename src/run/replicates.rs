@@ -1,4 +1,4 @@
-//! Rendering until an error is reached: `octolux render --target-error E`.
+//! Rendering until an error is reached, which replicates show: [`Goal::error`](super::Goal::error).
 //!
 //! The error is the root of the mean variance of the pixels' means, over the mean of the picture: `sqrt(mean(Var)) / mean`.
 //!

@@ -1,0 +1,61 @@
+//! What threads work with, and what a stage is.
+
+use super::chunk::Chunk;
+use super::grid::Grid;
+use crate::embree::TraceLane;
+use crate::linear::Candidates;
+use crate::linear::cull::Points;
+use crate::pipeline::queue::{RayQueue, WideQueue};
+use crate::pipeline::stream::HitStream;
+use crate::pipeline::tracer::Tracer;
+
+/// A step of a chunk, written once for packets of any width and whoever answers rays.
+pub trait Stage {
+    /// Does the step. `#[inline(always)]`, as is everything in it that handles lanes.
+    fn run<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch);
+}
+
+/// What a thread works with; made once, used for chunk after chunk.
+#[derive(Debug)]
+pub struct Scratch {
+    /// The pixels of the tile, or the samples of the chunk.
+    pub grid: Grid,
+    /// Shading points by model of reflection: see [`Model`](crate::pipeline::stream::Model).
+    pub hits: [HitStream; 2],
+    /// Rays that wait for their visibility; empty between steps, as the next two.
+    pub queue: RayQueue,
+    /// Rays to triangles of meshes that emit, with the names of these.
+    pub aimed: WideQueue,
+    /// Rays along directions of the BRDF, with their densities.
+    pub looks: WideQueue,
+    /// Where the points of a stream are.
+    pub points: Points,
+    /// Shapes that rays at hand may meet.
+    pub set: Candidates,
+    /// The ways from the points of a stream to each light.
+    pub shafts: Vec<Shaft>,
+}
+
+/// What may be in the way of rays from the points of a stream to a light.
+#[derive(Debug, Default)]
+pub struct Shaft {
+    /// Nothing at all: the rays need not be asked for.
+    pub open: bool,
+    /// The shapes that may be.
+    pub set: Candidates,
+}
+
+impl Default for Scratch {
+    fn default() -> Self {
+        Self {
+            grid: Grid::default(),
+            hits: [HitStream::new(), HitStream::new()],
+            queue: RayQueue::new(),
+            aimed: WideQueue::new(),
+            looks: WideQueue::new(),
+            points: Points::default(),
+            set: Candidates::default(),
+            shafts: Vec::new(),
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! How far a run goes: samples, a time, an error.
+
+use std::ops::Range;
+use std::time::Duration;
+
+use super::{MOST_SPP, Shard};
+use crate::film::leaf_passes;
+use crate::scene::FilmSize;
+
+/// What ends a run.
+///
+/// A goal says what is rendered; [`within`](Self::within) adds a time after which it ends in any case.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Goal {
+    pub(super) work: Work,
+    pub(super) time: Option<Duration>,
+}
+
+/// What is rendered.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Work {
+    /// So many passes, or one shard of them.
+    Passes(u32, Option<Shard>),
+    /// Pilot passes, and what each pixel needs: so many samples a pixel on average.
+    Adaptive(u32),
+    /// Replicates of different seeds until their mean has this error.
+    Error(f64),
+}
+
+impl Goal {
+    /// So many samples of every pixel, at most [`MOST_SPP`].
+    pub fn passes(spp: u32) -> Self {
+        Self::new(Work::Passes(spp.min(MOST_SPP), None))
+    }
+
+    /// As many samples of every pixel as `time` allows, to the nearest, and one at least.
+    pub fn time(time: Duration) -> Self {
+        Self::passes(MOST_SPP).within(time)
+    }
+
+    /// So many samples a pixel on average, more where the relative error is larger.
+    pub fn adaptive(spp: u32) -> Self {
+        Self::new(Work::Adaptive(spp.min(MOST_SPP)))
+    }
+
+    /// Until the noise is such a share of the picture: the root of the mean variance of the pixels over the mean of all. Replicates
+    /// of different seeds measure it, and their mean is the picture: see [`replicates`](super::replicates).
+    pub fn error(error: f64) -> Self {
+        Self::new(Work::Error(error))
+    }
+
+    /// One shard of so many samples of every pixel.
+    pub fn shard(shard: Shard, spp: u32) -> Self {
+        Self::new(Work::Passes(spp.min(MOST_SPP), Some(shard)))
+    }
+
+    /// The same, ended after `time` of rendering if it is not reached before. At least one sample a pixel is rendered.
+    #[must_use]
+    pub fn within(self, time: Duration) -> Self {
+        Self {
+            time: Some(time),
+            ..self
+        }
+    }
+
+    fn new(work: Work) -> Self {
+        Self { work, time: None }
+    }
+
+    /// Samples a pixel of the whole render, on average; `None` where a time or an error decides.
+    pub fn spp(&self) -> Option<u32> {
+        match self.work {
+            Work::Passes(spp, _) => (spp < MOST_SPP || self.time.is_none()).then_some(spp),
+            Work::Adaptive(spp) => Some(spp),
+            Work::Error(_) => None,
+        }
+    }
+
+    /// The time after which the run ends in any case.
+    pub fn time_limit(&self) -> Option<Duration> {
+        self.time
+    }
+
+    /// The shard that is rendered.
+    pub fn shard_of(&self) -> Option<Shard> {
+        match self.work {
+            Work::Passes(_, shard) => shard,
+            _ => None,
+        }
+    }
+
+    /// Whether samples go where the error is.
+    pub fn is_adaptive(&self) -> bool {
+        matches!(self.work, Work::Adaptive(_))
+    }
+
+    /// The error that is asked for.
+    pub fn error_asked(&self) -> Option<f64> {
+        match self.work {
+            Work::Error(error) => Some(error),
+            _ => None,
+        }
+    }
+
+    /// The passes that are rendered on a film of this size, on average where they differ.
+    pub fn range(&self, film: FilmSize) -> Range<u32> {
+        match self.work {
+            Work::Passes(spp, Some(shard)) => shard.passes(spp, leaf_passes(film)),
+            Work::Passes(spp, None) | Work::Adaptive(spp) => 0..spp,
+            Work::Error(_) => 0..MOST_SPP,
+        }
+    }
+}
+
+/// The most passes that there may be after the next block; `None` when it is time to stop.
+///
+/// `end` passes are wanted at most, in `time` seconds if there is such a limit. `spent` are the seconds rendered so far,
+/// `pass_seconds` what a pass of the last block took. A time limit is taken to the nearest pass: one more starts if less than half of
+/// it is expected to be over the limit.
+pub(super) fn limit(end: u32, time: Option<f64>, passes: u32, spent: f64, pass_seconds: f64) -> Option<u32> {
+    match time {
+        _ if passes >= end => None,
+        None => Some(end),
+        Some(_) if passes == 0 => Some(1),
+        Some(time) => {
+            let more = ((time - spent) / pass_seconds).round();
+            // The cast saturates: a pass that took no time fits any number of times.
+            (more >= 1.0).then(|| passes.saturating_add(more as u32).min(end))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn passes_end_at_the_goal() {
+        assert_eq!(limit(5, None, 4, 9.0, 9.0), Some(5));
+        assert_eq!(limit(5, None, 5, 0.0, 0.0), None);
+    }
+
+    #[test]
+    fn a_time_limit_is_taken_to_the_nearest_pass() {
+        let limit = |time, passes, spent, pass_seconds| limit(MOST_SPP, Some(time), passes, spent, pass_seconds);
+        assert_eq!(limit(0.001, 0, 0.0, 0.0), Some(1), "one pass at least");
+        assert_eq!(limit(10.0, 4, 8.0, 2.0), Some(5));
+        assert_eq!(limit(10.0, 4, 8.0, 3.9), Some(5), "less than half over");
+        assert_eq!(limit(10.0, 4, 8.0, 4.1), None, "more than half over");
+        assert_eq!(limit(10.0, 4, 11.0, 0.1), None);
+        assert!(limit(10.0, 4, 8.0, 0.0).unwrap() > 1 << 20);
+        assert_eq!(limit(10.0, 4, 10.0, 0.0), None);
+    }
+
+    #[test]
+    fn a_time_and_a_number_of_passes_end_at_the_first_of_both() {
+        assert_eq!(limit(5, Some(10.0), 4, 1.0, 1.0), Some(5));
+        assert_eq!(limit(50, Some(10.0), 4, 8.0, 2.0), Some(5));
+    }
+}

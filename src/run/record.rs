@@ -1,0 +1,145 @@
+//! What a file of sums says about the render that it belongs to.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Goal, Run, Shard};
+use crate::film::{Attributes, Value};
+use crate::pipeline::{Counters, Prepared};
+use crate::{about, machine};
+
+/// The render, what of it the file is to hold, and what it took so far.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Record {
+    /// Everything that decides a bit of the sums, in words: sums with another value of any of these do not belong together.
+    pub identity: BTreeMap<String, String>,
+    /// Passes of the whole render, on average where they differ.
+    pub spp: u32,
+    /// The passes that the file is to hold.
+    pub passes: Range<u32>,
+    /// Which shard it is.
+    pub shard: Option<Shard>,
+    /// What an EXR of these sums says about its making.
+    pub attributes: Vec<(String, Value)>,
+    /// The processor.
+    pub cpu: String,
+    /// What was traced.
+    pub counters: Counters,
+    /// Seconds of rendering.
+    pub render_s: f64,
+}
+
+/// The names under which [`Record::identity`] holds what is asked for by name.
+const EMBREE: &str = "Embree";
+const INTERSECTOR: &str = "rays answered by";
+const ADAPTIVE: &str = "adaptive";
+
+/// Everything that decides a bit of a film, each thing under the name that people know. Threads and lanes change no bit. The words are a
+/// format of their own, which no renaming in the source may change.
+fn identity(prepared: &Prepared, goal: &Goal) -> BTreeMap<String, String> {
+    let settings = prepared.settings();
+    let film = settings.film;
+    let robust = if prepared.robust() == Some(false) {
+        ", not robust"
+    } else {
+        ""
+    };
+    let culled = match prepared.cull() {
+        Some(true) => "on",
+        Some(false) => "off",
+        None => "without effect",
+    };
+    let adaptive = match goal.spp() {
+        Some(spp) if goal.is_adaptive() => format!("{spp} samples a pixel"),
+        _ => "no".to_owned(),
+    };
+    let identity = [
+        ("scene", prepared.scene_hash().to_owned()),
+        ("size", format!("{} x {}", film.width, film.height)),
+        ("estimator", settings.estimator.name().to_owned()),
+        ("sampler", settings.sampler.name().to_owned()),
+        ("seed", settings.seed.to_string()),
+        (ADAPTIVE, adaptive),
+        (INTERSECTOR, format!("{}{robust}", prepared.accel().name())),
+        ("culling", culled.to_owned()),
+        (EMBREE, prepared.embree_version().to_owned()),
+        ("Octolux", format!("{} ({})", about::VERSION, about::COMMIT)),
+    ];
+    identity.map(|(name, value)| (name.to_owned(), value)).into()
+}
+
+impl Record {
+    /// Of a run that has just begun.
+    pub fn new(prepared: &Prepared, goal: &Goal) -> Self {
+        let passes = goal.range(prepared.settings().film);
+        Self {
+            identity: identity(prepared, goal),
+            spp: goal.spp().unwrap_or(passes.end),
+            passes,
+            shard: goal.shard_of(),
+            attributes: Vec::new(),
+            cpu: machine::cpu(),
+            counters: Counters::default(),
+            render_s: 0.0,
+        }
+    }
+
+    /// Of a run as it stands, with what an EXR of its sums is to say.
+    pub fn of(run: &Run, attributes: Vec<(String, Value)>) -> Self {
+        let mut record = Self::new(run.prepared(), run.goal());
+        if run.goal().spp().is_none() && run.is_complete() {
+            record.passes = run.film().passes();
+            record.spp = record.passes.end;
+        }
+        Self {
+            counters: run.counters(),
+            render_s: run.render_time().as_secs_f64(),
+            attributes,
+            ..record
+        }
+    }
+
+    /// Whether Embree answers its rays.
+    pub fn through_embree(&self) -> bool {
+        self.identity
+            .get(INTERSECTOR)
+            .is_some_and(|by| by.starts_with("embree"))
+    }
+
+    /// Whether samples go where the error is.
+    pub fn is_adaptive(&self) -> bool {
+        self.identity.get(ADAPTIVE).is_some_and(|adaptive| adaptive != "no")
+    }
+
+    /// What another one differs in, in a sentence; `None` where both are of the same render. Versions of Embree may differ if
+    /// `any_embree`.
+    pub fn difference(&self, other: &Self, any_embree: bool) -> Option<String> {
+        let names = self.identity.keys().chain(other.identity.keys());
+        for name in names.filter(|name| !any_embree || name.as_str() != EMBREE) {
+            match (self.identity.get(name), other.identity.get(name)) {
+                (Some(own), Some(others)) if own == others => {}
+                (Some(own), Some(others)) => return Some(format!("{name} is {others} here and {own} there")),
+                _ => return Some("it is of another version of Octolux".to_owned()),
+            }
+        }
+        // A render of so many samples ends with a block that others do not end with.
+        let differs = self.spp != other.spp;
+        differs.then(|| format!("samples a pixel is {} here and {} there", other.spp, self.spp))
+    }
+
+    /// The attributes of a picture of `spp` samples a pixel.
+    pub fn attributes(&self, spp: u32, exposure: f64) -> Attributes {
+        let value = |name: &str, value: &Value| match name {
+            "spp" => Value::Number(spp.into()),
+            _ => value.clone(),
+        };
+        let own = |(name, v): &(String, Value)| (name.clone(), value(name, v));
+        Attributes {
+            settings: self.attributes.iter().map(own).collect(),
+            exposure,
+            samples: None,
+        }
+    }
+}

@@ -1,0 +1,332 @@
+//! One render, step by step.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use super::MOST_SPP;
+use super::goal::{self, Goal, Work};
+use super::replicates;
+use crate::embree::EmbreeError;
+use crate::film::{Film, Picture};
+use crate::pipeline::{Counters, Prepared, Progress, Renderer};
+
+/// What came of a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[must_use = "a run that is not asked whether there is more never ends"]
+pub enum Step {
+    /// There is more to do.
+    More,
+    /// The goal is reached; further steps do nothing.
+    Done,
+    /// A stop was requested before, or a query [failed](Run::failure); further steps do nothing.
+    Stopped,
+}
+
+impl Step {
+    /// Whether there is more to do.
+    pub fn is_more(self) -> bool {
+        self == Self::More
+    }
+}
+
+/// An error that was asked for and what came of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reached {
+    /// What was asked for.
+    pub asked: f64,
+    /// What the replicates showed at the last look.
+    pub error: f64,
+}
+
+/// One render of a [`Prepared`] scene towards a [`Goal`]. The picture is unbiased after every step, and no bit of it depends on how
+/// many steps there were, on threads, or on lanes.
+#[derive(Debug)]
+pub struct Run {
+    prepared: Prepared,
+    goal: Goal,
+    /// One film; further ones of other seeds where an error is the goal. There is one at least.
+    films: Vec<Renderer>,
+    progress: Arc<Progress>,
+    /// The pass at which it began.
+    first: u32,
+    /// What replicates are to have before the next look.
+    replicates: replicates::Work,
+    reached: Option<Reached>,
+    ended: Option<Step>,
+    render_time: Duration,
+    /// Until the first block was complete.
+    first_block_time: Option<Duration>,
+    /// Seconds of the block at hand, which may be paused.
+    block_s: f64,
+    /// Seconds of a pass of the last block.
+    pass_s: f64,
+}
+
+impl Run {
+    pub(super) fn new(prepared: Prepared, goal: Goal) -> Self {
+        let progress = Arc::<Progress>::default();
+        let first = goal.range(prepared.settings().film).start;
+        let film = Renderer::new(prepared.clone(), progress.clone(), first);
+        Self::with_film(prepared, goal, film, progress)
+    }
+
+    /// Goes on from a film, with what was traced for it and how long that took.
+    pub(super) fn resumed(prepared: Prepared, goal: Goal, film: Film, counters: Counters, render_s: f64) -> Self {
+        let progress = Arc::<Progress>::default();
+        let film = Renderer::resumed(prepared.clone(), progress.clone(), film, counters);
+        Self {
+            render_time: Duration::try_from_secs_f64(render_s).unwrap_or_default(),
+            first_block_time: Some(Duration::ZERO),
+            ..Self::with_film(prepared, goal, film, progress)
+        }
+    }
+
+    fn with_film(prepared: Prepared, goal: Goal, film: Renderer, progress: Arc<Progress>) -> Self {
+        let run = Self {
+            first: goal.range(prepared.settings().film).start,
+            films: vec![film],
+            progress,
+            replicates: replicates::FIRST,
+            reached: None,
+            ended: None,
+            render_time: Duration::ZERO,
+            first_block_time: None,
+            block_s: 0.0,
+            pass_s: 0.0,
+            prepared,
+            goal,
+        };
+        run.expect(match goal.work {
+            Work::Error(_) => replicates::FIRST.samples(),
+            _ => goal.spp().map_or(0, |_| run.passes_wanted().into()),
+        });
+        run
+    }
+
+    /// Renders the next block: up to 1, 2, 4, 8, … samples a pixel and then leaf by leaf.
+    pub fn step(&mut self) -> Step {
+        self.step_until(None)
+    }
+
+    /// As [`Self::step`], but pauses between two tiles at a time. At least one tile is rendered, so steps always come to an end.
+    pub fn step_until(&mut self, pause: Option<Instant>) -> Step {
+        if let Some(ended) = self.ended {
+            return ended;
+        }
+        if !self.progress.stop_requested() {
+            let started = Instant::now();
+            let done = match self.goal.work {
+                Work::Passes(..) => self.step_passes(pause, started),
+                Work::Adaptive(spp) => self.step_adaptive(spp, pause, started),
+                Work::Error(asked) => self.step_replicates(asked, pause, started),
+            };
+            self.render_time += started.elapsed();
+            if self.passes() > self.first {
+                self.first_block_time.get_or_insert(self.render_time);
+            }
+            if done && self.failure().is_none() {
+                return self.end(Step::Done);
+            }
+        }
+        if self.progress.stop_requested() || self.failure().is_some() {
+            return self.end(Step::Stopped);
+        }
+        Step::More
+    }
+
+    /// Goes on to more samples of every pixel once its own are there. A run that was stopped stays so; one that is adaptive, or that
+    /// an error decides, has no further passes.
+    pub fn extend(&mut self, spp: u32) {
+        if let Work::Passes(had, None) = self.goal.work
+            && spp > had
+        {
+            self.goal.work = Work::Passes(spp.min(MOST_SPP), None);
+            self.ended = self.ended.filter(|&ended| ended == Step::Stopped);
+            self.expect(self.passes_wanted().into());
+        }
+    }
+
+    /// What is rendered.
+    pub fn prepared(&self) -> &Prepared {
+        &self.prepared
+    }
+
+    /// What ends it.
+    pub fn goal(&self) -> &Goal {
+        &self.goal
+    }
+
+    /// Where to read counts and request a stop, from any thread.
+    pub fn progress(&self) -> &Arc<Progress> {
+        &self.progress
+    }
+
+    /// Ends the run at the next tiles, from any thread: see [`Progress::request_stop`].
+    pub fn stop(&self) {
+        self.progress.request_stop();
+    }
+
+    /// What Embree said of the first query that failed, if one did: the picture is wrong then, and the run has ended.
+    pub fn failure(&self) -> Option<&EmbreeError> {
+        self.progress.failure()
+    }
+
+    /// Whether the goal was reached.
+    pub fn is_complete(&self) -> bool {
+        self.ended == Some(Step::Done)
+    }
+
+    /// The picture so far: the mean of all replicates.
+    pub fn picture(&self) -> Picture {
+        match &self.films[..] {
+            [film] => film.film().picture(),
+            films => replicates::mean(&films.iter().map(|film| film.film().picture()).collect::<Vec<_>>()),
+        }
+    }
+
+    /// The sums of the first replicate, which is the only one unless an error is the goal.
+    pub fn film(&self) -> &Film {
+        self.films[0].film()
+    }
+
+    /// Passes of the first replicate: samples of every pixel, unless they are allocated. A shard begins at its first pass.
+    pub fn passes(&self) -> u32 {
+        self.films[0].passes()
+    }
+
+    /// Passes that were rendered, those of a run before included.
+    pub fn passes_done(&self) -> u32 {
+        self.passes() - self.first
+    }
+
+    /// Samples of each pixel so far, row by row, in all replicates.
+    pub fn samples(&self) -> Vec<u32> {
+        let (first, others) = (&self.films[0], &self.films[1..]);
+        let mut samples = first.film().samples();
+        for other in others {
+            samples
+                .iter_mut()
+                .zip(other.film().samples())
+                .for_each(|(sum, n)| *sum += n);
+        }
+        samples
+    }
+
+    /// The fewest samples of a pixel, all samples, and the most, in all replicates.
+    pub fn spread(&self) -> (u32, u64, u32) {
+        let each = self.films.iter().map(|film| film.film().spread());
+        each.fold((0, 0, 0), |sum, one| (sum.0 + one.0, sum.1 + one.1, sum.2 + one.2))
+    }
+
+    /// What was traced so far.
+    pub fn counters(&self) -> Counters {
+        self.films.iter().fold(Counters::default(), |mut sum, film| {
+            sum += film.counters();
+            sum
+        })
+    }
+
+    /// How many films of different seeds there are.
+    pub fn replicates(&self) -> usize {
+        self.films.len()
+    }
+
+    /// The error at the last look, where one was asked for and there was a look.
+    pub fn reached(&self) -> Option<Reached> {
+        self.reached
+    }
+
+    /// Time spent rendering, in a run before as well.
+    pub fn render_time(&self) -> Duration {
+        self.render_time
+    }
+
+    /// The part of it that the first block took: one pass, or two if adaptive.
+    pub fn first_block_time(&self) -> Duration {
+        self.first_block_time.unwrap_or_default()
+    }
+
+    fn passes_wanted(&self) -> u32 {
+        let range = self.goal.range(self.prepared.settings().film);
+        range.end - range.start
+    }
+
+    fn expect(&self, spp: u64) {
+        let film = self.prepared.settings().film;
+        self.progress
+            .expect(spp * u64::from(film.width) * u64::from(film.height));
+    }
+
+    /// Seconds rendered by now.
+    fn spent(&self, started: Instant) -> f64 {
+        (self.render_time + started.elapsed()).as_secs_f64()
+    }
+
+    fn time_is_over(&self, started: Instant) -> bool {
+        let limit = self.goal.time.map(|time| time.as_secs_f64());
+        limit.is_some_and(|limit| self.spent(started) >= limit)
+    }
+
+    /// Whether that was the last step, as for the other kinds of step.
+    fn step_passes(&mut self, pause: Option<Instant>, started: Instant) -> bool {
+        let end = self.goal.range(self.prepared.settings().film).end;
+        let time = self.goal.time.map(|time| time.as_secs_f64());
+        let (before, stop) = (self.passes(), self.films[0].next_stop());
+        let Some(limit) = goal::limit(end, time, before, self.spent(started), self.pass_s) else {
+            return true;
+        };
+        let after = self.films[0].block(limit, pause);
+        self.block_s += started.elapsed().as_secs_f64();
+        if after > before {
+            self.pass_s = self.block_s / f64::from(after - before);
+            self.block_s = 0.0;
+        }
+        // A block that was cut short is the last: sums are the same for all only if blocks end where all do.
+        let cut = after == limit && limit < stop;
+        cut || goal::limit(end, time, after, self.spent(started), self.pass_s).is_none()
+    }
+
+    fn step_adaptive(&mut self, spp: u32, pause: Option<Instant>, started: Instant) -> bool {
+        let more = self.films[0].adaptive_block(spp, pause);
+        !more || (self.passes() > 0 && self.time_is_over(started))
+    }
+
+    fn step_replicates(&mut self, asked: f64, pause: Option<Instant>, started: Instant) -> bool {
+        let seed = self.prepared.settings().seed;
+        for replicate in self.films.len()..self.replicates.replicates {
+            let prepared = self.prepared.with_seed(replicates::seed(seed, replicate));
+            self.films.push(Renderer::new(prepared, self.progress.clone(), 0));
+        }
+        let wanted = self.replicates.passes;
+        let mut short = self.films.iter_mut().filter(|film| film.passes() < wanted);
+        if let Some(film) = short.next()
+            && (film.block(wanted, pause) < wanted || short.next().is_some())
+        {
+            return self.time_is_over(started) && self.passes() > 0;
+        }
+        let pictures: Vec<_> = self.films.iter().map(|film| film.film().picture()).collect();
+        let shown = replicates::error(&pictures);
+        self.reached = Some(Reached {
+            asked,
+            error: shown.error,
+        });
+        let done = self.replicates.samples() as f64;
+        let next = replicates::next(asked, self.replicates, shown);
+        let Some(next) = next.filter(|next| next.samples() <= MOST_SPP.into()) else {
+            return true;
+        };
+        let expected = (done * (shown.error / asked).powi(2)).max(next.samples() as f64);
+        self.replicates = next;
+        self.expect(expected.min(f64::from(MOST_SPP)) as u64);
+        self.time_is_over(started)
+    }
+
+    fn end(&mut self, step: Step) -> Step {
+        // A stop leaves some replicates without a pass, which is no picture.
+        let mut first = true;
+        self.films
+            .retain(|film| std::mem::take(&mut first) || film.passes() > 0);
+        self.ended = Some(step);
+        step
+    }
+}

@@ -1,12 +1,169 @@
-//! Octolux renders direct illumination in packets of rays.
+//! Octolux renders direct illumination in packets of rays, and proves that it does.
 //!
-//! Data flows one way: a scene file becomes a [`scene::Scene`], the scene says what it needs, the plan picks a
-//! kernel, streams of packets go through Embree and the estimators, and a film collects the sums.
+//! ```
+//! # use octolux::{RenderOptions, scene::Scene};
+//! # let scene = Scene::load("scenes/veach-mis.toml".as_ref())?;
+//! # let size = Some(octolux::scene::FilmSize { width: 48, height: 32 });
+//! # let options = RenderOptions { size, ..Default::default() };
+//! let picture = octolux::render(&scene, &RenderOptions { spp: 64, ..Default::default() })?;
+//! # assert_eq!(picture.pixels.len(), (picture.width * picture.height) as usize);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # A scene
+//!
+//! A [`scene::Scene`] is a checked value. A builder makes one:
+//!
+//! ```
+//! use octolux::scene::{Camera, FilmSize, Fov, Material, Mesh, Scene, Sphere, Surface};
+//!
+//! let camera = Camera::new([0.0, 2.0, 6.0], [0.0, 0.5, 0.0], Fov::X(40.0));
+//! let mut scene = Scene::builder(camera, FilmSize { width: 96, height: 64 });
+//! let grey = scene.material(Material::diffuse("grey", [0.5; 3]));
+//! let corners = [[-3.0, 0.0, 3.0], [3.0, 0.0, 3.0], [3.0, 0.0, -3.0], [-3.0, 0.0, -3.0]];
+//! scene.mesh(Mesh::quadrilateral(corners, grey));
+//! scene.sphere(Sphere::new([0.0, 3.0, 0.0], 0.5, Surface::emission([8.0, 7.0, 6.0])));
+//! let scene = scene.build()?;
+//! # assert_eq!(scene.spheres().len(), 1);
+//! # Ok::<(), octolux::scene::InvalidScene>(())
+//! ```
+//!
+//! or it is loaded from a file, whose errors name the line, the value and what would do:
+//!
+//! ```
+//! use octolux::scene::Scene;
+//!
+//! let scene = Scene::load("scenes/veach-mis.toml".as_ref())?;
+//! assert_eq!(scene.film().width, 768);
+//! # Ok::<(), octolux::scene::SceneError>(())
+//! ```
+//!
+//! # Pictures
+//!
+//! [`render`] returns linear radiances, row by row from the top. They are an array of `height x width x 3` numbers, and are written as
+//! `.exr`, `.npy` (both linear, `f32`) or `.png`:
+//!
+//! ```
+//! # use octolux::{RenderOptions, scene::{FilmSize, Scene}};
+//! # let scene = Scene::load("scenes/veach-mis.toml".as_ref())?;
+//! # let folder = tempfile::tempdir()?;
+//! use octolux::film::{Attributes, write_picture};
+//!
+//! let size = Some(FilmSize { width: 48, height: 32 });
+//! let picture = octolux::render(&scene, &RenderOptions { spp: 4, size, ..Default::default() })?;
+//! let values: &[f32] = picture.pixels.as_flattened();
+//! assert_eq!(values.len(), 32 * 48 * 3);
+//!
+//! write_picture(&folder.path().join("veach.exr"), &picture, &Attributes::default())?;
+//! write_picture(&folder.path().join("veach.png"), &picture, &Attributes::default())?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Runs
+//!
+//! A scene is prepared once, and any number of runs share it. A run goes on step by step: look at the picture whenever you like.
+//!
+//! ```
+//! # use octolux::scene::{FilmSize, Scene};
+//! # let scene = Scene::load("scenes/veach-mis.toml".as_ref())?;
+//! use octolux::pipeline::{Prepared, Settings};
+//!
+//! let film = FilmSize { width: 48, height: 32 };
+//! let prepared = Prepared::new(&scene, Settings { film, ..Settings::of(&scene) })?;
+//! let mut run = prepared.passes(16);
+//! while run.step().is_more() {
+//!     let so_far = run.picture();
+//!     println!("{} samples a pixel, {} pixels", run.passes(), so_far.pixels.len());
+//! }
+//! assert_eq!(run.passes(), 16);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! It can be stopped from any thread and has ended then; what it rendered is a correct picture. A saved run is taken up again, and the
+//! picture has the bits of a run in one piece:
+//!
+//! ```
+//! # use octolux::scene::{FilmSize, Scene};
+//! # use octolux::pipeline::{Prepared, Settings};
+//! # let scene = Scene::load("scenes/veach-mis.toml".as_ref())?;
+//! # let film = FilmSize { width: 48, height: 32 };
+//! # let prepared = Prepared::new(&scene, Settings { film, ..Settings::of(&scene) })?;
+//! # let folder = tempfile::tempdir()?;
+//! # let path = folder.path().join("veach.state");
+//! use octolux::run::{Goal, Saved, Step};
+//!
+//! let mut run = prepared.passes(16);
+//! let progress = run.progress().clone();
+//! assert!(run.step().is_more());
+//! std::thread::spawn(move || progress.request_stop()).join().unwrap();
+//! assert_eq!(run.step(), Step::Stopped);
+//! run.save(&path, Vec::new())?;
+//!
+//! let resumed = prepared.resume(Goal::passes(16), Saved::read(&path)?)?.finish();
+//! assert!(resumed.picture().pixels == prepared.passes(16).finish().picture().pixels);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! [`run::Goal`] also ends a run by a time, an error, or a shard, and [`run::Observer`] looks on: a progress bar, a live view.
+//!
+//! # A camera of one's own
+//!
+//! A scene does not change; its builder makes another one, seen by another camera:
+//!
+//! ```
+//! # use octolux::{RenderOptions, scene::{FilmSize, Scene}};
+//! # let scene = Scene::load("scenes/veach-mis.toml".as_ref())?;
+//! # let size = Some(FilmSize { width: 48, height: 32 });
+//! use octolux::scene::Fov;
+//!
+//! let mut turned = scene.to_builder();
+//! turned.camera.origin.x += 2.0;
+//! turned.camera.fov = Fov::Y(30.0);
+//! let picture = octolux::render(&turned.build()?, &RenderOptions { spp: 4, size, ..Default::default() })?;
+//! # assert!(picture.pixels.iter().flatten().all(|x| x.is_finite()));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Any other camera is an array of rays: [`rays::RayQueries`] answers them in packets, and its page has an example.
+//!
+//! # The oracle
+//!
+//! An independent program in `f64`, one ray at a time, says what a picture should be and how sure that is:
+//!
+//! ```
+//! # use octolux::{RenderOptions, scene::{FilmSize, Scene}};
+//! # let scene = Scene::load("scenes/veach-mis.toml".as_ref())?;
+//! use octolux::reference;
+//! use octolux::study::error::{Errors, relmse_of_reference};
+//!
+//! let film = FilmSize { width: 24, height: 16 };
+//! let options = RenderOptions { spp: 256, size: Some(film), ..Default::default() };
+//! let picture = octolux::render(&scene, &options)?;
+//! let oracle = reference::render(&scene, film, 256, 0, &|_| ());
+//!
+//! let errors = Errors::between(&picture.pixels, &oracle.picture);
+//! let noise_of_the_oracle = relmse_of_reference(&oracle.picture, &oracle.stderr);
+//! assert!(errors.relative.abs() < 0.05 && errors.relmse < 2.0 * noise_of_the_oracle + 0.1);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Features
+//!
+//! `cli` (default) is the program `octolux`; `lab` (part of it) is what proves and measures: `study::verify`, `study::selftest` and
+//! `study::cost`. Without both, the crate needs no clap, miette, indicatif, plotters or ctrlc.
+//!
+//! # How it is built
+//!
+//! Data flows one way: a scene says what it needs, the plan picks a kernel, streams of packets go through Embree and the
+//! estimators, and a film collects the sums.
 //!
 //! Layers, lowest first; a module uses only those before it, and `tests/layers.rs` keeps that true:
 //! [`cpu`], [`about`], [`machine`] and [`settings`] · [`lane`] · [`math`] · [`sampling`] · [`bsdf`] and [`light`] · [`shape`] · [`embree`] and
 //! [`linear`] · [`scene`] ·
 //! [`estimator`] · [`film`] and [`pipeline`] · [`run`] · [`mod@reference`] (of scene data alone) · [`study`] · [`cli`].
+//!
+//! Modules that the documentation hides (`lane`, `math`, `sampling`, `bsdf`, `light`, `shape`, `embree`, `linear`, `estimator` and
+//! some more) are open to the proofs and benchmarks of the repository alone: they may change at any time.
 
 #[macro_use]
 mod mutant;
@@ -17,25 +174,38 @@ extern crate self as octolux; // the checks of `tests/proof` name the crate
 #[path = "../tests/proof/mod.rs"]
 mod proof;
 
+#[doc(hidden)]
 pub mod about;
+#[doc(hidden)]
 pub mod bsdf;
 #[cfg(feature = "cli")]
+#[doc(hidden)]
 pub mod cli;
+#[doc(hidden)]
 pub mod cpu;
+#[doc(hidden)]
 pub mod embree;
+#[doc(hidden)]
 pub mod estimator;
 pub mod film;
+#[doc(hidden)]
 pub mod lane;
+#[doc(hidden)]
 pub mod light;
+#[doc(hidden)]
 pub mod linear;
+#[doc(hidden)]
 pub mod machine;
+#[doc(hidden)]
 pub mod math;
 pub mod pipeline;
 pub mod reference;
 pub mod run;
+#[doc(hidden)]
 pub mod sampling;
 pub mod scene;
 pub mod settings;
+#[doc(hidden)]
 pub mod shape;
 pub mod study;
 

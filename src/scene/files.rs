@@ -21,8 +21,7 @@ pub enum Outside {
     Allowed,
 }
 
-/// Making sense of a file takes at most about this many times its length (OBJ: the text, 64-bit numbers and tables of
-/// both).
+/// Making sense of a file takes at most about this many times its length: numbers of a few bytes become 64-bit numbers.
 const BYTES_PER_BYTE: u64 = 6;
 
 /// The files of one scene.

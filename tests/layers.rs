@@ -1,4 +1,4 @@
-//! The table of layers holds: who may import whom, where `unsafe` may be, who names `safe_arch`, how long a file may be.
+//! The table of layers holds: who may import whom, where `unsafe` may be, who names `wide`, how long a file may be.
 //!
 //! The source is read as tokens, comments and strings left out: enough to find every path that starts at the crate's
 //! root, and nothing to keep in step with the compiler. Paths that a macro would put together are not seen.
@@ -46,7 +46,7 @@ const TABLE: [(&str, u32, Uses); 20] = [
 /// Where `unsafe` may be: foreign functions, vector instructions, and the two of `cpuid`.
 const UNSAFE: [&str; 3] = ["embree/", "lane/", "cpu.rs"];
 
-/// The one file that names the crate `safe_arch`.
+/// The one file that names the crate `wide`.
 const AVX2: &str = "lane/wide8.rs";
 
 /// Where the lanes of AVX-512 are named: all other code gets them as parameters of what runs behind a question to the processor.
@@ -191,8 +191,8 @@ fn faults(name: &str, source: &str) -> Vec<String> {
     if tokens.contains(&"unsafe") && !UNSAFE.iter().any(|place| name.starts_with(place)) {
         faults.push(format!("{name}: `unsafe` belongs into {UNSAFE:?}"));
     }
-    if tokens.contains(&"safe_arch") && name != AVX2 {
-        faults.push(format!("{name}: only {AVX2} names the crate `safe_arch`"));
+    if tokens.windows(2).any(|pair| pair == ["wide", "::"]) && name != AVX2 {
+        faults.push(format!("{name}: only {AVX2} names the crate `wide`"));
     }
     if tokens.contains(&"F32x16") && !SIXTEEN.iter().any(|place| name.starts_with(place)) {
         faults.push(format!("{name}: only {SIXTEEN:?} name `F32x16`"));
@@ -295,9 +295,9 @@ fn planted_faults_are_found() {
         ("reference/mod.rs", "use crate::math::Vec3;"),
         ("unheard/of.rs", "use crate::lane::Lane;"),
         ("pipeline/stream.rs", "fn f() { unsafe { g() } }"),
-        ("math/frame.rs", "use safe_arch::m256;"),
+        ("math/frame.rs", "use wide::f32x8;"),
         ("pipeline/rows.rs", "use crate::lane::{F32x8, F32x16};"),
-        ("math/frame.rs", "let x = ::safe_arch::zeroed_m256();"),
+        ("math/frame.rs", "let x = ::wide::f32x8::ZERO;"),
         ("math/frame.rs", &"\n".repeat(LINES + 1)),
     ] {
         assert!(!faults(name, source).is_empty(), "{name}: {source:?} must be found");
@@ -327,7 +327,8 @@ fn what_only_looks_like_a_fault_passes() {
             "reference/mod.rs",
             "use crate::film::Picture; use crate::scene::{FilmSize, Scene};",
         ),
-        ("lane/wide8.rs", "use safe_arch::m256; unsafe {}"),
+        ("lane/wide8.rs", "use wide::f32x8; unsafe {}"),
+        ("math/frame.rs", "let wide = 3; wide.max(4)"),
         ("pipeline/plan.rs", "use crate::film::Tile; use super::stage::Chunk;"),
     ] {
         assert_eq!(faults(name, source), Vec::<String>::new(), "{source:?}");

@@ -270,6 +270,8 @@ fn in_words(code: ffi::RTCError) -> &'static str {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::LazyLock;
+
     use super::*;
 
     /// A misuse that Embree notices on this device.
@@ -334,15 +336,14 @@ mod tests {
         unsafe extern "C" fn version_4_2(_: ffi::RTCDevice, _: ffi::RTCDeviceProperty) -> isize {
             40201
         }
-        let real = embree().unwrap();
-        let old = Box::leak(Box::new(Embree {
+        static OLD: LazyLock<Embree> = LazyLock::new(|| Embree {
             functions: Functions {
                 rtcGetDeviceProperty: version_4_2,
-                ..real.functions
+                ..embree().unwrap().functions
             },
             path: "/some/lib/libembree4.so.4".into(),
-        }));
-        let error = Device::configured("threads=1", old).unwrap_err();
+        });
+        let error = Device::configured("threads=1", &OLD).unwrap_err();
         let said = error.to_string();
         assert!(
             said.contains("/some/lib/libembree4.so.4") && said.contains("4.2.1"),

@@ -258,6 +258,7 @@ impl Accel {
 mod tests {
     use std::cell::Cell;
     use std::ffi::c_void;
+    use std::sync::LazyLock;
 
     use super::super::library::{Embree, embree};
     use super::*;
@@ -298,18 +299,18 @@ mod tests {
         unsafe extern "C" fn no_buffer(_: ffi::RTCGeometry, _: u32, _: u32, _: u32, _: usize, _: usize) -> *mut c_void {
             ptr::null_mut()
         }
-        let functions = Functions {
-            rtcNewScene: new_scene,
-            rtcReleaseScene: release_scene,
-            rtcNewGeometry: new_geometry,
-            rtcReleaseGeometry: release_geometry,
-            rtcSetNewGeometryBuffer: no_buffer,
-            ..*real()
-        };
-        Box::leak(Box::new(Embree {
-            functions,
+        static COUNTING: LazyLock<Embree> = LazyLock::new(|| Embree {
+            functions: Functions {
+                rtcNewScene: new_scene,
+                rtcReleaseScene: release_scene,
+                rtcNewGeometry: new_geometry,
+                rtcReleaseGeometry: release_geometry,
+                rtcSetNewGeometryBuffer: no_buffer,
+                ..*real()
+            },
             path: "counting".into(),
-        }))
+        });
+        &COUNTING
     }
 
     /// An error that an earlier call left on the thread is told, and nothing is kept for it.

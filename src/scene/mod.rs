@@ -67,6 +67,58 @@ pub struct Scene {
     pub notes: Vec<String>,
 }
 
+impl Scene {
+    /// The default name of a picture: of a scene file its name without the ending.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The camera.
+    pub fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// The size of the picture, where nobody asks for another one.
+    pub fn film(&self) -> FilmSize {
+        self.film
+    }
+
+    /// The settings that it asks for, where nobody asks for others.
+    pub fn render(&self) -> RenderTable {
+        self.render
+    }
+
+    /// Reflecting surfaces, in the order in which they were added.
+    pub fn materials(&self) -> &[Material] {
+        &self.materials
+    }
+
+    /// Spheres, in the order in which they were added.
+    pub fn spheres(&self) -> &[Sphere] {
+        &self.spheres
+    }
+
+    /// Triangle meshes, in the order in which they were added.
+    pub fn meshes(&self) -> &[Mesh] {
+        &self.meshes
+    }
+
+    /// What rays see that leave the scene; black where it is `None`.
+    pub fn environment(&self) -> Option<&Environment> {
+        self.environment.as_ref()
+    }
+
+    /// What the user should be told about the scene: one sentence each, nothing that stops a render.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// SHA-256 of what decides the picture, in hexadecimal.
+    pub fn hash(&self) -> &str {
+        &self.hash
+    }
+}
+
 /// A camera: `origin != target`, `up` not parallel to the view, the angle in (0, 180) degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {

@@ -2,13 +2,14 @@
 
 use std::error::Error;
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::DVec3;
 
 use crate::film::Picture;
 use crate::pipeline::{Prepared, Settings};
 use crate::run::Run;
-use crate::scene::{EstimatorKind, FilmSize, SamplerKind, Scene};
+use crate::scene::{EstimatorKind, FilmSize, InvalidScene, SamplerKind, Scene};
 use crate::settings::AccelKind;
 use crate::study::estimate::Estimate;
 
@@ -109,19 +110,20 @@ pub fn differences(a: &Picture, b: &Picture) -> usize {
 }
 
 /// The scene, `scale` times as large about 0 and then moved by `offset`.
-pub fn moved(scene: &Scene, scale: f64, offset: DVec3) -> Scene {
-    let mut scene = scene.clone();
+///
+/// # Errors
+/// Where it does not fit into single precision there.
+pub fn moved(scene: &Scene, scale: f64, offset: DVec3) -> Result<Scene, InvalidScene> {
+    let mut scene = scene.to_builder();
     let change = |place: &mut DVec3| *place = *place * scale + offset;
     for sphere in &mut scene.spheres {
         sphere.radius *= scale;
         change(&mut sphere.center);
     }
-    scene
-        .meshes
-        .iter_mut()
-        .flat_map(|mesh| &mut mesh.vertices)
-        .for_each(change);
+    for mesh in &mut scene.meshes {
+        Arc::make_mut(mesh).vertices.iter_mut().for_each(change);
+    }
     change(&mut scene.camera.origin);
     change(&mut scene.camera.target);
-    scene
+    scene.build()
 }

@@ -327,7 +327,7 @@ pub fn few_lights(effort: Effort) -> Checks {
     }
     let unsaid = [&dark, &without_power]
         .iter()
-        .filter(|scene| scene.notes.is_empty())
+        .filter(|scene| scene.notes().is_empty())
         .count();
     Ok(vec![
         Check::none(

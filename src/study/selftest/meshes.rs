@@ -71,8 +71,11 @@ pub fn degenerate(effort: Effort) -> Checks {
     let flat = bench::scene(&plate(
         "[[0, 4, 2], [0, 1, 2], [4, 4, 4], [0, 2, 3], [6, 4, 7], [4, 5, 5]]",
     ))?;
-    let dropped = clean.meshes[0].triangles.len().abs_diff(flat.meshes[0].triangles.len());
-    let unsaid = usize::from(flat.notes.len() != 1);
+    let dropped = clean.meshes()[0]
+        .triangles
+        .len()
+        .abs_diff(flat.meshes()[0].triangles.len());
+    let unsaid = usize::from(flat.notes().len() != 1);
     let mut different = 0;
     for accel in ACCELS {
         let settings = Settings {

@@ -1,11 +1,13 @@
 //! Rows 21 to 24: where a scene is and how large must not matter, and no surface shadows itself.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use super::bench::{self, ACCELS, Trouble};
 use super::row::{Check, Checks, Effort};
 use crate::pipeline::Settings;
-use crate::scene::{EstimatorKind, Scene};
+use crate::scene::{EstimatorKind, InvalidScene, Scene};
 
 /// A body of albedo 1 in a light of radiance 1 all around: every sample of `brdf` is exactly 1, unless the body shadows itself.
 const FURNACE: &str = "[materials.white]\ndiffuse = [1, 1, 1]\n[[spheres]]\ncenter = [0, 0, 0]\nradius = 1e5\n\
@@ -102,7 +104,7 @@ pub fn moved_about(name: &str, scales: &[i32], offsets: &[f64], effort: Effort) 
     let (scene, mut lost) = (body(name, 4.0)?, 0);
     for scale in scales.iter().map(|&power| 10.0_f64.powi(power)) {
         for offset in offsets {
-            let moved = bench::moved(&scene, scale, DVec3::new(1.0, 0.7, -0.3) * (offset * scale));
+            let moved = bench::moved(&scene, scale, DVec3::new(1.0, 0.7, -0.3) * (offset * scale))?;
             lost += acne(&moved, effort)?;
         }
     }
@@ -143,15 +145,15 @@ pub fn self_intersection(effort: Effort) -> Checks {
 pub fn far_away(_: Effort) -> Checks {
     let mut different = 0;
     for text in SCENES {
-        let scene = exact(bench::scene(text)?);
+        let scene = exact(&bench::scene(text)?)?;
         for offset in [2e5_f64, 1e6, 3e7].map(|x| (x as i64 as f64) * DVec3::new(1.0, -2.0, 0.5)) {
-            different += compared(&scene, &bench::moved(&scene, 1.0, offset))?;
+            different += compared(&scene, &bench::moved(&scene, 1.0, offset)?)?;
         }
     }
     let room = closed_box(4.0)?;
     let mut leaks = 0;
     for offset in [0.0, 2e5, 1e6, 3e7] {
-        leaks += lit_pixels(&bench::moved(&room, 1.0, DVec3::splat(offset)))?;
+        leaks += lit_pixels(&bench::moved(&room, 1.0, DVec3::splat(offset))?)?;
     }
     Ok(vec![
         Check::none(
@@ -170,7 +172,7 @@ pub fn scaled(_: Effort) -> Checks {
         for text in SCENES {
             let scene = bench::scene(text)?;
             for power in powers {
-                let moved = bench::moved(&scene, 2.0_f64.powi(power), DVec3::ZERO);
+                let moved = bench::moved(&scene, 2.0_f64.powi(power), DVec3::ZERO)?;
                 different += compared(&scene, &moved)?;
             }
         }
@@ -232,17 +234,16 @@ const SCENES: [&str; 2] = [
 ];
 
 /// The scene with all lengths rounded to multiples of 2^-20: moving it by 1e7 loses nothing then.
-fn exact(mut scene: Scene) -> Scene {
+fn exact(scene: &Scene) -> Result<Scene, InvalidScene> {
+    let mut scene = scene.to_builder();
     let round = |place: &mut DVec3| *place = (*place * 1_048_576.0).round() / 1_048_576.0;
     scene.spheres.iter_mut().for_each(|sphere| round(&mut sphere.center));
-    scene
-        .meshes
-        .iter_mut()
-        .flat_map(|mesh| &mut mesh.vertices)
-        .for_each(round);
+    for mesh in &mut scene.meshes {
+        Arc::make_mut(mesh).vertices.iter_mut().for_each(round);
+    }
     round(&mut scene.camera.origin);
     round(&mut scene.camera.target);
-    scene
+    scene.build()
 }
 
 /// Pixels that differ in any bit, over estimators and accelerators.

@@ -4,7 +4,7 @@ use super::bench::{self, SIGMAS};
 use super::row::{Check, Checks, Effort};
 use crate::film::{ChunkSum, Film};
 use crate::pipeline::{Settings, widest_lanes};
-use crate::scene::{EstimatorKind, FilmSize, Scene};
+use crate::scene::{EstimatorKind, FilmSize, InvalidScene, Scene, Surface};
 use crate::settings::Lanes;
 use crate::study::estimate::Estimate;
 
@@ -46,14 +46,14 @@ pub fn bright_beside_dim(effort: Effort) -> Checks {
 }
 
 /// Every radiance times `factor`.
-fn brighter(scene: &Scene, factor: f64) -> Scene {
-    let mut scene = scene.clone();
+fn brighter(scene: &Scene, factor: f64) -> Result<Scene, InvalidScene> {
+    let mut scene = scene.to_builder();
     for sphere in &mut scene.spheres {
-        if let crate::scene::Surface::Emission(le) = &mut sphere.surface {
+        if let Surface::Emission(le) = &mut sphere.surface {
             *le *= factor;
         }
     }
-    scene
+    scene.build()
 }
 
 /// Row 32.
@@ -67,13 +67,13 @@ pub fn denormals(effort: Effort) -> Checks {
         let plain = bench::picture(&scene, settings, effort.of(32))?;
         for power in [-90, -60, -20, 20, 60, 100] {
             let factor = 2.0_f32.powi(power);
-            let scaled = bench::picture(&brighter(&scene, f64::from(factor)), settings, effort.of(32))?;
+            let scaled = bench::picture(&brighter(&scene, f64::from(factor))?, settings, effort.of(32))?;
             let mut expected = plain.clone();
             expected.pixels.iter_mut().flatten().for_each(|x| *x *= factor);
             different += bench::differences(&scaled, &expected);
         }
         // Radiance of 1e-42 is denormal itself: every width must make the same of it, on every thread.
-        let dim = brighter(&scene, 1e-42);
+        let dim = brighter(&scene, 1e-42)?;
         let one = bench::picture(
             &dim,
             Settings {

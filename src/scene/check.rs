@@ -56,7 +56,17 @@ fn single(key: &'static str) -> Property {
 }
 
 fn broken(property: Property, x: f64, rule: &Rule) -> Wrong {
-    Wrong::new(rule.problem(x), rule.help).of(property, x)
+    Wrong::new(rule.problem(x), rule.help).of(property, shown(x))
+}
+
+/// Large and small numbers in powers of ten, whole ones without a point.
+fn shown(x: f64) -> String {
+    let shown = format!("{x:?}");
+    shown.strip_suffix(".0").unwrap_or(&shown).to_owned()
+}
+
+fn shown_vector(v: DVec3) -> String {
+    format!("[{}]", v.to_array().map(shown).join(", "))
 }
 
 fn number(key: &'static str, x: f64, rule: &Rule) -> Checked {
@@ -108,8 +118,7 @@ fn camera(camera: &Camera) -> Checked {
 /// Whether there is a direction to look into, and another one that is up.
 fn direction(origin: DVec3, target: DVec3, up: DVec3) -> Checked {
     let wrong = |key, v: DVec3, problem: &'static str, remedy: &'static str| {
-        let [x, y, z] = v.to_array();
-        Err(Wrong::new(problem, remedy).of(single(key), format!("[{x}, {y}, {z}]")))
+        Err(Wrong::new(problem, remedy).of(single(key), shown_vector(v)))
     };
     if origin == target {
         let remedy = "point the camera at something: move the target";
@@ -277,12 +286,11 @@ fn mesh(mesh: &Mesh) -> Checked {
                 index,
                 ..single("normals")
             };
-            let [x, y, z] = normals[at].to_array();
             let wrong = Wrong::new(
                 "must have length 1",
                 "`Mesh::smooth` makes unit normals of those that there are",
             );
-            Err(wrong.of(property, format!("[{x}, {y}, {z}]")))
+            Err(wrong.of(property, shown_vector(normals[at])))
         }
     }
 }

@@ -48,7 +48,9 @@ fn what_is_left_out_for_a_tile_is_met_by_none_of_its_rays() {
     }
     for distance in [0.5, 2.0, 6.0, 50.0, 1e3, 1e5] {
         for seed in 0..30 {
-            let scene = random_scene(&mut Pcg64::seed_from_u64(seed), distance);
+            let scene = random_scene(&mut Pcg64::seed_from_u64(seed), distance)
+                .build()
+                .expect("a scene");
             let base = settings(scene.film().width, scene.film().height, EstimatorKind::Mis);
             nothing_is_missed(&scene, base, 2, &format!("cull-{distance}-{seed}"));
         }

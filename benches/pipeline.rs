@@ -32,7 +32,7 @@ fn prepared(scene: &Scene, estimator: EstimatorKind, lanes: Lanes, threads: usiz
         threads,
         ..Settings::default()
     };
-    Prepared::new(scene, settings).unwrap_or_else(|error| panic!("{}: {error}", scene.name))
+    Prepared::new(scene, settings).unwrap_or_else(|error| panic!("{}: {error}", scene.name()))
 }
 
 fn render(prepared: &Prepared) -> Run {
@@ -41,7 +41,7 @@ fn render(prepared: &Prepared) -> Run {
 
 fn renders(c: &mut Criterion, name: &str, numbers: &mut BTreeMap<String, Value>) {
     let scene = common::scene(name);
-    let mut group = c.benchmark_group(format!("pipeline: {}", scene.name));
+    let mut group = c.benchmark_group(format!("pipeline: {}", scene.name()));
     for estimator in EstimatorKind::ALL {
         // Sixteen only where the processor has them.
         for lanes in Lanes::ALL.into_iter().rev().filter(|&lanes| lanes <= widest_lanes()) {
@@ -49,7 +49,7 @@ fn renders(c: &mut Criterion, name: &str, numbers: &mut BTreeMap<String, Value>)
                 let id = BenchmarkId::new(estimator.name(), format!("{lanes} lanes, {threads} threads"));
                 let key = format!(
                     "pipeline: {}/{}/{lanes} lanes, {threads} threads",
-                    scene.name,
+                    scene.name(),
                     estimator.name()
                 );
                 let mut counters = None;

@@ -117,18 +117,18 @@ fn veach(device: &Device) -> Place {
     let scene = common::scene("veach-mis.toml");
     let mut builder = SceneBuilder::new(device, true).expect("a scene");
     let narrow = |v: DVec3| v.to_array().map(|x| x as f32);
-    for mesh in &scene.meshes {
+    for mesh in scene.meshes() {
         let vertices: Vec<_> = mesh.vertices.iter().map(|&v| narrow(v)).collect();
         builder.add_mesh(&vertices, &mesh.triangles).expect("a mesh");
     }
-    let balls = scene.spheres.iter().map(|s| Ball {
+    let balls = scene.spheres().iter().map(|s| Ball {
         center: narrow(s.center),
         radius: s.radius as f32,
     });
     builder.set_spheres(balls.collect()).expect("spheres");
     let accel = builder.commit().expect("a hierarchy");
-    let eye = eye_rays(scene.camera.origin, scene.camera.target, 41.0108);
-    let light = &scene.spheres[3];
+    let eye = eye_rays(scene.camera().origin, scene.camera().target, 41.0108);
+    let light = &scene.spheres()[3];
     let shadow = shadow_rays(&accel, &eye, light.center, light.radius, 3);
     Place {
         name: "Veach's scene",

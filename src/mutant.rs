@@ -212,7 +212,7 @@ mod tests {
             (SamplerKind::Sobol, AccelKind::Embree),
             10,
             |scene, estimator| {
-                let tiny = matches!(scene.name.as_str(), "sphere-tiny" | "square-tiny");
+                let tiny = matches!(scene.name(), "sphere-tiny" | "square-tiny");
                 let hopeless = tiny && matches!(estimator, EstimatorKind::Uniform | EstimatorKind::Brdf);
                 (!hopeless).then_some(64)
             },

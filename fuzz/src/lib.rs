@@ -37,7 +37,7 @@ fn folder() -> PathBuf {
 
 fn load(text: &str, path: &Path) {
     match Scene::parse(text, path) {
-        Ok(scene) => _ = Features::of(&scene, scene.film),
+        Ok(scene) => _ = Features::of(&scene, scene.film()),
         Err(error) => {
             assert!(!format!("{error:?}").is_empty());
             assert!(error.to_string().len() > 10, "an error is a sentence");

@@ -4,11 +4,10 @@ use std::fmt;
 use std::path::Path;
 use std::process::ExitCode;
 
-use miette::Diagnostic;
-
 use crate::embree::EmbreeError;
 use crate::film::PictureError;
 use crate::pipeline::SetupError;
+use crate::scene::{InvalidScene, SceneError};
 
 /// How a command ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,7 +57,7 @@ pub enum CliError {
         help: Option<String>,
     },
     /// A scene is wrong, with the place in its text: exit code 2.
-    Scene(Box<dyn Diagnostic + Send + Sync>),
+    Scene(SceneError),
     /// Anything else, in one line: exit code 1.
     Failed {
         /// What is wrong, in one line.
@@ -78,8 +77,13 @@ impl CliError {
     }
 
     /// A wrong scene.
-    pub fn scene(error: impl Diagnostic + Send + Sync + 'static) -> Self {
-        Self::Scene(Box::new(error))
+    pub fn scene(error: SceneError) -> Self {
+        Self::Scene(error)
+    }
+
+    /// A scene that cannot be changed as the command line asks.
+    pub fn change(error: &InvalidScene) -> Self {
+        Self::usage(error.to_string()).with_help(error.remedy())
     }
 
     /// Something that is nobody's input.
@@ -132,7 +136,7 @@ impl CliError {
     pub fn help(&self) -> Option<String> {
         match self {
             Self::Usage { help, .. } | Self::Failed { help, .. } => help.clone(),
-            Self::Scene(error) => error.help().map(|help| help.to_string()),
+            Self::Scene(error) => Some(error.remedy().to_owned()),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! `octolux explain`: what a scene holds and calls for, and how it would be rendered.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
@@ -37,7 +37,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     let scene = args.options.reading.load(&args.scene)?;
     let settings = args.options.settings(&scene)?;
     let prepared = Prepared::new(&scene, settings).map_err(|error| CliError::setup(&args.scene, &error))?;
-    let mut explanation = Explanation::new(&scene, settings, &prepared);
+    let mut explanation = Explanation::new(&args.scene, &scene, settings, &prepared);
     if args.measure {
         let costs = effect_costs::measure(&scene, settings).map_err(|error| CliError::setup(&args.scene, &error))?;
         explanation.costs = Some(costs);
@@ -91,19 +91,20 @@ struct Explanation {
 }
 
 impl Explanation {
-    fn new(scene: &Scene, settings: Settings, prepared: &Prepared) -> Self {
+    fn new(path: &Path, scene: &Scene, settings: Settings, prepared: &Prepared) -> Self {
         let emits = |surface: &Surface| matches!(surface, Surface::Emission(_));
-        let of_kind = |kind: fn(&Bsdf) -> bool| scene.materials.iter().filter(|material| kind(&material.bsdf)).count();
+        let of_kind =
+            |kind: fn(&Bsdf) -> bool| scene.materials().iter().filter(|material| kind(&material.bsdf)).count();
         Self {
-            scene: scene.path.to_string_lossy().into_owned(),
+            scene: path.to_string_lossy().into_owned(),
             width: settings.film.width,
             height: settings.film.height,
-            spheres: scene.spheres.len(),
-            sphere_lights: scene.spheres.iter().filter(|sphere| emits(&sphere.surface)).count(),
-            meshes: scene.meshes.len(),
-            mesh_lights: scene.meshes.iter().filter(|mesh| emits(&mesh.surface)).count(),
-            triangles: scene.meshes.iter().map(|mesh| mesh.triangles.len()).sum(),
-            materials: scene.materials.len(),
+            spheres: scene.spheres().len(),
+            sphere_lights: scene.spheres().iter().filter(|sphere| emits(&sphere.surface)).count(),
+            meshes: scene.meshes().len(),
+            mesh_lights: scene.meshes().iter().filter(|mesh| emits(&mesh.surface)).count(),
+            triangles: scene.meshes().iter().map(|mesh| mesh.triangles.len()).sum(),
+            materials: scene.materials().len(),
             diffuse: of_kind(|bsdf| !matches!(bsdf, Bsdf::Phong { .. })),
             phong: of_kind(|bsdf| !matches!(bsdf, Bsdf::Diffuse { .. })),
             needs: prepared.needs(),
@@ -117,7 +118,7 @@ impl Explanation {
             lanes: prepared.lanes().count(),
             rays_together: prepared.rays_together(),
             threads: settings.threads,
-            spp: scene.render.spp.unwrap_or(DEFAULT_SPP),
+            spp: scene.render().spp.unwrap_or(DEFAULT_SPP),
             estimator: settings.estimator,
             sampler: settings.sampler,
             seed: settings.seed,

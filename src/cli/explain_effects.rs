@@ -44,19 +44,19 @@ pub fn found(scene: &Scene, features: &Features) -> Vec<Found> {
 fn evidence(scene: &Scene, features: &Features, effect: Effect) -> String {
     let count = features.count(effect);
     let of = |count: usize, all: usize, what: &str| format!("{count} of {all} {what}");
-    let materials = scene.materials.iter().filter(|m| m.effects().has(effect)).count();
+    let materials = scene.materials().iter().filter(|m| m.effects().has(effect)).count();
     match effect {
         Effect::Diffuse | Effect::Phong | Effect::Blend | Effect::OneSided | Effect::Textures => format!(
             "{}, on {count} shapes in sight",
-            of(materials, scene.materials.len(), "materials")
+            of(materials, scene.materials().len(), "materials")
         ),
-        Effect::Spheres | Effect::SphereLights => of(count, scene.spheres.len(), "spheres"),
-        Effect::Meshes | Effect::MeshLights | Effect::SmoothNormals => of(count, scene.meshes.len(), "meshes"),
+        Effect::Spheres | Effect::SphereLights => of(count, scene.spheres().len(), "spheres"),
+        Effect::Meshes | Effect::MeshLights | Effect::SmoothNormals => of(count, scene.meshes().len(), "meshes"),
         Effect::Lens => {
-            let lens = scene.camera.lens.map_or((0.0, 0.0), |lens| (lens.radius, lens.focus));
+            let lens = scene.camera().lens.map_or((0.0, 0.0), |lens| (lens.radius, lens.focus));
             format!("radius {}, in focus at {}", lens.0, lens.1)
         }
-        Effect::Environment => match &scene.environment {
+        Effect::Environment => match scene.environment() {
             Some(Environment::Picture(picture)) => {
                 format!("a picture of {} x {} texels", picture.width, picture.height)
             }
@@ -80,9 +80,9 @@ pub fn notes(scene: &Scene, features: &Features) -> Vec<String> {
         ));
     }
     let dark = |surface: &Surface| matches!(surface, Surface::Emission(le) if le.max_element() == 0.0);
-    let spheres = scene.spheres.iter().map(|s| &s.surface);
+    let spheres = scene.spheres().iter().map(|s| &s.surface);
     let dark = spheres
-        .chain(scene.meshes.iter().map(|m| &m.surface))
+        .chain(scene.meshes().iter().map(|m| &m.surface))
         .filter(|s| dark(s))
         .count();
     if dark > 0 {

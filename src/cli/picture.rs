@@ -53,7 +53,7 @@ impl<'a> Job<'a> {
         let scene = request.load()?;
         let load_time = started.elapsed();
         options::check_size(request.options.size)?;
-        let (settings, goal) = (request.settings(&scene), request.goal(scene.render.spp));
+        let (settings, goal) = (request.settings(&scene), request.goal(scene.render().spp));
         self.announce_memory(settings, &goal)?;
         let prepared = Prepared::holding(&scene, settings, request.hold)
             .map_err(|error| CliError::setup(&request.scene, &error))?;
@@ -83,7 +83,7 @@ impl<'a> Job<'a> {
             load_time,
         };
         let render = Render {
-            name: scene.name,
+            name: scene.name().to_owned(),
             writer,
             kept: RefCell::new(kept),
         };
@@ -116,7 +116,10 @@ impl<'a> Job<'a> {
             .overall
             .map(|_| format!("{}: ", self.request.scene.display()))
             .unwrap_or_default();
-        scene.notes.iter().for_each(|note| report::note(&format!("{of}{note}")));
+        scene
+            .notes()
+            .iter()
+            .for_each(|note| report::note(&format!("{of}{note}")));
         let settings = prepared.settings();
         if !settings.robust && prepared.robust().is_none() {
             let what = "--robust off changes nothing: no ray goes through Embree, as shapes are tested in a line";

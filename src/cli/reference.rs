@@ -58,7 +58,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
         check_output(path).map_err(|error| CliError::bad_path(&error))?;
     }
     let scene = args.reading.load(&args.scene)?;
-    let film = args.size.unwrap_or(scene.film);
+    let film = args.size.unwrap_or(scene.film());
     // 0 stands for as many as the machine offers.
     let threads = ThreadPoolBuilder::new().num_threads(args.threads.unwrap_or(0)).build();
     let threads = threads.map_err(|error| CliError::failed(format!("cannot start the threads: {error}")))?;
@@ -111,7 +111,7 @@ fn progress_bar(quiet: bool, samples: u64) -> ProgressBar {
 
 fn attributes(args: &Args, scene: &Scene, content: &str) -> Attributes {
     let settings = vec![
-        ("scene", Value::Text(scene.name.clone())),
+        ("scene", Value::Text(scene.name().to_owned())),
         (
             "program",
             Value::Text(format!("octolux {} reference", env!("CARGO_PKG_VERSION"))),

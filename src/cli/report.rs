@@ -7,16 +7,18 @@ use std::fmt;
 use std::io::{self, IsTerminal, Write};
 
 use miette::{
-    Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, SourceCode, ThemeCharacters, ThemeStyles,
+    Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, SourceCode, ThemeCharacters,
+    ThemeStyles,
 };
 
 use super::CliError;
+use crate::scene::SceneError;
 
 /// `error: ...`, the lines in question, `help: ...`.
 pub fn error(error: &CliError) {
     let mut text = format!("{} {error}\n", styled("error:", "1;31"));
-    if let CliError::Scene(diagnostic) = error {
-        text.push_str(&snippet(diagnostic.as_ref()));
+    if let CliError::Scene(error) = error {
+        text.push_str(&snippet(error));
     }
     if let Some(help) = error.help() {
         text.push_str(&format!("{} {help}\n", styled("help:", "1;36")));
@@ -82,10 +84,14 @@ pub fn unicode() -> bool {
 }
 
 /// The lines of source with the label under them; empty where the error has no place.
-fn snippet(diagnostic: &(dyn Diagnostic + Send + Sync)) -> String {
-    if diagnostic.source_code().is_none() {
+fn snippet(error: &SceneError) -> String {
+    let (Some(text), Some((span, label))) = (error.text(), error.place()) else {
         return String::new();
-    }
+    };
+    let place = Place {
+        source: NamedSource::new(error.path().to_string_lossy(), text.to_owned()),
+        label: LabeledSpan::at(span, label),
+    };
     let theme = GraphicalTheme {
         characters: if unicode() {
             ThemeCharacters::unicode()
@@ -104,7 +110,7 @@ fn snippet(diagnostic: &(dyn Diagnostic + Send + Sync)) -> String {
         .with_width(120)
         .without_cause_chain();
     let mut text = String::new();
-    if handler.render_report(&mut text, &Place(diagnostic)).is_err() {
+    if handler.render_report(&mut text, &place).is_err() {
         return String::new();
     }
     // The handler's first line is the message (here empty, as it stands above already).
@@ -113,24 +119,27 @@ fn snippet(diagnostic: &(dyn Diagnostic + Send + Sync)) -> String {
         .unwrap_or_default()
 }
 
-/// A diagnostic without its words: only where it is.
+/// A scene's error without its words: only where it is.
 #[derive(Debug)]
-struct Place<'a>(&'a (dyn Diagnostic + Send + Sync));
+struct Place {
+    source: NamedSource<String>,
+    label: LabeledSpan,
+}
 
-impl fmt::Display for Place<'_> {
+impl fmt::Display for Place {
     fn fmt(&self, _: &mut fmt::Formatter<'_>) -> fmt::Result {
         Ok(())
     }
 }
 
-impl std::error::Error for Place<'_> {}
+impl std::error::Error for Place {}
 
-impl Diagnostic for Place<'_> {
+impl Diagnostic for Place {
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        self.0.source_code()
+        Some(&self.source)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        self.0.labels()
+        Some(Box::new(std::iter::once(self.label.clone())))
     }
 }

@@ -10,7 +10,7 @@ use super::looker::Looker;
 use super::options::Options;
 use super::{CliError, Exit, report};
 use crate::film::replace;
-use crate::scene::Scene;
+use crate::scene::{Scene, SceneBuilder};
 use crate::study::cost::{self, Study, StudyError, warnings};
 use crate::study::page::{self, Circumstances};
 use crate::{about, machine};
@@ -69,10 +69,14 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     let load = machine::load();
     let interrupt = Interrupt::listen(true)?;
     let started = Instant::now();
-    let mut scene = args.options.reading.load(&args.scene)?;
+    let scene = args.options.reading.load(&args.scene)?;
     let load_s = started.elapsed().as_secs_f64();
     let settings = args.options.settings(&scene)?;
-    scene.film = settings.film;
+    let scene = SceneBuilder {
+        film: settings.film,
+        ..scene.to_builder()
+    };
+    let scene = scene.build().map_err(|error| CliError::change(&error))?;
     let options = cost::Options {
         settings,
         budget: args.budget,

@@ -42,7 +42,7 @@ impl<'a> Circumstances<'a> {
         Self {
             scene: path.to_string_lossy().into_owned(),
             passed: report.count(Verdict::Fail) == 0,
-            needs: Features::of(scene, scene.film).effects().names(),
+            needs: Features::of(scene, scene.film()).effects().names(),
             budget_s: options.budget,
             seconds: report.seconds,
             threads: options.threads,

@@ -32,7 +32,7 @@ impl Emitters {
     pub fn of(scene: &Scene) -> Result<Self, EmbreeError> {
         let mut found = Self::default();
         let mut names = AimNames::default();
-        for (geometry, mesh) in (0..).zip(&scene.meshes) {
+        for (geometry, mesh) in (0..).zip(scene.meshes()) {
             let Surface::Emission(le) = mesh.surface else {
                 found.aims.push(None);
                 continue;
@@ -44,7 +44,7 @@ impl Emitters {
             let aims = names.next(mesh.triangles.len(), !is_flat(mesh));
             let aims = aims.ok_or(EmbreeError::TooManyLights)?;
             found.aims.push(Some(aims));
-            found.add(mesh, scene.camera.origin, aims, narrow(le), geometry);
+            found.add(mesh, scene.camera().origin, aims, narrow(le), geometry);
         }
         Ok(found)
     }
@@ -82,7 +82,7 @@ impl Emitters {
 
 /// What lies beyond the scene, if any light comes from it.
 pub fn beyond(scene: &Scene) -> Option<Environment> {
-    match scene.environment.as_ref().filter(|sky| sky.emits())? {
+    match scene.environment().filter(|sky| sky.emits())? {
         scene::Environment::Constant(le) => Some(Environment::Constant(Constant { le: narrow(*le) })),
         scene::Environment::Picture(picture) => {
             let (width, height) = (picture.width as usize, picture.height as usize);

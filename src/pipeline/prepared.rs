@@ -87,8 +87,8 @@ impl Prepared {
             world: Arc::new(world),
             pool: Arc::new(rayon::ThreadPoolBuilder::new().num_threads(settings.threads).build()?),
             scratch: Arc::default(),
-            camera_origin: scene.camera.origin,
-            scene_hash: scene.hash.as_str().into(),
+            camera_origin: scene.camera().origin,
+            scene_hash: scene.hash().into(),
             build_time: begin.elapsed(),
             embree_version: device.version().into(),
         })

@@ -54,10 +54,10 @@ impl Settings {
     pub fn of(scene: &Scene) -> Self {
         let default = Self::default();
         Self {
-            film: scene.film,
-            estimator: scene.render.estimator.unwrap_or(default.estimator),
-            sampler: scene.render.sampler.unwrap_or(default.sampler),
-            seed: scene.render.seed.unwrap_or(default.seed),
+            film: scene.film(),
+            estimator: scene.render().estimator.unwrap_or(default.estimator),
+            sampler: scene.render().sampler.unwrap_or(default.sampler),
+            seed: scene.render().seed.unwrap_or(default.seed),
             ..default
         }
     }

@@ -94,9 +94,9 @@ pub struct CameraRays {
 /// The spheres relative to the camera. Of spheres that coincide once they are rounded, the first hides the others.
 fn distinct_spheres(scene: &Scene) -> Vec<(u32, &Sphere, Ball)> {
     let mut seen = HashSet::new();
-    let narrowed = (0..).zip(&scene.spheres).map(|(number, sphere)| {
+    let narrowed = (0..).zip(scene.spheres()).map(|(number, sphere)| {
         let ball = Ball {
-            center: narrow(sphere.center - scene.camera.origin),
+            center: narrow(sphere.center - scene.camera().origin),
             radius: sphere.radius as f32,
         };
         (number, sphere, ball)
@@ -114,7 +114,7 @@ fn textured(scene: &Scene, mesh: &Mesh) -> Option<Textured> {
     let Surface::Material(index) = mesh.surface else {
         return None;
     };
-    let (texture, uvs) = (scene.materials[index].texture.clone()?, mesh.uvs.as_ref()?);
+    let (texture, uvs) = (scene.material(index).texture.clone()?, mesh.uvs.as_ref()?);
     Some(Textured {
         triangles: mesh.triangles.clone(),
         uvs: uvs.iter().map(|uv| uv.to_array().map(|x| x as f32)).collect(),
@@ -154,14 +154,14 @@ impl World {
         robust: bool,
         film: FilmSize,
     ) -> Result<Self, EmbreeError> {
-        let (origin, accel) = (scene.camera.origin, intersector.accel);
+        let (origin, accel) = (scene.camera().origin, intersector.accel);
         let mut builder = SceneBuilder::new(device, robust)?;
         let mut line = Line::default();
         let in_line = intersector.lists_shapes();
         let lamps = Emitters::of(scene)?;
-        let mut surfaces = Vec::with_capacity(scene.meshes.len() + scene.spheres.len());
-        let mut normals = Vec::with_capacity(scene.meshes.len());
-        for (mesh, &aims) in scene.meshes.iter().zip(&lamps.aims) {
+        let mut surfaces = Vec::with_capacity(scene.meshes().len() + scene.spheres().len());
+        let mut normals = Vec::with_capacity(scene.meshes().len());
+        for (mesh, &aims) in scene.meshes().iter().zip(&lamps.aims) {
             let vertices: Vec<[f32; 3]> = mesh.vertices.iter().map(|&v| narrow(v - origin)).collect();
             if in_line {
                 line.add_mesh(normals.len() as u32, &vertices, &mesh.triangles, aims);
@@ -206,7 +206,7 @@ impl World {
                 .map(f32::to_bits)
                 .cmp(by_content(b).into_iter().map(f32::to_bits))
         });
-        let sphere_geometry = scene.meshes.len() as u32;
+        let sphere_geometry = scene.meshes().len() as u32;
         let sphere_numbers = spheres.iter().map(|(number, ..)| *number).collect();
         let balls: Vec<Ball> = spheres.into_iter().map(|(.., ball)| ball).collect();
         if in_line {
@@ -223,12 +223,12 @@ impl World {
             sphere_geometry,
             sphere_numbers,
             normals,
-            textured: scene.meshes.iter().map(|mesh| textured(scene, mesh)).collect(),
+            textured: scene.meshes().iter().map(|mesh| textured(scene, mesh)).collect(),
             lights,
             triangle_lights: lamps.triangles,
             mesh_lights: lamps.meshes,
             environment: emitters::beyond(scene),
-            camera: CameraRays::of(&scene.camera, film),
+            camera: CameraRays::of(scene.camera(), film),
         })
     }
 
@@ -266,8 +266,8 @@ impl SurfaceRecord {
         match *surface {
             Surface::Emission(le) => record.le = Some(narrow(le)),
             Surface::Material(i) => {
-                record.effects = shape.and(scene.materials[i].effects());
-                match scene.materials[i].bsdf {
+                record.effects = shape.and(scene.material(i).effects());
+                match scene.material(i).bsdf {
                     Bsdf::Diffuse { rho } => record.rho = narrow(rho),
                     Bsdf::Phong { rho, alpha } => (record.rho, record.alpha) = (narrow(rho), exponent(alpha)),
                     Bsdf::Blend { rho, gloss, alpha } => {

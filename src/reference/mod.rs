@@ -56,7 +56,7 @@ pub struct Reference {
 /// If `spp` is 0.
 pub fn render(scene: &Scene, film: FilmSize, spp: u32, seed: u64, progress: &(dyn Fn(u64) + Sync)) -> Reference {
     assert!(spp > 0, "a mean of no samples");
-    let (world, camera) = (World::new(scene), Pinhole::new(&scene.camera, film));
+    let (world, camera) = (World::new(scene), Pinhole::new(scene.camera(), film));
     let (width, height) = (film.width as usize, film.height as usize);
     let done = AtomicU64::new(0);
     let pixel = |index: usize| {

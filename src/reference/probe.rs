@@ -55,7 +55,7 @@ impl<'s> Probe<'s> {
     pub fn new(scene: &'s Scene, film: FilmSize) -> Self {
         Self {
             world: World::new(scene),
-            camera: Pinhole::new(&scene.camera, film),
+            camera: Pinhole::new(scene.camera(), film),
             film,
         }
     }

@@ -7,7 +7,7 @@ use super::bvh::Bvh;
 use super::emitter::Emitter;
 use super::geometry::{Meeting, Ray, Shape};
 use super::sky::Sky;
-use crate::scene::{Bsdf, Scene, Surface, Wrap};
+use crate::scene::{Bsdf, MaterialId, Scene, Surface, Wrap};
 
 /// Shapes, their finishes, and the emitters among them.
 #[derive(Debug)]
@@ -32,7 +32,7 @@ struct Body {
 
 #[derive(Clone, Copy, Debug)]
 enum Finish {
-    Reflects { material: usize },
+    Reflects { material: MaterialId },
     Emits { emitter: usize },
 }
 
@@ -62,14 +62,14 @@ pub enum Sight<'w> {
 impl<'s> World<'s> {
     /// Numbers the shapes of the scene and sorts them.
     pub fn new(scene: &'s Scene) -> Self {
-        let spheres = scene.spheres.iter().map(|sphere| {
+        let spheres = scene.spheres().iter().map(|sphere| {
             let shape = Shape::Sphere {
                 center: sphere.center,
                 radius: sphere.radius,
             };
             (vec![shape], sphere.surface, None)
         });
-        let meshes = scene.meshes.iter().enumerate().map(|(number, mesh)| {
+        let meshes = scene.meshes().iter().enumerate().map(|(number, mesh)| {
             let triangle = |corners: &[u32; 3]| Shape::Triangle(corners.map(|index| mesh.vertices[index as usize]));
             (
                 mesh.triangles.iter().map(triangle).collect(),
@@ -100,7 +100,7 @@ impl<'s> World<'s> {
             bodies,
             starts,
             emitters,
-            sky: scene.environment.as_ref().map(Sky::new),
+            sky: scene.environment().map(Sky::new),
             tree,
         }
     }
@@ -135,13 +135,13 @@ impl<'s> World<'s> {
                 let wo = -ray.direction;
                 let surface_point = shape.point(ray, &meeting);
                 let outward = shape.normal(surface_point);
-                if self.scene.materials[material].one_sided && outward.dot(wo) < 0.0 {
+                if self.scene.material(material).one_sided && outward.dot(wo) < 0.0 {
                     return Some(Sight::Back);
                 }
                 let ng = facing(outward, wo);
                 let n = facing(self.smooth_normal(body, index, &meeting).unwrap_or(ng), ng);
                 let tint = self.tint(material, body, index, &meeting);
-                let bsdf = match self.scene.materials[material].bsdf {
+                let bsdf = match self.scene.material(material).bsdf {
                     Bsdf::Diffuse { rho } => Bsdf::Diffuse { rho: rho * tint },
                     Bsdf::Phong { rho, alpha } => Bsdf::Phong { rho: rho * tint, alpha },
                     Bsdf::Blend { rho, gloss, alpha } => Bsdf::Blend {
@@ -169,11 +169,11 @@ impl<'s> World<'s> {
 
     /// What the texture of a mesh shows: the mean of the texels whose middles are around the point, each weighted by the area of
     /// the unit square about the point that falls to it. 1 where there is no texture.
-    fn tint(&self, material: usize, body: usize, index: u32, meeting: &Meeting) -> DVec3 {
-        let (Some(texture), Some(mesh)) = (&self.scene.materials[material].texture, self.bodies[body].mesh) else {
+    fn tint(&self, material: MaterialId, body: usize, index: u32, meeting: &Meeting) -> DVec3 {
+        let (Some(texture), Some(mesh)) = (&self.scene.material(material).texture, self.bodies[body].mesh) else {
             return DVec3::ONE;
         };
-        let mesh = &self.scene.meshes[mesh];
+        let mesh = &self.scene.meshes()[mesh];
         let Some(uvs) = &mesh.uvs else {
             return DVec3::ONE;
         };
@@ -199,7 +199,7 @@ impl<'s> World<'s> {
 
     /// The vertex normals of a smooth mesh, interpolated; `None` on everything flat, and where they cancel.
     fn smooth_normal(&self, body: usize, index: u32, meeting: &Meeting) -> Option<DVec3> {
-        let mesh = &self.scene.meshes[self.bodies[body].mesh?];
+        let mesh = &self.scene.meshes()[self.bodies[body].mesh?];
         let corners = mesh.triangles[(index - self.starts[body]) as usize];
         let normals = mesh.normals.as_ref()?;
         let [a, b, c] = corners.map(|corner| normals[corner as usize]);

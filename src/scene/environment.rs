@@ -1,6 +1,7 @@
 //! `[environment]`: what rays see that leave the scene.
 
 use std::io::Cursor;
+use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 use image::{ImageError, ImageFormat, ImageReader};
@@ -8,7 +9,7 @@ use image::{ImageError, ImageFormat, ImageReader};
 use super::error::Fault;
 use super::files::Files;
 use super::mesh;
-use super::rule::{NOT_NEGATIVE, POSITIVE};
+use super::rule::POSITIVE;
 use super::table::Table;
 use super::{Environment, LatLong};
 
@@ -27,14 +28,14 @@ pub(super) fn environment(table: &Table<'_>, files: &Files) -> Result<Environmen
                 return Err(value.fault("must not stand beside emission", help));
             }
         }
-        return source.triple(&NOT_NEGATIVE).map(Environment::Constant);
+        return source.triple().map(Environment::Constant);
     }
-    let scale = table.get("scale").map_or(Ok(1.0), |value| value.number(&POSITIVE))?;
+    let scale = table.get("scale").map_or(Ok(1.0), |value| value.ruled(&POSITIVE))?;
     let to_scene = mesh::rotations(table)?;
     let name = source.string()?;
     let (span, label) = source.place();
     let picture = picture(files, name, scale, to_scene).map_err(|fault| fault.at(span, label))?;
-    Ok(Environment::Picture(picture))
+    Ok(Environment::Picture(Arc::new(picture)))
 }
 
 fn picture(files: &Files, name: &str, scale: f64, to_scene: DMat3) -> Result<LatLong, Fault> {

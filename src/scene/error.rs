@@ -4,16 +4,14 @@ use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
-
 /// Lines longer than this are not quoted under a message: a whole mesh may stand on one line.
 const LONGEST_QUOTED_LINE: usize = 500;
 
 /// Why a scene cannot be loaded.
 ///
 /// `Display` is exactly one line, `scenes/studio.toml:14: sphere radius must be positive and finite, got -0.5`: the
-/// path as it was given, the line (where there is one) and what is wrong. [`Diagnostic::help`] says what would do, in
-/// one line as well; the source and one label come with it. Tables are called as they are written, those of a list with
+/// path as it was given, the line (where there is one) and what is wrong. [`SceneError::remedy`] says what would do, in
+/// one line as well; [`SceneError::place`] and [`SceneError::text`] show where. Tables are called as they are written, those of a list with
 /// their number from 1: `[materials.steel]`, `[[spheres]] 3`. Indices of vertices and faces count from 0, as in the file.
 pub struct SceneError(Box<Report>);
 
@@ -21,7 +19,8 @@ struct Report {
     path: PathBuf,
     line: Option<usize>,
     fault: Fault,
-    source: Option<NamedSource<String>>,
+    /// The whole text, where it is worth quoting.
+    text: Option<String>,
 }
 
 /// A fault before it is known which file it is in.
@@ -57,7 +56,7 @@ impl SceneError {
             path: path.to_owned(),
             line: None,
             fault,
-            source: None,
+            text: None,
         }))
     }
 
@@ -74,12 +73,12 @@ impl SceneError {
             .lines()
             .nth(line - 1)
             .is_none_or(|line| line.len() <= LONGEST_QUOTED_LINE);
-        let source = quoted.then(|| NamedSource::new(path.to_string_lossy(), text.to_owned()));
+        let text = quoted.then(|| text.to_owned());
         Self(Box::new(Report {
             path: path.to_owned(),
             line: Some(line),
             fault,
-            source,
+            text,
         }))
     }
 
@@ -91,6 +90,22 @@ impl SceneError {
     /// The line of the scene file, from 1; `None` where the file as a whole is at fault.
     pub fn line(&self) -> Option<usize> {
         self.0.line
+    }
+
+    /// What would do, in one line.
+    pub fn remedy(&self) -> &str {
+        &self.0.fault.help
+    }
+
+    /// Where in [`SceneError::text`], in bytes, with the words that belong under it.
+    pub fn place(&self) -> Option<(Range<usize>, &str)> {
+        let (span, label) = self.0.fault.place.as_ref().filter(|_| self.0.text.is_some())?;
+        Some((span.clone(), label))
+    }
+
+    /// The text of the scene file; `None` where no part of it is at fault, and where the line is too long to be shown.
+    pub fn text(&self) -> Option<&str> {
+        self.0.text.as_deref()
     }
 }
 
@@ -112,21 +127,6 @@ impl fmt::Debug for SceneError {
 }
 
 impl std::error::Error for SceneError {}
-
-impl Diagnostic for SceneError {
-    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        Some(Box::new(&self.0.fault.help))
-    }
-
-    fn source_code(&self) -> Option<&dyn SourceCode> {
-        self.0.source.as_ref().map(|source| source as _)
-    }
-
-    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let (span, label) = self.0.fault.place.as_ref().filter(|_| self.0.source.is_some())?;
-        Some(Box::new(std::iter::once(LabeledSpan::at(span.clone(), label))))
-    }
-}
 
 /// Newlines and other control characters become spaces: names and values of a file can hold anything.
 fn one_line(text: &str) -> String {

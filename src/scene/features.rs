@@ -26,12 +26,12 @@ impl Features {
     /// Looks at a scene as a film of this size shows it.
     pub fn of(scene: &Scene, film: FilmSize) -> Self {
         let mut found = Self::default();
-        let frustum = Frustum::new(&scene.camera, film);
-        for sphere in &scene.spheres {
+        let frustum = Frustum::new(scene.camera(), film);
+        for sphere in scene.spheres() {
             let seen = frustum.may_see_ball(sphere.center, sphere.radius);
             found.add(scene, &sphere.surface, sphere.effects(), seen);
         }
-        for mesh in &scene.meshes {
+        for mesh in scene.meshes() {
             let seen = frustum.may_see_points(&mesh.vertices);
             found.add(scene, &mesh.surface, mesh.effects(), seen);
             if mesh.effects().has(Effect::MeshLights) {
@@ -40,13 +40,13 @@ impl Features {
                 found.picked_lights += usize::from(!each);
             }
         }
-        let sky = scene.environment.as_ref().is_some_and(Environment::emits);
+        let sky = scene.environment().is_some_and(Environment::emits);
         found.counts[Effect::Environment as usize] = usize::from(sky);
-        for effect in scene.camera.effects().iter() {
+        for effect in scene.camera().effects().iter() {
             found.counts[effect as usize] += 1;
         }
-        found.bodies = scene.spheres.len() + scene.meshes.len();
-        found.shapes = scene.spheres.len() + scene.meshes.iter().map(|m| m.triangles.len()).sum::<usize>();
+        found.bodies = scene.spheres().len() + scene.meshes().len();
+        found.shapes = scene.spheres().len() + scene.meshes().iter().map(|m| m.triangles.len()).sum::<usize>();
         found
     }
 
@@ -54,7 +54,7 @@ impl Features {
         self.unseen += usize::from(!seen);
         let effects = match surface {
             Surface::Emission(_) => shape,
-            Surface::Material(i) if seen => shape.and(scene.materials[*i].effects()),
+            Surface::Material(i) if seen => shape.and(scene.material(*i).effects()),
             Surface::Material(_) => return,
         };
         for effect in effects.iter() {

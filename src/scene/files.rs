@@ -1,12 +1,8 @@
-//! The files that a scene names: where they may be, how they are read, and what they hash to. All reading goes through
-//! [`Files::bytes`], so that the hash of a scene covers every byte that it was made of.
+//! The files that a scene names: where they may be, and how they are read.
 
-use std::cell::RefCell;
 use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::{Component, Path, PathBuf};
-
-use sha2::{Digest, Sha256};
 
 use super::error::Fault;
 use super::memory;
@@ -29,23 +25,19 @@ const BYTES_PER_BYTE: u64 = 6;
 pub(super) struct Files {
     folder: PathBuf,
     outside: Outside,
-    hash: RefCell<Sha256>,
 }
 
 impl Files {
-    /// For the scene file at `path` with this `text`, the first that is hashed.
-    pub fn new(path: &Path, text: &str, outside: Outside) -> Self {
-        let files = Self {
+    /// For the scene file at `path`.
+    pub fn new(path: &Path, outside: Outside) -> Self {
+        Self {
             folder: path.parent().unwrap_or(Path::new("")).to_owned(),
             outside,
-            hash: RefCell::default(),
-        };
-        files.hashed(text.as_bytes());
-        files
+        }
     }
 
     /// The bytes of the file `name`, which is looked for in the scene's folder; `kind` is what errors call it, such as
-    /// "mesh file". What is hashed is what is returned: a file that changes later changes nothing.
+    /// "mesh file".
     ///
     /// # Errors
     /// A fault without a place about a file that is missing, empty, no file, outside, or too large for the free memory.
@@ -55,27 +47,21 @@ impl Files {
         // No more than was looked at before, should it grow meanwhile.
         let read = file.take(length).read_to_end(&mut bytes);
         read.map_err(|error| unreadable(kind, name, &error))?;
-        self.hashed(&bytes);
         Ok(bytes)
     }
 
     /// Gives the bytes of the file `name` to `reader` as they come, with their number, so that they need not be in memory
-    /// all at once. All of them are hashed, and read, whether `reader` wants them or not.
+    /// all at once. All of them are read, whether `reader` wants them or not.
     ///
     /// # Errors
     /// As for [`bytes`](Self::bytes), or if the file changes while it is read.
     pub fn stream<T>(&self, kind: &str, name: &str, reader: impl FnOnce(&mut dyn Read, u64) -> T) -> Result<T, Fault> {
         let (file, length) = self.open(kind, name)?;
-        let mut hash = self.hash.borrow_mut();
-        hash.update(length.to_le_bytes());
-        let mut source = Hashed {
-            source: file.take(length),
-            hash: &mut *hash,
-        };
+        let mut source = file.take(length);
         let made = reader(&mut source, length);
         let rest = std::io::copy(&mut source, &mut std::io::sink());
         rest.map_err(|error| unreadable(kind, name, &error))?;
-        if source.source.limit() > 0 {
+        if source.limit() > 0 {
             let what = format!("{kind} \"{name}\" became shorter while it was read");
             return Err(Fault::new(what, "try again once it is written"));
         }
@@ -116,18 +102,6 @@ impl Files {
         Ok((File::open(&path).map_err(unreadable)?, length))
     }
 
-    /// SHA-256 in hexadecimal of the length and the bytes of everything that was read, in the order of reading.
-    pub fn digest(self) -> String {
-        let digest = self.hash.into_inner().finalize();
-        digest.iter().map(|byte| format!("{byte:02x}")).collect()
-    }
-
-    fn hashed(&self, bytes: &[u8]) {
-        let mut hash = self.hash.borrow_mut();
-        hash.update((bytes.len() as u64).to_le_bytes());
-        hash.update(bytes);
-    }
-
     /// Whether `name` stays in the folder by its words, and behind symbolic links too where there is something.
     fn is_inside(&self, path: &Path, name: &str) -> bool {
         let mut depth = 0_i32;
@@ -147,20 +121,6 @@ impl Files {
             (Ok(folder), Ok(path)) => path.starts_with(folder),
             _ => true,
         }
-    }
-}
-
-/// A source of bytes that are hashed as they are read.
-struct Hashed<'h, R> {
-    source: R,
-    hash: &'h mut Sha256,
-}
-
-impl<R: Read> Read for Hashed<'_, R> {
-    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
-        let count = self.source.read(buffer)?;
-        self.hash.update(&buffer[..count]);
-        Ok(count)
     }
 }
 
@@ -223,7 +183,7 @@ mod tests {
             absolute.to_str().unwrap(),
             "../nothing",
         ];
-        let files = Files::new(&scene, "", Outside::Refused);
+        let files = Files::new(&scene, Outside::Refused);
         for name in outside {
             let fault = files.bytes("mesh file", name).unwrap_err();
             assert_eq!(
@@ -234,42 +194,9 @@ mod tests {
         for name in ["own", "./own", "deep/own", "deep/../own"] {
             assert!(files.bytes("mesh file", name).is_ok(), "{name}");
         }
-        let trusting = Files::new(&scene, "", Outside::Allowed);
+        let trusting = Files::new(&scene, Outside::Allowed);
         for name in &outside[..4] {
             assert_eq!(trusting.bytes("mesh file", name).unwrap(), b"secret");
         }
-    }
-
-    #[test]
-    fn a_hash_is_that_of_all_bytes_and_of_where_files_end() {
-        let (place, scene) = place();
-        let digest = |text: &str, names: &[&str]| {
-            let files = Files::new(&scene, text, Outside::Refused);
-            names
-                .iter()
-                .for_each(|name| _ = files.bytes("mesh file", name).unwrap());
-            files.digest()
-        };
-        let before = digest("text", &["own", "deep/own"]);
-        assert_eq!(before.len(), 64);
-        assert_eq!(before, digest("text", &["own", "deep/own"]));
-        let others = [
-            digest("test", &["own", "deep/own"]),
-            digest("text", &["own"]),
-            digest("text", &["deep/own", "own"]),
-        ];
-        assert!(others.iter().all(|other| *other != before));
-        let streamed = Files::new(&scene, "text", Outside::Refused);
-        for (name, wanted) in [("own", 2), ("deep/own", 0)] {
-            let taken = streamed.stream("mesh file", name, |source, length| {
-                let mut bytes = vec![0; wanted];
-                source.read_exact(&mut bytes).unwrap();
-                (length, bytes)
-            });
-            assert_eq!(taken.unwrap(), (name.len() as u64 + 3, b"in"[..wanted].to_vec()));
-        }
-        assert_eq!(before, streamed.digest(), "whether a reader wants all of a file or not");
-        fs::write(place.path().join("in/own"), "in/own!").unwrap();
-        assert_ne!(before, digest("text", &["own", "deep/own"]));
     }
 }

@@ -1,20 +1,16 @@
 //! From a file to a [`Scene`].
 
-use std::collections::HashSet;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use glam::DVec3;
 use toml::de::DeTable;
 
 use super::error::Fault;
 use super::files::{Files, Outside};
 use super::materials::Materials;
 use super::table::Table;
-use super::{
-    Environment, FilmSize, Mesh, RenderTable, Scene, SceneError, Sphere, Surface, environment, materials, shapes, view,
-};
+use super::{FilmSize, InvalidScene, RenderTable, Scene, SceneError, check, environment, places, shapes, view};
 
 /// The longest scene file, in bytes. What needs more belongs into a mesh file, which takes a tenth of the room.
 const LONGEST_FILE: u64 = 64 << 20;
@@ -66,7 +62,10 @@ impl Scene {
         let text = String::from_utf8_lossy(&text);
         let look = || {
             let tree = DeTable::parse(&text).map_err(|error| syntax(&text, &error))?;
-            view::film_and_render(&Table::root(&text, tree.get_ref(), KEYS)?)
+            let root = Table::root(&text, tree.get_ref(), KEYS)?;
+            let (film, render) = view::film_and_render(&root)?;
+            check::film(film).map_err(|error| places::fault(&error, &root))?;
+            Ok((film, render))
         };
         look().map_err(|fault| SceneError::of_text(path, &text, fault))
     }
@@ -108,136 +107,43 @@ fn read(path: &Path) -> Result<Vec<u8>, Fault> {
 }
 
 fn scene(text: &str, path: &Path, outside: Outside) -> Result<Scene, Fault> {
-    let files = Files::new(path, text, outside);
+    let files = Files::new(path, outside);
     let tree = DeTable::parse(text).map_err(|error| syntax(text, &error))?;
     let root = Table::root(text, tree.get_ref(), KEYS)?;
+    let placed = |error: InvalidScene| places::fault(&error, &root);
 
-    let missing = |what: &str, help: &str| Fault::new(what, help).at(0..0, "in this file");
-    let no_camera = || {
-        missing(
-            "the scene has no [camera]",
-            "add [camera] with origin, target, up and fov_x",
-        )
-    };
+    let help = "add [camera] with origin, target, up and fov_x";
+    let no_camera = || Fault::new("the scene has no [camera]", help).at(0..0, "in this file");
     let camera = root.get("camera").ok_or_else(no_camera)?;
     let camera = view::camera(&camera.table("[camera]".to_owned(), "camera", view::CAMERA_KEYS)?)?;
     let (film, render) = view::film_and_render(&root)?;
+    let mut scene = Scene::builder(camera, film);
+    scene.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    scene.render = render;
 
-    let mut materials = Vec::new();
-    if let Some(value) = root.get("materials") {
-        for (name, table) in value.named_tables("material", materials::KEYS)? {
-            materials.push(materials::material(name, &table, &files)?);
-        }
-    }
-    let named = Materials::new(&materials);
-    let mut spheres = Vec::new();
+    let materials = match root.get("materials") {
+        Some(value) => Materials::read(value, &files, &mut scene)?,
+        None => Materials::default(),
+    };
     if let Some(value) = root.get("spheres") {
         for table in value.tables("sphere", shapes::SPHERE_KEYS)? {
-            spheres.push(shapes::sphere(&table, &named)?);
+            scene.sphere(shapes::sphere(&table, &materials)?);
         }
     }
-    let mut notes: Vec<String> = drop_hidden(&mut spheres).into_iter().collect();
-    let mut meshes = Vec::new();
+    // What is wrong so far should not wait for big files.
+    check::all(&scene).map_err(placed)?;
     if let Some(value) = root.get("meshes") {
         for table in value.tables("mesh", shapes::MESH_KEYS)? {
-            let (mesh, said) = shapes::mesh(&table, &named, &files)?;
-            meshes.push(mesh);
-            notes.extend(said);
+            let (mesh, said) = shapes::mesh(&table, &materials, &files)?;
+            scene.mesh(mesh);
+            scene.notes.extend(said);
         }
     }
-
-    notes.extend(drop_covered(&mut meshes, camera.origin));
-    let environment = match root.get("environment") {
-        Some(value) => {
-            let table = value.table("[environment]".to_owned(), "environment", environment::KEYS)?;
-            Some(environment::environment(&table, &files)?)
-        }
-        None => None,
-    };
-    notes.extend(out_of_range(&spheres, &meshes, camera.origin));
-    let sky_emits = environment.as_ref().is_some_and(Environment::emits);
-
-    let mut surfaces = spheres
-        .iter()
-        .map(|s| s.surface)
-        .chain(meshes.iter().map(|m: &Mesh| m.surface));
-    if !sky_emits && !surfaces.any(|s| matches!(s, Surface::Emission(le) if le.max_element() > 0.0)) {
-        notes.push("nothing in the scene emits light: the picture will be black".to_owned());
+    if let Some(value) = root.get("environment") {
+        let table = value.table("[environment]".to_owned(), "environment", environment::KEYS)?;
+        scene.environment(environment::environment(&table, &files)?);
     }
-
-    let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    Ok(Scene {
-        name,
-        path: path.to_owned(),
-        hash: files.digest(),
-        camera,
-        film,
-        render,
-        materials,
-        spheres,
-        meshes,
-        environment,
-        notes,
-    })
-}
-
-/// Leaves out spheres that coincide with an earlier one, which hides them; returns a sentence if there are any.
-fn drop_hidden(spheres: &mut Vec<Sphere>) -> Option<String> {
-    let (mut seen, all) = (HashSet::new(), spheres.len());
-    // The sum makes one zero of the two.
-    spheres.retain(|s| seen.insert([s.center.x, s.center.y, s.center.z, s.radius].map(|x| (x + 0.0).to_bits())));
-    let hidden = all - spheres.len();
-    (hidden > 0).then(|| format!("{hidden} of {all} spheres coincide with an earlier one, which hides them: left out"))
-}
-
-/// Leaves out emitting triangles that lie exactly on an earlier one, once they are rounded to `f32` about the camera: a ray meets
-/// either of the two by chance. Returns a sentence if there are any.
-fn drop_covered(meshes: &mut Vec<Mesh>, origin: DVec3) -> Option<String> {
-    let (mut seen, mut covered) = (HashSet::new(), 0);
-    let emitting = |mesh: &&mut Mesh| matches!(mesh.surface, Surface::Emission(_));
-    for mesh in meshes.iter_mut().filter(emitting) {
-        let (vertices, all) = (&mesh.vertices, mesh.triangles.len());
-        mesh.triangles.retain(|corners| {
-            // The sum makes one zero of the two.
-            let place = |i: u32| {
-                (vertices[i as usize] - origin)
-                    .to_array()
-                    .map(|x| (x as f32 + 0.0).to_bits())
-            };
-            let mut places = corners.map(place);
-            places.sort_unstable();
-            // Of triangles that are a single point to the rays it says nothing that they coincide.
-            places[0] == places[2] || seen.insert(places)
-        });
-        covered += all - mesh.triangles.len();
-    }
-    meshes.retain(|mesh| !mesh.triangles.is_empty());
-    (covered > 0).then(|| format!("{covered} triangles that emit lie on earlier ones, which hide them: left out"))
-}
-
-/// Squares of lengths and the volumes of corners leave single precision beyond this, and below one over it.
-const FARTHEST: f64 = 1e12;
-
-/// A sentence where the scene as a whole is so large or so small that packets lose it.
-fn out_of_range(spheres: &[Sphere], meshes: &[Mesh], origin: DVec3) -> Option<String> {
-    let of_spheres = spheres.iter().map(|s| (s.center - origin).length() + s.radius);
-    let of_mesh = |mesh: &Mesh| {
-        let corners = mesh.triangles.iter().flatten();
-        let reach = corners.map(|&corner| (mesh.vertices[corner as usize] - origin).length());
-        reach.fold(0.0, f64::max)
-    };
-    let reach = of_spheres.chain(meshes.iter().map(of_mesh)).fold(0.0, f64::max);
-    let said = if reach > FARTHEST {
-        "give lengths in a larger unit, or bring in what is so far away"
-    } else if 0.0 < reach && reach < 1.0 / FARTHEST {
-        "give lengths in a smaller unit"
-    } else {
-        return None;
-    };
-    Some(format!(
-        "the scene reaches {reach:.1e} from the camera; beyond {FARTHEST:e} and below {:e} single precision loses shapes: {said}",
-        1.0 / FARTHEST
-    ))
+    scene.build().map_err(placed)
 }
 
 /// What the TOML reader says, in our form.

@@ -1,15 +1,16 @@
 //! `[materials.NAME]`.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use glam::DVec3;
 
 use super::error::Fault;
 use super::files::Files;
-use super::rule::{ALPHA, EXPONENT, FINITE, NOT_NEGATIVE};
+use super::rule::ALPHA;
 use super::table::Table;
-use super::{Bsdf, Material, Texture, Wrap, texture};
+use super::value::Value;
+use super::{Bsdf, Material, MaterialId, SceneBuilder, Surface, Texture, Wrap, texture};
 
 pub(super) const KEYS: &[&str] = &[
     "diffuse",
@@ -25,39 +26,45 @@ const MODELS: &str =
     "write diffuse = [r, g, b], or phong = [r, g, b] with exponent = alpha, or both; or brdf_params = [r, g, b, alpha]";
 
 /// The materials of a scene by their names: a scene can have as many of them as shapes.
-pub(super) struct Materials<'m> {
-    places: HashMap<&'m str, usize>,
-    all: &'m [Material],
+#[derive(Default)]
+pub(super) struct Materials<'t> {
+    places: HashMap<&'t str, MaterialId>,
+    textured: HashSet<MaterialId>,
 }
 
-impl<'m> Materials<'m> {
-    pub fn new(materials: &'m [Material]) -> Self {
-        let named = materials.iter().enumerate();
-        Self {
-            places: named.map(|(index, material)| (material.name.as_str(), index)).collect(),
-            all: materials,
+impl<'t> Materials<'t> {
+    /// Reads all of them into a scene.
+    pub fn read(value: Value<'t>, files: &Files, scene: &mut SceneBuilder) -> Result<Self, Fault> {
+        let mut read = Self::default();
+        for (name, table) in value.named_tables("material", KEYS)? {
+            let material = material(name, &table, files)?;
+            let textured = material.texture.is_some();
+            let id = scene.material(material);
+            read.places.insert(name, id);
+            read.textured.extend(textured.then_some(id));
         }
+        Ok(read)
     }
 
-    /// The place of a material in the scene.
-    pub fn index(&self, name: &str) -> Option<usize> {
+    /// The material of this name.
+    pub fn find(&self, name: &str) -> Option<MaterialId> {
         self.places.get(name).copied()
     }
 
-    /// Whether a material has a texture.
-    pub fn textured(&self, index: usize) -> bool {
-        self.all[index].texture.is_some()
+    /// Whether a surface has a texture.
+    pub fn textured(&self, surface: Surface) -> bool {
+        matches!(surface, Surface::Material(id) if self.textured.contains(&id))
     }
 
     /// All names in the order of the file.
-    pub fn names(&self) -> Vec<&'m str> {
+    pub fn names(&self) -> Vec<&'t str> {
         let mut names: Vec<_> = self.places.keys().copied().collect();
         names.sort_by_key(|name| self.places[name]);
         names
     }
 }
 
-pub(super) fn material(name: &str, table: &Table<'_>, files: &Files) -> Result<Material, Fault> {
+fn material(name: &str, table: &Table<'_>, files: &Files) -> Result<Material, Fault> {
     let mut models = ["diffuse", "phong", "brdf_params"]
         .into_iter()
         .filter_map(|key| table.get(key));
@@ -83,30 +90,27 @@ pub(super) fn material(name: &str, table: &Table<'_>, files: &Files) -> Result<M
     }
     let bsdf = match model.key {
         "diffuse" => {
-            let rho = model.triple(&NOT_NEGATIVE)?;
+            let rho = model.triple()?;
             match gloss {
                 Some(phong) => Bsdf::Blend {
                     rho,
-                    gloss: phong.triple(&NOT_NEGATIVE)?,
+                    gloss: phong.triple()?,
                     alpha: exponent(table)?,
                 },
                 None => Bsdf::Diffuse { rho },
             }
         }
         "phong" => Bsdf::Phong {
-            rho: model.triple(&NOT_NEGATIVE)?,
+            rho: model.triple()?,
             alpha: exponent(table)?,
         },
         _ => {
-            let [r, g, b, alpha] = model.numbers::<4>(&FINITE)?;
+            let [r, g, b, alpha] = model.numbers::<4>()?;
             let rho = DVec3::new(r, g, b);
-            if rho.min_element() < 0.0 {
-                return Err(model.broken(&NOT_NEGATIVE));
-            }
             match alpha {
                 1.0 => Bsdf::Diffuse { rho },
                 alpha if ALPHA.holds(alpha) => Bsdf::Phong { rho, alpha },
-                _ => return Err(model.broken(&ALPHA)),
+                _ => return Err(model.fault(ALPHA.problem(alpha), ALPHA.help)),
             }
         }
     };
@@ -139,5 +143,5 @@ fn texture(table: &Table<'_>, files: &Files) -> Result<Option<Arc<Texture>>, Fau
 }
 
 fn exponent(table: &Table<'_>) -> Result<f64, Fault> {
-    table.need("exponent", "exponent = 100.0")?.number(&EXPONENT)
+    table.need("exponent", "exponent = 100.0")?.number()
 }

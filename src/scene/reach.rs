@@ -1,5 +1,7 @@
 //! Which lights can reach what is seen, and what can stand between: decided from the shapes alone, each test one-sided.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use super::sight::Frustum;
@@ -52,29 +54,32 @@ impl Body<'_> {
 
 impl Scene {
     fn bodies(&self) -> Vec<(&Surface, Body<'_>)> {
-        let balls = self.spheres.iter().map(|s| (&s.surface, Body::Ball(s)));
+        let balls = self.spheres().iter().map(|s| (&s.surface, Body::Ball(s)));
         balls
-            .chain(self.meshes.iter().map(|m| (&m.surface, Body::Mesh(m))))
+            .chain(self.meshes().iter().map(|m| (&m.surface, Body::Mesh(m))))
             .collect()
     }
 
     /// Spheres that emit.
     fn sphere_lights(&self) -> impl Iterator<Item = (usize, &Sphere)> {
         let emits = |s: &Sphere| matches!(s.surface, Surface::Emission(le) if le.max_element() > 0.0);
-        self.spheres.iter().enumerate().filter(move |(_, sphere)| emits(sphere))
+        self.spheres()
+            .iter()
+            .enumerate()
+            .filter(move |(_, sphere)| emits(sphere))
     }
 
     /// Numbers of the spheres that emit, and yet light nothing that the pinhole sees: every surface in sight turns its other
     /// side to the camera.
     pub fn lights_below_every_horizon(&self) -> Vec<usize> {
-        let frustum = Frustum::new(&self.camera, self.film);
-        if self.camera.lens.is_some() || self.meshes.len() > MOST {
+        let frustum = Frustum::new(self.camera(), self.film());
+        if self.camera().lens.is_some() || self.meshes().len() > MOST {
             return Vec::new();
         }
-        let eye = self.camera.origin;
+        let eye = self.camera().origin;
         // A ball has surface on every side of itself: it is asked no further.
         let ball_in_sight = self
-            .spheres
+            .spheres()
             .iter()
             .any(|ball| matches!(ball.surface, Surface::Material(_)) && frustum.may_see_ball(ball.center, ball.radius));
         let lit = |light: &Sphere, mesh: &Mesh| {
@@ -86,12 +91,12 @@ impl Scene {
                 toward_eye * toward_light >= 0.0 || toward_light.abs() <= slack || toward_eye.abs() <= slack * MARGIN
             })
         };
-        let reflects = |mesh: &&Mesh| matches!(mesh.surface, Surface::Material(_)) && mesh.normals.is_none();
-        let smooth = |mesh: &Mesh| matches!(mesh.surface, Surface::Material(_)) && mesh.normals.is_some();
-        if ball_in_sight || self.meshes.iter().any(smooth) {
+        let reflects = |mesh: &&Arc<Mesh>| matches!(mesh.surface, Surface::Material(_)) && mesh.normals.is_none();
+        let smooth = |mesh: &Arc<Mesh>| matches!(mesh.surface, Surface::Material(_)) && mesh.normals.is_some();
+        if ball_in_sight || self.meshes().iter().any(smooth) {
             return Vec::new();
         }
-        let unlit = |light: &Sphere| !self.meshes.iter().filter(reflects).any(|mesh| lit(light, mesh));
+        let unlit = |light: &Sphere| !self.meshes().iter().filter(reflects).any(|mesh| lit(light, mesh));
         self.sphere_lights()
             .filter(|(_, light)| unlit(light))
             .map(|(i, _)| i)

@@ -14,10 +14,20 @@ impl Rule {
     pub fn holds(&self, x: f64) -> bool {
         (self.holds)(x)
     }
+
+    /// What is wrong with a number that breaks the rule.
+    pub fn problem(&self, x: f64) -> &'static str {
+        // To call 1e39 not finite would be wrong.
+        if x.is_finite() && !in_range(x) {
+            "is beyond single precision"
+        } else {
+            self.words
+        }
+    }
 }
 
 // Packets compute in single precision: a number beyond its range would be infinite there.
-pub(super) fn in_range(x: f64) -> bool {
+fn in_range(x: f64) -> bool {
     x.abs() <= f64::from(f32::MAX)
 }
 

@@ -5,7 +5,6 @@ use super::files::Files;
 use super::materials::Materials;
 use super::mesh::{self, Normals, Wanted};
 use super::nearest::nearest;
-use super::rule::{FINITE, NOT_NEGATIVE, POSITIVE};
 use super::table::Table;
 use super::value::Value;
 use super::{Mesh, Sphere, Surface};
@@ -24,25 +23,13 @@ pub(super) const MESH_KEYS: &[&str] = &[
 
 pub(super) fn sphere(table: &Table<'_>, materials: &Materials<'_>) -> Result<Sphere, Fault> {
     Ok(Sphere {
-        center: table.need("center", "center = [0.0, 0.0, 0.0]")?.triple(&FINITE)?,
-        radius: table.need("radius", "radius = 1.0")?.number(&POSITIVE)?,
-        surface: match surface(table, materials)? {
-            Surface::Material(index) if materials.textured(index) => {
-                let what = format!(
-                    "{} has a material with a texture, and no texture coordinates",
-                    table.title
-                );
-                return Err(table.fault(
-                    what,
-                    "give the sphere a material without a texture, or make it a mesh with uvs",
-                ));
-            }
-            surface => surface,
-        },
+        center: table.need("center", "center = [0.0, 0.0, 0.0]")?.triple()?,
+        radius: table.need("radius", "radius = 1.0")?.number()?,
+        surface: surface(table, materials)?,
     })
 }
 
-/// A mesh, and sentences about what was left out of it. Files are those of the scene.
+/// A mesh whose name is what messages call it, and sentences about what was left out of it. Files are those of the scene.
 pub(super) fn mesh(table: &Table<'_>, materials: &Materials<'_>, files: &Files) -> Result<(Mesh, Vec<String>), Fault> {
     // What is cheap is checked first: a wrong name should not wait for a big file.
     let surface = surface(table, materials)?;
@@ -52,9 +39,8 @@ pub(super) fn mesh(table: &Table<'_>, materials: &Materials<'_>, files: &Files) 
         Some(value) => value.choice(&Normals::ALL, Normals::name)?,
     };
 
-    let textured = matches!(surface, Surface::Material(index) if materials.textured(index));
     let wanted = Wanted {
-        uvs: textured,
+        uvs: materials.textured(surface),
         normals: normals == Normals::Smooth,
     };
     let source = table.one_of("file", "vertices", "write file = \"bunny.ply\", or vertices and faces")?;
@@ -76,23 +62,12 @@ pub(super) fn mesh(table: &Table<'_>, materials: &Materials<'_>, files: &Files) 
         }
         _ => {
             let faces = table.need("faces", "faces = [[0, 1, 2]]")?;
-            (
-                mesh::inline(&source, &faces, table.get("uvs"))?,
-                faces,
-                table.title.clone(),
-            )
+            let raw = mesh::inline(&source, &faces, table.get("uvs"))?;
+            (raw, faces, table.title.clone())
         }
     };
     let (span, label) = place.place();
-    let (mesh, notes) =
-        mesh::finish(raw, transform, normals, surface, &title).map_err(|fault| fault.at(span, label))?;
-    if mesh.uvs.is_none() && textured {
-        return Err(table.fault(
-            format!("{title} has a material with a texture, and no texture coordinates"),
-            "add uvs = [[0, 0], ...], one for each vertex; of files .obj (vt), .ply (s, t or u, v) and glTF (TEXCOORD_0) bring them",
-        ));
-    }
-    Ok((mesh, notes))
+    mesh::finish(raw, transform, normals, surface, title).map_err(|fault| fault.at(span, label))
 }
 
 /// What the surface of a shape does: exactly one of `material` and `emission`.
@@ -100,11 +75,11 @@ fn surface(table: &Table<'_>, materials: &Materials<'_>) -> Result<Surface, Faul
     let help = "write material = \"name\" for what reflects, or emission = [r, g, b] for what gives light";
     let value = table.one_of("material", "emission", help)?;
     if value.key == "emission" {
-        return value.triple(&NOT_NEGATIVE).map(Surface::Emission);
+        return value.triple().map(Surface::Emission);
     }
     let name = value.string()?;
     materials
-        .index(name)
+        .find(name)
         .map(Surface::Material)
         .ok_or_else(|| no_material(&value, name, materials))
 }

@@ -9,7 +9,7 @@ use toml::de::DeValue;
 
 use super::error::Fault;
 use super::nearest::nearest;
-use super::rule::{Rule, in_range};
+use super::rule::Rule;
 use super::table::{Table, in_order};
 
 /// A value with its place in the text.
@@ -44,16 +44,18 @@ impl<'t> Value<'t> {
     }
 
     /// The fault of a value that breaks `rule`.
-    pub fn broken(&self, rule: &Rule) -> Fault {
-        self.broken_at(self.node, rule)
+    fn broken(&self, rule: &Rule) -> Fault {
+        let problem = number(self.node).map_or(rule.words, |x| rule.problem(x));
+        self.fault(problem, rule.help)
     }
 
-    fn broken_at(&self, node: &Node<'_>, rule: &Rule) -> Fault {
-        match number(node) {
-            // To call 1e39 not finite would be wrong.
-            Some(x) if x.is_finite() && !in_range(x) => self.fault_of(node, "is beyond single precision", rule.help),
-            _ => self.fault_of(node, rule.words, rule.help),
-        }
+    /// A fault of the number at `component` of this value, which is a vector or a colour, or of the value where there is none.
+    pub fn fault_in(&self, component: Option<usize>, what: &str, help: &str) -> Fault {
+        let node = match (self.node.get_ref(), component) {
+            (DeValue::Array(items), Some(component)) => items.get(component).unwrap_or(self.node),
+            _ => self.node,
+        };
+        self.fault_of(node, what, help)
     }
 
     fn fault_of(&self, node: &Node<'_>, what: &str, help: impl Into<String>) -> Fault {
@@ -74,14 +76,19 @@ impl<'t> Value<'t> {
     }
 
     /// One number; a whole number will do.
-    pub fn number(&self, rule: &Rule) -> Result<f64, Fault> {
+    pub fn number(&self) -> Result<f64, Fault> {
         let help = "write a number, such as 1.5";
-        let x = number(self.node).ok_or_else(|| self.fault("must be a number", help))?;
+        number(self.node).ok_or_else(|| self.fault("must be a number", help))
+    }
+
+    /// One number that never gets into a scene itself, and is held against a rule here.
+    pub fn ruled(&self, rule: &Rule) -> Result<f64, Fault> {
+        let x = self.number()?;
         if rule.holds(x) { Ok(x) } else { Err(self.broken(rule)) }
     }
 
-    /// `N` numbers in brackets, the same rule for each.
-    pub fn numbers<const N: usize>(&self, rule: &Rule) -> Result<[f64; N], Fault> {
+    /// `N` numbers in brackets.
+    pub fn numbers<const N: usize>(&self) -> Result<[f64; N], Fault> {
         let (words, help) = match N {
             3 => (
                 "must be three numbers",
@@ -103,16 +110,27 @@ impl<'t> Value<'t> {
         let mut values = [0.0; N];
         for (value, item) in values.iter_mut().zip(items.iter()) {
             *value = number(item).ok_or_else(wrong)?;
-            if !rule.holds(*value) {
-                return Err(self.broken_at(item, rule));
-            }
         }
         Ok(values)
     }
 
     /// Three numbers in brackets.
-    pub fn triple(&self, rule: &Rule) -> Result<DVec3, Fault> {
-        self.numbers::<3>(rule).map(DVec3::from_array)
+    pub fn triple(&self) -> Result<DVec3, Fault> {
+        self.numbers::<3>().map(DVec3::from_array)
+    }
+
+    /// `N` numbers, each held against a rule here.
+    pub fn ruled_numbers<const N: usize>(&self, rule: &Rule) -> Result<[f64; N], Fault> {
+        let numbers = self.numbers::<N>()?;
+        match numbers.iter().position(|&x| !rule.holds(x)) {
+            None => Ok(numbers),
+            component @ Some(at) => Err(self.fault_in(component, rule.problem(numbers[at]), rule.help)),
+        }
+    }
+
+    /// Three numbers, each held against a rule here.
+    pub fn ruled_triple(&self, rule: &Rule) -> Result<DVec3, Fault> {
+        self.ruled_numbers::<3>(rule).map(DVec3::from_array)
     }
 
     /// A whole number from `least` to `most`.

@@ -1,5 +1,7 @@
 //! What effects cost on one's own scene: nanoseconds of one thread per sample, with each effect and without.
 
+use std::sync::Arc;
+
 use serde::Serialize;
 
 use crate::pipeline::{Prepared, Settings, SetupError};
@@ -38,7 +40,7 @@ pub struct Costs {
 
 /// The scene without an effect; `None` where that would leave another scene altogether.
 fn without(scene: &Scene, effect: Effect) -> Option<Scene> {
-    let mut scene = scene.clone();
+    let mut scene = scene.to_builder();
     match effect {
         Effect::Phong => scene.materials.iter_mut().for_each(|m| {
             if let Bsdf::Phong { rho, .. } | Bsdf::Blend { rho, .. } = m.bsdf {
@@ -51,13 +53,13 @@ fn without(scene: &Scene, effect: Effect) -> Option<Scene> {
             }
         }),
         Effect::OneSided => scene.materials.iter_mut().for_each(|m| m.one_sided = false),
-        Effect::SmoothNormals => scene.meshes.iter_mut().for_each(|m| m.normals = None),
+        Effect::SmoothNormals => scene.meshes.iter_mut().for_each(|m| Arc::make_mut(m).normals = None),
         Effect::Textures => scene.materials.iter_mut().for_each(|m| m.texture = None),
         Effect::Lens => scene.camera.lens = None,
         Effect::Environment => scene.environment = None,
         _ => return None,
     }
-    Some(scene)
+    scene.build().ok()
 }
 
 /// Measures; takes a second or two.

@@ -1,11 +1,15 @@
 //! Shapes in a line, culled by tile and light, against Embree's hierarchy: the same samples, so the same pictures but for
 //! rays that graze an edge.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use octolux::film::Picture;
 use octolux::linear::FEW;
 use octolux::pipeline::Settings;
-use octolux::scene::{Bsdf, Camera, EstimatorKind, FilmSize, Fov, Material, Mesh, RenderTable, Scene, Sphere, Surface};
+use octolux::scene::{
+    Camera, EstimatorKind, FilmSize, Fov, Material, MaterialId, Mesh, Scene, SceneBuilder, Sphere, Surface,
+};
 use octolux::settings::AccelKind;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
@@ -41,59 +45,33 @@ pub fn compare(scene: &Scene, base: Settings, passes: u32, name: &str) -> (usize
 
 /// A dozen triangles and spheres of all sizes about the origin, a few of them lights, seen from `distance` away through a
 /// film that they fill.
-pub fn random_scene(rng: &mut Pcg64, distance: f64) -> Scene {
+pub fn random_scene(rng: &mut Pcg64, distance: f64) -> SceneBuilder {
     let mut near = |size: f64| DVec3::from_array(std::array::from_fn(|_| size * (2.0 * rng.random::<f64>() - 1.0)));
-    let material = Surface::Material(0);
-    let triangle = |a: DVec3, b: DVec3, c: DVec3| Mesh {
-        vertices: vec![a, a + b, a + c],
-        triangles: vec![[0, 1, 2]],
-        normals: None,
-        uvs: None,
-        surface: material,
-    };
-    let mut meshes: Vec<Mesh> = (0..8)
+    let grey = MaterialId::new(0);
+    let triangle = |a: DVec3, b: DVec3, c: DVec3| Arc::new(Mesh::new([a, a + b, a + c], vec![[0, 1, 2]], grey));
+    let mut meshes: Vec<_> = (0..8)
         .map(|i| triangle(near(1.0), near(0.1 + 0.2 * f64::from(i)), near(1.0)))
         .collect();
     let floor = -DVec3::Y - 4.0 * (DVec3::X + DVec3::Z);
     meshes.push(triangle(floor, 16.0 * DVec3::Z, 16.0 * DVec3::X));
     let balls = [0.02, 0.05, 0.1, 0.3, 0.5];
-    let mut spheres: Vec<Sphere> = balls
-        .iter()
-        .map(|&radius| Sphere {
-            center: near(1.0),
-            radius,
-            surface: material,
-        })
-        .collect();
-    spheres.extend([0.03, 0.2, 0.6].map(|radius| Sphere {
-        center: near(1.0) + 1.5 * DVec3::Y,
-        radius,
-        surface: Surface::Emission(DVec3::splat(1.0 / (radius * radius))),
+    let mut spheres: Vec<_> = balls.map(|radius| Sphere::new(near(1.0), radius, grey)).to_vec();
+    spheres.extend([0.03, 0.2, 0.6].map(|radius| {
+        let emission = Surface::emission(DVec3::splat(1.0 / (radius * radius)));
+        Sphere::new(near(1.0) + 1.5 * DVec3::Y, radius, emission)
     }));
     let origin = distance * (near(1.0) + 0.5 * DVec3::Y).normalize();
-    Scene {
-        name: "random".into(),
-        path: "random.toml".into(),
-        hash: String::new(),
-        camera: Camera {
-            origin,
-            target: near(0.3),
-            up: DVec3::new(0.1, 1.0, 0.2),
-            fov: Fov::X(2.0 * (1.2 / distance).atan().to_degrees()),
-            lens: None,
-        },
-        film: FilmSize { width: 48, height: 33 },
-        render: RenderTable::default(),
-        materials: vec![Material {
-            name: "grey".into(),
-            bsdf: Bsdf::Diffuse { rho: DVec3::splat(0.5) },
-            one_sided: false,
-            texture: None,
-        }],
-        spheres,
+    let fov = Fov::X(2.0 * (1.2 / distance).atan().to_degrees());
+    let camera = Camera {
+        up: DVec3::new(0.1, 1.0, 0.2),
+        ..Camera::new(origin, near(0.3), fov)
+    };
+    let mut scene = Scene::builder(camera, FilmSize { width: 48, height: 33 });
+    scene.material(Material::diffuse("grey", [0.5; 3]));
+    SceneBuilder {
         meshes,
-        environment: None,
-        notes: vec![],
+        spheres,
+        ..scene
     }
 }
 
@@ -132,9 +110,11 @@ pub fn random_scenes(name: &str, distances: &[f64], scenes: u64, most: usize) {
     let (mut differ, mut pixels) = (0, 0);
     for &distance in distances {
         for seed in 0..scenes {
-            let scene = random_scene(&mut Pcg64::seed_from_u64(seed), distance);
+            let scene = random_scene(&mut Pcg64::seed_from_u64(seed), distance)
+                .build()
+                .expect("a scene");
             for estimator in [EstimatorKind::Light, EstimatorKind::Brdf] {
-                let base = settings(scene.film.width, scene.film.height, estimator);
+                let base = settings(scene.film().width, scene.film().height, estimator);
                 let what = format!("{name}-{distance}-{seed}-{}", estimator.name());
                 let (count, files) = compare(&scene, base, 2, &what);
                 differ += count;
@@ -160,34 +140,18 @@ pub fn random_scenes(name: &str, distances: &[f64], scenes: u64, most: usize) {
 /// Where a pixel differs.
 pub fn a_lamp_through_a_table() {
     let mut scene = random_scene(&mut Pcg64::seed_from_u64(0), 2.0);
-    let mesh = |vertices: Vec<DVec3>, triangles: Vec<[u32; 3]>| Mesh {
-        vertices,
-        triangles,
-        normals: None,
-        uvs: None,
-        surface: Surface::Material(0),
-    };
+    let grey = MaterialId::new(0);
     let square = |half: f64, y: f64| {
         let corners = [(-half, -half), (-half, half), (half, half), (half, -half)];
-        mesh(
-            corners.map(|(x, z)| DVec3::new(x, y, z)).to_vec(),
-            vec![[0, 1, 2], [0, 2, 3]],
-        )
+        Mesh::quadrilateral(corners.map(|(x, z)| DVec3::new(x, y, z)), grey)
     };
     let below = (0..2 * FEW as u32).map(|i| DVec3::new(f64::from(i % 2), -50.0 - f64::from(i), f64::from(i % 3)));
     let strip = (0..2 * FEW as u32 - 2).map(|i| [i, i + 1, i + 2]);
-    scene.meshes = vec![
-        square(4.0, 0.0),
-        square(3.0, 0.5),
-        mesh(below.collect(), strip.collect()),
-    ];
-    scene.spheres = vec![Sphere {
-        center: DVec3::new(0.0, 0.42, 0.0),
-        radius: 0.3,
-        surface: Surface::Emission(DVec3::splat(10.0)),
-    }];
-    (scene.camera.origin, scene.camera.target) = (DVec3::new(3.9, 0.4, 0.1), DVec3::new(0.5, 0.0, 0.0));
-    (scene.camera.up, scene.camera.fov) = (DVec3::Y, Fov::X(40.0));
+    let strip = Mesh::new(below, strip.collect(), grey);
+    scene.meshes = [square(4.0, 0.0), square(3.0, 0.5), strip].map(Arc::new).to_vec();
+    scene.spheres = vec![Sphere::new([0.0, 0.42, 0.0], 0.3, Surface::emission([10.0; 3]))];
+    scene.camera = Camera::new([3.9, 0.4, 0.1], [0.5, 0.0, 0.0], Fov::X(40.0));
+    let scene = scene.build().expect("a scene");
     let (count, files) = compare(&scene, settings(48, 33, EstimatorKind::Light), 4, "lamp-through-table");
     assert_eq!(count, 0, "a lamp through a table: {}", files.join(", "));
 }
@@ -198,12 +162,13 @@ pub fn a_lamp_through_a_table() {
 /// Where one differs.
 pub fn narrow_views(fovs: &[f64]) {
     for &fov in fovs {
-        let mut scene = load("tests/emitter-seen.toml");
+        let mut scene = load("tests/emitter-seen.toml").to_builder();
         let origin = DVec3::new(0.3, -0.2, 0.1);
         let center = origin + 5.0 * DVec3::new(0.48, 0.6, 0.64);
         (scene.camera.origin, scene.camera.target, scene.camera.fov) = (origin, center, Fov::X(fov));
         scene.spheres[0].center = center;
         scene.spheres[0].radius = 5.0 * (fov.to_radians() / 4.0).tan();
+        let scene = scene.build().expect("a scene");
         let name = format!("narrow-{fov}");
         let (count, files) = compare(&scene, settings(64, 64, EstimatorKind::Light), 4, &name);
         assert_eq!(count, 0, "{name}: {}", files.join(", "));

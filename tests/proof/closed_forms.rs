@@ -47,7 +47,7 @@ pub fn test_scenes(
             let Some(passes) = passes(&scene, estimator) else {
                 continue;
             };
-            let FilmSize { width, height } = scene.film;
+            let FilmSize { width, height } = scene.film();
             let settings = Settings {
                 sampler,
                 accel: Some(accel),
@@ -58,9 +58,9 @@ pub fn test_scenes(
                 let answer = Estimate::exact(answer);
                 // `projected` has no noise that would hide the offset of the shading point: from the height of 2.9e-6 half a light
                 // is 3.2e-6 less.
-                let sunk = scene.name == "sphere-half-sunk" && estimator == EstimatorKind::Projected;
+                let sunk = scene.name() == "sphere-half-sunk" && estimator == EstimatorKind::Projected;
                 let rounding = if sunk { 4e-6 } else { ROUNDING };
-                let what = format!("{} {} channel {channel}", scene.name, estimator.name());
+                let what = format!("{} {} channel {channel}", scene.name(), estimator.name());
                 family.add(found.p(answer, rounding), format!("{what}: {}", found.against(answer)));
             }
         }
@@ -73,13 +73,13 @@ pub fn test_scenes(
 pub fn noise_free_scenes() {
     use EstimatorKind::Brdf;
     for (scene, answer) in scenes() {
-        let exact: Vec<EstimatorKind> = match scene.name.as_str() {
+        let exact: Vec<EstimatorKind> = match scene.name() {
             "emitter-seen" | "miss" | "shadow" | "square-seen" => EstimatorKind::ALL.to_vec(),
             "furnace-diffuse" | "furnace-mesh" | "sky-constant" => vec![Brdf],
             _ => continue,
         };
         for (estimator, accel) in exact.iter().flat_map(|e| AccelKind::ALL.map(|accel| (*e, accel))) {
-            let FilmSize { width, height } = scene.film;
+            let FilmSize { width, height } = scene.film();
             let settings = Settings {
                 accel: Some(accel),
                 ..settings(width, height, estimator)
@@ -90,7 +90,7 @@ pub fn noise_free_scenes() {
                 !pixel.iter().zip(answer).all(close)
             });
             let wrong = wrong.count();
-            let name = format!("exact-{}-{}", scene.name, estimator.name());
+            let name = format!("exact-{}-{}", scene.name(), estimator.name());
             assert!(
                 wrong == 0,
                 "{wrong} pixels differ from {answer:?}: {}",

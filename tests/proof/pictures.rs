@@ -37,7 +37,7 @@ pub fn assert_same(name: &str, a: &Picture, b: &Picture) {
 
 /// Renders both and asks for the same bits, from the same rays.
 pub fn both(scene: &Scene, a: Settings, b: Settings, passes: u32, what: &str) -> Counters {
-    let name = format!("{} {} {} {what}", scene.name, a.estimator.name(), a.sampler.name());
+    let name = format!("{} {} {} {what}", scene.name(), a.estimator.name(), a.sampler.name());
     let (a, b) = (rendered(scene, a, passes), rendered(scene, b, passes));
     assert_same(&name, &a.picture(), &b.picture());
     assert_eq!(a.counters(), b.counters(), "{name}: the same picture from other rays");

@@ -1,6 +1,7 @@
 //! Renders of whole scenes: under many seeds, with means and the errors of these means.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use octolux::film::{Attributes, Picture, write_picture};
 use octolux::pipeline::{Prepared, Settings};
@@ -18,11 +19,12 @@ pub fn load(path: &str) -> Scene {
 
 /// A square plate, all of the picture, whose vertex normals lean different ways: every pixel has a normal of its own.
 pub fn leaning_normals() -> Scene {
-    let mut scene = load("tests/underside-smooth.toml");
+    let mut scene = load("tests/underside-smooth.toml").to_builder();
     scene.camera.fov = octolux::scene::Fov::X(25.0);
     let lean = |x: f64, z: f64| glam::DVec3::new(x, 1.0, z).normalize();
-    scene.meshes[0].normals = Some(vec![lean(0.6, 0.1), lean(-0.3, 0.4), lean(0.1, -0.7), lean(-0.2, -0.1)]);
-    scene
+    let normals = vec![lean(0.6, 0.1), lean(-0.3, 0.4), lean(0.1, -0.7), lean(-0.2, -0.1)];
+    Arc::make_mut(&mut scene.meshes[0]).normals = Some(normals);
+    scene.build().expect("a scene with unit normals")
 }
 
 /// Settings of one thread and eight lanes; a test changes what it is about.
@@ -47,11 +49,11 @@ pub fn other_widths() -> Vec<Lanes> {
 
 /// A run of `passes` passes. Nothing invalid may have come up on the way.
 pub fn rendered(scene: &Scene, settings: Settings, passes: u32) -> Run {
-    let prepared = Prepared::new(scene, settings).unwrap_or_else(|error| panic!("{}: {error}", scene.name));
+    let prepared = Prepared::new(scene, settings).unwrap_or_else(|error| panic!("{}: {error}", scene.name()));
     let run = prepared.passes(passes).finish();
     let counters = run.counters();
     let invalid = counters.invalid_nan + counters.invalid_inf + counters.invalid_negative;
-    assert_eq!(invalid, 0, "{}, {settings:?}: invalid contributions", scene.name);
+    assert_eq!(invalid, 0, "{}, {settings:?}: invalid contributions", scene.name());
     run
 }
 

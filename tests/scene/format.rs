@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use glam::DVec3;
-use octolux::scene::{Bsdf, Environment, EstimatorKind, Fov, SamplerKind, Scene, Surface};
+use octolux::scene::{Bsdf, Environment, EstimatorKind, Fov, MaterialId, Mesh, SamplerKind, Scene, Surface};
 
 const VIEW: &str = "[camera]\norigin = [0, 2, 15]\ntarget = [0.0, -2, 2.5]\nup = [0, 1, 0]\nfov_y = 28\n\n\
     [film]\nwidth = 768\nheight = 512\n\n[materials.b]\ndiffuse = [1, 0.5, 0]\n\n[materials.a]\n\
@@ -18,44 +18,44 @@ fn scene(rest: &str) -> Scene {
 
 /// The vertices of [`TRIANGLE`] after a transform.
 fn moved(transform: &str) -> Vec<DVec3> {
-    scene(&format!("{TRIANGLE}transform = {{ {transform} }}\n"))
-        .meshes
-        .remove(0)
+    scene(&format!("{TRIANGLE}transform = {{ {transform} }}\n")).meshes()[0]
         .vertices
+        .clone()
 }
 
 #[test]
 fn whole_numbers_will_do_and_tables_keep_their_order() {
     let scene = scene("");
-    assert_eq!(scene.camera.fov, Fov::Y(28.0));
-    assert_eq!(scene.camera.origin, DVec3::new(0.0, 2.0, 15.0));
+    assert_eq!(scene.camera().fov, Fov::Y(28.0));
+    assert_eq!(scene.camera().origin, DVec3::new(0.0, 2.0, 15.0));
     assert_eq!(
-        scene.materials[0].name, "b",
+        scene.materials()[0].name,
+        "b",
         "in the order of the file, not of the alphabet"
     );
     assert_eq!(
-        scene.materials[0].bsdf,
+        scene.materials()[0].bsdf,
         Bsdf::Diffuse {
             rho: DVec3::new(1.0, 0.5, 0.0)
         }
     );
     assert_eq!(
-        scene.materials[1].bsdf,
+        scene.materials()[1].bsdf,
         Bsdf::Phong {
             rho: DVec3::new(2.0, 0.0, 0.0),
             alpha: 1000.0
         }
     );
     assert!(
-        scene.spheres.is_empty() && scene.meshes.is_empty(),
+        scene.spheres().is_empty() && scene.meshes().is_empty(),
         "an empty scene is a black picture"
     );
-    assert_eq!(scene.render, Default::default());
+    assert_eq!(scene.render(), Default::default());
 }
 
 #[test]
 fn the_render_table_is_optional_key_by_key() {
-    let render = scene("[render]\nestimator = \"light\"\nsampler = \"independent\"\nspp = 0x10\n").render;
+    let render = scene("[render]\nestimator = \"light\"\nsampler = \"independent\"\nspp = 0x10\n").render();
     assert_eq!(render.estimator, Some(EstimatorKind::Light));
     assert_eq!(render.sampler, Some(SamplerKind::Independent));
     assert_eq!((render.spp, render.seed), (Some(16), None));
@@ -65,8 +65,8 @@ fn the_render_table_is_optional_key_by_key() {
 fn brdf_params_are_diffuse_at_one_and_phong_above() {
     let bsdf = |alpha: &str| {
         scene(&format!("[materials.s]\nbrdf_params = [0.1, 0.2, 0.3, {alpha}]\n"))
-            .materials
-            .pop()
+            .materials()
+            .last()
             .unwrap()
             .bsdf
     };
@@ -79,13 +79,16 @@ fn brdf_params_are_diffuse_at_one_and_phong_above() {
 fn materials_may_follow_the_shapes_that_use_them() {
     let sphere =
         "[[spheres]]\ncenter = [0, 0, 0]\nradius = 1\nmaterial = \"late\"\n\n[materials.late]\ndiffuse = [1, 1, 1]\n";
-    assert_eq!(scene(sphere).spheres[0].surface, Surface::Material(2));
+    assert_eq!(
+        scene(sphere).spheres()[0].surface,
+        Surface::Material(MaterialId::new(2))
+    );
 }
 
 #[test]
 fn quads_are_split_along_0_2() {
     let mesh = "[[meshes]]\nemission = [1, 2, 3]\nvertices = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]\nfaces = [[3, 2, 1, 0]]\n";
-    let mesh = &scene(mesh).meshes[0];
+    let mesh = &scene(mesh).meshes()[0].clone();
     assert_eq!(mesh.triangles, [[3, 2, 1], [3, 1, 0]]);
     assert_eq!(mesh.surface, Surface::Emission(DVec3::new(1.0, 2.0, 3.0)));
     assert_eq!(mesh.normals, None, "flat unless it says otherwise");
@@ -119,7 +122,7 @@ fn transforms_go_scale_x_y_z_translate_whatever_the_order_of_the_keys() {
 fn a_mirrored_mesh_keeps_its_normals_and_turns_its_winding() {
     let smooth = |scale: &str| {
         let text = format!("{TRIANGLE}normals = \"smooth\"\ntransform = {{ scale = {scale} }}\n");
-        scene(&text).meshes.remove(0)
+        Mesh::clone(&scene(&text).meshes()[0])
     };
     let mesh = smooth("-1");
     let [a, b, c] = mesh.triangles[0].map(|corner| mesh.vertices[corner as usize]);
@@ -133,9 +136,9 @@ fn triangles_without_area_are_left_out_with_a_note() {
     let mesh = "[[meshes]]\nmaterial = \"a\"\nvertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [2, 0, 0], [1, 1e-20, 0]]\n\
         faces = [[0, 1, 2], [0, 1, 3], [1, 1, 2], [0, 3, 4]]\n";
     let scene = scene(mesh);
-    assert_eq!(scene.meshes[0].triangles, [[0, 1, 2]]);
+    assert_eq!(scene.meshes()[0].triangles, [[0, 1, 2]]);
     assert_eq!(
-        scene.notes,
+        scene.notes(),
         [
             "[[meshes]] 1: 3 triangles of 4 without area are left out",
             "nothing in the scene emits light: the picture will be black"
@@ -147,16 +150,19 @@ fn triangles_without_area_are_left_out_with_a_note() {
 fn small_and_thin_is_not_flat() {
     let mesh =
         "[[meshes]]\nmaterial = \"a\"\nvertices = [[0, 0, 0], [1e-20, 0, 0], [0, 1e-30, 0]]\nfaces = [[0, 1, 2]]\n";
-    assert_eq!(scene(mesh).meshes[0].triangles.len(), 1);
+    assert_eq!(scene(mesh).meshes()[0].triangles.len(), 1);
 }
 
 #[test]
 fn an_environment_is_one_radiance_or_a_picture_that_is_scaled_and_turned() {
-    let constant = scene("[environment]\nemission = [1, 2, 0]\n").environment;
-    assert_eq!(constant, Some(Environment::Constant(DVec3::new(1.0, 2.0, 0.0))));
-    assert_eq!(scene("").environment, None);
-    let picture = |turn: &str| match scene(&format!("[environment]\nfile = \"skies/noon.hdr\"\n{turn}")).environment {
-        Some(Environment::Picture(picture)) => picture,
+    let constant = scene("[environment]\nemission = [1, 2, 0]\n");
+    assert_eq!(
+        constant.environment(),
+        Some(&Environment::Constant(DVec3::new(1.0, 2.0, 0.0)))
+    );
+    assert_eq!(scene("").environment(), None);
+    let picture = |turn: &str| match scene(&format!("[environment]\nfile = \"skies/noon.hdr\"\n{turn}")).environment() {
+        Some(Environment::Picture(picture)) => picture.clone(),
         other => panic!("{other:?} is no picture"),
     };
     let (plain, turned) = (picture(""), picture("scale = 2\nrotate_y = 90\n"));

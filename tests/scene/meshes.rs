@@ -17,7 +17,7 @@ fn load(name: &str, bytes: &[u8], more: &str) -> Result<Mesh, String> {
     let text = format!("{SCENE}[[meshes]]\nmaterial = \"m\"\nfile = \"{name}\"\n{more}");
     let scene = Scene::parse(&text, &folder.path().join("scene.toml"));
     scene
-        .map(|mut scene| scene.meshes.remove(0))
+        .map(|scene| Mesh::clone(&scene.meshes()[0]))
         .map_err(|error| error.to_string())
 }
 
@@ -162,7 +162,7 @@ fn a_texture_on_faces_without_coordinates_is_refused() {
         ),
         "{error}"
     );
-    let uvs = scene("f 1/1 2/2 3/3\n").unwrap().meshes.remove(0).uvs.unwrap();
+    let uvs = scene("f 1/1 2/2 3/3\n").unwrap().meshes()[0].uvs.clone().unwrap();
     assert!(uvs.iter().all(|uv| uv.is_finite()), "a vertex that no face uses");
     assert!(scene("f 1 2 3\n").unwrap_err().ends_with("and no texture coordinates"));
 }
@@ -227,7 +227,7 @@ fn a_gltf_with_a_buffer_beside_it() {
     assert!(error.contains("has a buffer that cannot be read"), "{error}");
     std::fs::write(folder.path().join("the buffer.bin"), &glb[28 + json_length..]).unwrap();
     assert_eq!(
-        Scene::parse(&text, &folder.path().join("scene.toml")).unwrap().meshes[0]
+        Scene::parse(&text, &folder.path().join("scene.toml")).unwrap().meshes()[0]
             .triangles
             .len(),
         6

@@ -20,7 +20,7 @@ fn both_accelerators_paint_the_scenes_alike() {
     ] {
         let scene = load(name);
         for estimator in EstimatorKind::ALL {
-            let what = format!("accel-{}-{}", scene.name, estimator.name());
+            let what = format!("accel-{}-{}", scene.name(), estimator.name());
             let (count, files) = compare(&scene, settings(72, 48, estimator), 2, &what);
             assert!(
                 count * 1000 <= 72 * 48,
@@ -42,14 +42,16 @@ fn what_is_left_out_for_a_tile_is_met_by_none_of_its_rays() {
     ] {
         let scene = load(name);
         for estimator in [EstimatorKind::Mis, EstimatorKind::Brdf] {
-            let what = format!("cull-{}-{}", scene.name, estimator.name());
+            let what = format!("cull-{}-{}", scene.name(), estimator.name());
             nothing_is_missed(&scene, settings(144, 96, estimator), 3, &what);
         }
     }
     for distance in [0.5, 2.0, 6.0, 50.0, 1e3, 1e5] {
         for seed in 0..30 {
-            let scene = random_scene(&mut Pcg64::seed_from_u64(seed), distance);
-            let base = settings(scene.film.width, scene.film.height, EstimatorKind::Mis);
+            let scene = random_scene(&mut Pcg64::seed_from_u64(seed), distance)
+                .build()
+                .expect("a scene");
+            let base = settings(scene.film().width, scene.film().height, EstimatorKind::Mis);
             nothing_is_missed(&scene, base, 2, &format!("cull-{distance}-{seed}"));
         }
     }

@@ -13,9 +13,7 @@ use crate::proof::closed_forms::{noise_free_scenes, test_scenes};
 use crate::proof::runs::{Estimate, Runs, settings};
 use crate::proof::stats::integrate;
 use glam::DVec3;
-use octolux::scene::{
-    Bsdf, Camera, EstimatorKind, FilmSize, Fov, Material, Mesh, RenderTable, SamplerKind, Scene, Sphere, Surface,
-};
+use octolux::scene::{Camera, EstimatorKind, FilmSize, Fov, Material, Mesh, SamplerKind, Scene, Sphere, Surface};
 use octolux::settings::AccelKind;
 
 const SEEDS: u32 = 32;
@@ -23,7 +21,7 @@ const SEEDS: u32 = 32;
 /// Passes for each seed. The light of `sphere-tiny` fills 2.5e-7 of all directions: `brdf` meets it once in a million
 /// samples, so that 268 of them are to be expected of four million a seed; `uniform` would need far more.
 fn passes(scene: &Scene, estimator: EstimatorKind) -> Option<u32> {
-    match (scene.name.as_str(), estimator) {
+    match (scene.name(), estimator) {
         ("sphere-tiny", EstimatorKind::Uniform) => None,
         ("square-tiny", EstimatorKind::Uniform | EstimatorKind::Brdf) => None,
         ("sphere-tiny", EstimatorKind::Brdf) => Some(1 << 16),
@@ -57,46 +55,19 @@ fn noise_free_scenes_are_exact_in_every_pixel() {
 }
 
 /// A Phong plate in the plane z = 0 under a light, seen from `tilt` off its normal through a film of 2e-5 degrees.
-fn plate(alpha: f64, tilt: f64, lights: Vec<Sphere>) -> Scene {
-    let corner = |x: f64, y: f64| DVec3::new(x, y, 0.0);
-    Scene {
-        name: format!("plate of {alpha}"),
-        path: "plate.toml".into(),
-        hash: String::new(),
-        camera: Camera {
-            origin: 0.5 * DVec3::new(tilt.sin(), 0.0, tilt.cos()),
-            target: DVec3::ZERO,
-            up: DVec3::Y,
-            fov: Fov::X(2e-5),
-            lens: None,
-        },
-        film: FilmSize { width: 4, height: 4 },
-        render: RenderTable::default(),
-        materials: vec![Material {
-            name: "phong".into(),
-            one_sided: false,
-            texture: None,
-            bsdf: Bsdf::Phong {
-                rho: DVec3::new(0.5, 0.25, 1.0),
-                alpha,
-            },
-        }],
-        spheres: lights,
-        meshes: vec![Mesh {
-            vertices: vec![
-                corner(-1.0, -1.0),
-                corner(1.0, -1.0),
-                corner(1.0, 1.0),
-                corner(-1.0, 1.0),
-            ],
-            triangles: vec![[0, 1, 2], [0, 2, 3]],
-            normals: None,
-            uvs: None,
-            surface: Surface::Material(0),
-        }],
-        environment: None,
-        notes: vec![],
-    }
+fn plate(alpha: f64, tilt: f64, light: Sphere) -> Scene {
+    let origin = 0.5 * DVec3::new(tilt.sin(), 0.0, tilt.cos());
+    let camera = Camera {
+        up: DVec3::Y,
+        ..Camera::new(origin, DVec3::ZERO, Fov::X(2e-5))
+    };
+    let mut scene = Scene::builder(camera, FilmSize { width: 4, height: 4 });
+    scene.name = format!("plate of {alpha}");
+    let phong = scene.material(Material::phong("phong", [0.5, 0.25, 1.0], alpha));
+    let corners = [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]];
+    scene.mesh(Mesh::quadrilateral(corners, phong));
+    scene.sphere(light);
+    scene.build().unwrap()
 }
 
 /// `rho Le` times the integral over a cone (`1 - cos` up to `omc`, about `axis`) of the lobe about `wr` and the cosine,
@@ -132,24 +103,12 @@ fn phong_lobes_have_the_integral_that_quadrature_finds() {
             let width = (2.0 / alpha).sqrt().min(0.5);
             let axis = (wr + DVec3::Y * (0.5 * width).tan() + DVec3::X * 0.3 * width).normalize();
             let (distance, sine) = (3.0, (1.2 * width).sin());
-            let sphere = |center: DVec3, radius: f64| Sphere {
-                center,
-                radius,
-                surface: Surface::Emission(le),
-            };
+            let sphere = |center: DVec3, radius: f64| Sphere::new(center, radius, Surface::emission(le));
             let omc = sine * sine / (1.0 + (1.0 - sine * sine).sqrt());
             let light = sphere(distance * axis, distance * sine);
-            quadratures.push((
-                plate(alpha, tilt, vec![light]),
-                alpha,
-                lobe_in_cone(alpha, wr, axis, omc),
-            ));
+            quadratures.push((plate(alpha, tilt, light), alpha, lobe_in_cone(alpha, wr, axis, omc)));
             let around = sphere(DVec3::new(0.5, 0.2, 0.1), 9.0);
-            quadratures.push((
-                plate(alpha, tilt, vec![around]),
-                alpha,
-                lobe_in_cone(alpha, wr, wr, 2.0),
-            ));
+            quadratures.push((plate(alpha, tilt, around), alpha, lobe_in_cone(alpha, wr, wr, 2.0)));
         }
     }
     for (i, (scene, alpha, integral)) in quadratures.into_iter().enumerate() {
@@ -166,7 +125,7 @@ fn phong_lobes_have_the_integral_that_quadrature_finds() {
                 let place = if i % 2 == 0 { "half covered" } else { "inside" };
                 let what = format!(
                     "{} {place}, row {i}, {} channel {channel}",
-                    scene.name,
+                    scene.name(),
                     estimator.name()
                 );
                 family.add(found.p(answer, slack), format!("{what}: {}", found.against(answer)));
@@ -183,12 +142,8 @@ fn a_white_furnace_gives_nothing_away() {
     let mut family = Family::new("furnace");
     for alpha in [1.001, 2.0, 20.0, 1e4] {
         for tilt in [0.2, 1.0, 1.5_f64] {
-            let around = Sphere {
-                center: DVec3::new(0.5, 0.2, 0.1),
-                radius: 9.0,
-                surface: Surface::Emission(DVec3::ONE),
-            };
-            let scene = plate(alpha, tilt, vec![around]);
+            let around = Sphere::new([0.5, 0.2, 0.1], 9.0, Surface::emission(DVec3::ONE));
+            let scene = plate(alpha, tilt, around);
             let wr = DVec3::new(-tilt.sin(), 0.0, tilt.cos());
             let answer = Estimate::exact(lobe_in_cone(alpha, wr, wr, 2.0));
             assert!(answer.mean < 1.0, "alpha {alpha} at {tilt}: quadrature gains energy");

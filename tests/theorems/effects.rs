@@ -1,10 +1,12 @@
 //! Only what a scene calls for: what the plan holds, and that what it need not hold changes nothing. Nothing here is
 //! statistical.
 
+use std::sync::Arc;
+
 use crate::proof::pictures::assert_same;
 use crate::proof::runs::{load, picture, settings};
 use octolux::pipeline::{Prepared, Settings};
-use octolux::scene::{Bsdf, Effect, Effects, EstimatorKind, Features, Scene, Surface};
+use octolux::scene::{Bsdf, Effect, Effects, EstimatorKind, Features, Scene, SceneBuilder, Surface};
 use octolux::settings::Lanes;
 
 fn held(scene: &Scene) -> Effects {
@@ -13,9 +15,9 @@ fn held(scene: &Scene) -> Effects {
 }
 
 /// Scenes with one user, or one kind of user, of an effect, and what takes it away.
-type Taking = (&'static str, Effect, fn(&mut Scene));
+type Taking = (&'static str, Effect, fn(&mut SceneBuilder));
 
-fn matt(scene: &mut Scene) {
+fn matt(scene: &mut SceneBuilder) {
     for material in &mut scene.materials {
         if let Bsdf::Phong { rho, .. } = material.bsdf {
             material.bsdf = Bsdf::Diffuse { rho };
@@ -26,7 +28,10 @@ fn matt(scene: &mut Scene) {
 const TAKEN: [Taking; 6] = [
     ("veach-mis.toml", Effect::Phong, matt),
     ("knot.toml", Effect::SmoothNormals, |scene| {
-        scene.meshes.iter_mut().for_each(|mesh| mesh.normals = None);
+        scene
+            .meshes
+            .iter_mut()
+            .for_each(|mesh| Arc::make_mut(mesh).normals = None);
     }),
     ("lens.toml", Effect::Lens, |scene| scene.camera.lens = None),
     ("one-sided.toml", Effect::OneSided, |scene| {
@@ -50,11 +55,12 @@ const TAKEN: [Taking; 6] = [
 #[test]
 fn without_its_only_user_an_effect_is_in_no_kernel() {
     for (name, effect, take) in TAKEN {
-        let mut scene = load(name);
+        let scene = load(name);
         let before = held(&scene);
         assert!(before.has(effect), "{name} calls for {}", effect.name());
-        take(&mut scene);
-        let after = held(&scene);
+        let mut changed = scene.to_builder();
+        take(&mut changed);
+        let after = held(&changed.build().unwrap());
         assert!(
             !after.has(effect) && before.hold(after),
             "{name} without {}",
@@ -95,13 +101,15 @@ fn an_absent_effect_that_is_forced_on_changes_no_bit() {
 
 #[test]
 fn what_no_eye_ray_can_meet_calls_for_nothing() {
-    let mut scene = load("veach-mis.toml");
-    let seen = Features::of(&scene, scene.film);
+    let scene = load("veach-mis.toml");
+    let seen = Features::of(&scene, scene.film());
     // The camera steps back and turns round: the lights are still lights, and nothing is shaded.
-    let back = scene.camera.origin - scene.camera.target;
-    scene.camera.origin += 100.0 * back;
-    scene.camera.target = scene.camera.origin + back;
-    let unseen = Features::of(&scene, scene.film);
+    let mut turned = scene.to_builder();
+    let back = turned.camera.origin - turned.camera.target;
+    turned.camera.origin += 100.0 * back;
+    turned.camera.target = turned.camera.origin + back;
+    let scene = turned.build().unwrap();
+    let unseen = Features::of(&scene, scene.film());
     assert_eq!(unseen.count(Effect::SphereLights), seen.count(Effect::SphereLights));
     assert_eq!((unseen.count(Effect::Phong), unseen.count(Effect::Diffuse)), (0, 0));
     assert!(unseen.nothing_in_sight() && !seen.nothing_in_sight());
@@ -119,13 +127,16 @@ fn what_no_eye_ray_can_meet_calls_for_nothing() {
 
 #[test]
 fn an_emission_of_zero_is_no_light() {
-    let mut scene = load("veach-mis.toml");
-    let before = Features::of(&scene, scene.film).count(Effect::SphereLights);
-    for sphere in &mut scene.spheres[..1] {
-        assert!(matches!(sphere.surface, Surface::Emission(_)));
-        sphere.surface = Surface::Emission(Default::default());
-    }
-    assert_eq!(Features::of(&scene, scene.film).count(Effect::SphereLights), before - 1);
+    let scene = load("veach-mis.toml");
+    let before = Features::of(&scene, scene.film()).count(Effect::SphereLights);
+    let mut dark = scene.to_builder();
+    assert!(dark.spheres[0].surface.emits());
+    dark.spheres[0].surface = Surface::emission([0.0; 3]);
+    let scene = dark.build().unwrap();
+    assert_eq!(
+        Features::of(&scene, scene.film()).count(Effect::SphereLights),
+        before - 1
+    );
 }
 
 /// Lights of every kind in one scene, tiles of several sizes: what a stage leaves behind in a thread's scratch pad would reach

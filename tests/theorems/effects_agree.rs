@@ -5,12 +5,13 @@
 
 use crate::proof::runs::load;
 use crate::proof::{Family, agreement};
-use octolux::scene::{Bsdf, FilmSize, Lens, Scene, Surface};
+use octolux::scene::{Bsdf, FilmSize, Lens, Scene, SceneBuilder, Surface};
 
 const FILM: FilmSize = FilmSize { width: 24, height: 16 };
 const ALPHA: f64 = 1e-6;
 
-fn softened(mut scene: Scene) -> Scene {
+fn softened(scene: &Scene) -> SceneBuilder {
+    let mut scene = scene.to_builder();
     for material in &mut scene.materials {
         if let Bsdf::Phong { alpha, .. } | Bsdf::Blend { alpha, .. } = &mut material.bsdf {
             *alpha = alpha.min(30.0);
@@ -25,8 +26,9 @@ fn softened(mut scene: Scene) -> Scene {
 }
 
 fn agrees(name: &str, table: &'static str) {
+    let scene = softened(&load(name)).build().unwrap();
     let family = Family::rarely(table, ALPHA);
-    agreement::judge(family, table, &softened(load(name)), FILM, 16, [256, 32, 128, 32], 512);
+    agreement::judge(family, table, &scene, FILM, 16, [256, 32, 128, 32], 512);
 }
 
 #[test]
@@ -36,10 +38,11 @@ fn a_lens_shows_what_the_oracle_sees_through_it() {
 
 #[test]
 fn a_lens_under_a_sky_shows_what_the_oracle_sees_through_it() {
-    let mut scene = softened(load("sky.toml"));
+    let mut scene = softened(&load("sky.toml"));
     let focus = (scene.camera.target - scene.camera.origin).length();
     let radius = 0.05 * focus;
     scene.camera.lens = Some(Lens { radius, focus });
+    let scene = scene.build().unwrap();
     let table = "agree-lens-sky";
     let family = Family::rarely(table, ALPHA);
     agreement::judge(family, table, &scene, FILM, 16, [256, 64, 128, 64], 512);

@@ -22,7 +22,8 @@ const HEIGHT: u32 = 24;
 /// No exponent above 50, and no light below a radius of 0.1, at the same power: what single directions over the sphere
 /// and over a lobe find often enough to be compared. (The smallest light of `many-spheres` fills 1e-8 of the sphere and
 /// brings a tenth of the light.)
-fn softened(mut scene: Scene) -> Scene {
+fn softened(scene: &Scene) -> Scene {
+    let mut scene = scene.to_builder();
     for material in &mut scene.materials {
         if let Bsdf::Phong { alpha, .. } = &mut material.bsdf {
             *alpha = alpha.min(50.0);
@@ -35,7 +36,7 @@ fn softened(mut scene: Scene) -> Scene {
             sphere.radius = radius;
         }
     }
-    scene
+    scene.build().unwrap()
 }
 
 fn agree(scene: &Scene, table: &'static str, passes: [u32; 4], spp: u32) {
@@ -90,7 +91,7 @@ fn light_brdf_mis_and_the_oracle_agree_on_veachs_plates() {
 #[test]
 fn the_four_and_the_oracle_agree_on_veachs_plates_made_duller() {
     agree(
-        &softened(load("veach-mis.toml")),
+        &softened(&load("veach-mis.toml")),
         "agree-veach-soft",
         [1024, 64, 512, 64],
         1024,
@@ -105,7 +106,7 @@ fn light_mis_and_the_oracle_agree_on_many_spheres() {
 #[test]
 fn the_four_and_the_oracle_agree_on_many_spheres_made_duller() {
     agree(
-        &softened(load("many-spheres.toml")),
+        &softened(&load("many-spheres.toml")),
         "agree-many-soft",
         [1024, 32, 512, 32],
         512,

@@ -103,7 +103,7 @@ fn looking_at_a_render_changes_no_bit() {
                 for look in 0.. {
                     // Whole blocks, and parts of a tile each, in turn.
                     let step = watched.step_until((look % 2 == 1).then(Instant::now));
-                    let name = format!("{} {} {width}x{height}", scene.name, estimator.name());
+                    let name = format!("{} {} {width}x{height}", scene.name(), estimator.name());
                     let (least, _, most) = watched.spread();
                     if least == most && most <= 8 {
                         let so_far = rendered(&scene, settings, watched.passes()).picture();
@@ -113,7 +113,7 @@ fn looking_at_a_render_changes_no_bit() {
                         break;
                     }
                 }
-                let name = format!("{} {} {width}x{height} watched", scene.name, estimator.name());
+                let name = format!("{} {} {width}x{height} watched", scene.name(), estimator.name());
                 assert_same(&name, &watched.picture(), &rendered(&scene, settings, 64).picture());
             }
         }

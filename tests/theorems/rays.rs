@@ -23,8 +23,8 @@ fn queries(scene: &Scene, accel: AccelKind, lanes: Lanes) -> RayQueries {
 /// Rays from around the scene to places in it, of directions that are not unit.
 fn rays(scene: &Scene, seed: u64) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
     let mut rng = Pcg64::seed_from_u64(seed);
-    let middle = scene.camera.target;
-    let size = (scene.camera.origin - middle).length();
+    let middle = scene.camera().target;
+    let size = (scene.camera().origin - middle).length();
     let mut point = |reach: f64| {
         let v = DVec3::from_array(std::array::from_fn(|_| rng.random_range(-1.0..1.0)));
         (middle + v * reach * size).to_array().map(|x| x as f32)
@@ -50,7 +50,7 @@ fn search(scene: &Scene, origin: [f32; 3], direction: [f32; 3]) -> Found {
             found.0[1] = found.0[1].min(t);
         }
     };
-    for (object, mesh) in (0..).zip(&scene.meshes) {
+    for (object, mesh) in (0..).zip(scene.meshes()) {
         for (primitive, corners) in (0..).zip(&mesh.triangles) {
             let [a, b, c] = corners.map(|i| mesh.vertices[i as usize]);
             let n = (b - a).cross(c - a);
@@ -62,7 +62,7 @@ fn search(scene: &Scene, origin: [f32; 3], direction: [f32; 3]) -> Found {
             }
         }
     }
-    for (object, sphere) in (scene.meshes.len() as u32..).zip(&scene.spheres) {
+    for (object, sphere) in (scene.meshes().len() as u32..).zip(scene.spheres()) {
         let from = o - sphere.center;
         let (a, b, c) = (
             d.length_squared(),

@@ -12,9 +12,9 @@ fn a_sphere_over_a_diffuse_plane() {
     for (distance, radius, tilt) in [(2.0, 0.5, 0.3_f64), (1.0, 0.9, 0.05), (1e3, 1e-3, 1.2)] {
         let below_the_light = DVec3::new(4.0, 1.0, 0.3);
         let mut scene = scene(below_the_light, DVec3::ZERO, diffuse());
-        scene.meshes.push(floor(10.0));
+        scene.mesh(floor(10.0));
         let center = distance * DVec3::new(-tilt.sin(), 0.0, tilt.cos());
-        scene.spheres.push(sphere(center, radius, Emission(LE)));
+        scene.sphere(sphere(center, radius, Emission(LE)));
         let ratio: f64 = radius / distance;
         let expected = DVec3::new(0.8, 0.5, 0.1) * LE * ratio * ratio * tilt.cos();
         expect(
@@ -33,15 +33,13 @@ fn a_sphere_over_a_diffuse_plane() {
 fn inside_an_emitter_a_diffuse_surface_shows_rho() {
     let rho = DVec3::new(0.8, 0.5, 0.1);
     let mut inside_sphere = scene(EYE, DVec3::ZERO, diffuse());
-    inside_sphere.meshes.push(floor(1.0));
-    inside_sphere
-        .spheres
-        .push(sphere(DVec3::new(1.0, 2.0, 0.5), 20.0, Emission(LE)));
+    inside_sphere.mesh(floor(1.0));
+    inside_sphere.sphere(sphere(DVec3::new(1.0, 2.0, 0.5), 20.0, Emission(LE)));
     expect(&inside_sphere, 20_000, rho * LE, 0.01, "sphere");
 
     let mut inside_cube = scene(EYE, DVec3::ZERO, diffuse());
-    inside_cube.meshes.push(floor(1.0));
-    inside_cube.meshes.push(cube(DVec3::new(1.0, 0.5, 0.0), 6.0));
+    inside_cube.mesh(floor(1.0));
+    inside_cube.mesh(cube(DVec3::new(1.0, 0.5, 0.0), 6.0));
     expect(&inside_cube, 20_000, rho * LE, 0.01, "cube");
 }
 
@@ -55,13 +53,8 @@ fn cube(center: DVec3, half: f64) -> Mesh {
         [0, 2, 6, 4],
         [1, 3, 7, 5],
     ];
-    Mesh {
-        vertices: (0..8).map(|i| center + half * corner(i)).collect(),
-        triangles: quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect(),
-        normals: None,
-        uvs: None,
-        surface: Emission(LE),
-    }
+    let triangles = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+    Mesh::new((0..8).map(|i| center + half * corner(i)), triangles, Emission(LE))
 }
 
 /// Straight on, the lobe and the foreshortening share their axis: rho L (alpha + 1) times the integral of
@@ -72,10 +65,8 @@ fn straight_on_inside_an_emitter_phong_shows_its_albedo() {
         let rho = DVec3::new(0.3, 0.6, 0.9);
         let mut scene = scene(4.0 * DVec3::Z, DVec3::ZERO, Bsdf::Phong { rho, alpha });
         scene.camera.fov = Fov::X(1e-6);
-        scene.meshes.push(floor(1.0));
-        scene
-            .spheres
-            .push(sphere(DVec3::new(1.0, 2.0, 0.5), 20.0, Emission(LE)));
+        scene.mesh(floor(1.0));
+        scene.sphere(sphere(DVec3::new(1.0, 2.0, 0.5), 20.0, Emission(LE)));
         expect(
             &scene,
             20_000,
@@ -96,8 +87,8 @@ fn a_square_light_has_its_form_factor_from_both_sides() {
     let form_factor = 4.0 / PI * (h / s) * (h / s).atan();
     for up in [DVec3::Y, -DVec3::Y] {
         let mut scene = scene(EYE, DVec3::ZERO, diffuse());
-        scene.meshes.push(floor(10.0));
-        scene.meshes.push(quad(d * DVec3::Z, DVec3::X, up, h, Emission(LE)));
+        scene.mesh(floor(10.0));
+        scene.mesh(quad(d * DVec3::Z, DVec3::X, up, h, Emission(LE)));
         scene.camera.origin = DVec3::new(4.0, 0.0, 1.0);
         expect(
             &scene,
@@ -113,9 +104,9 @@ fn a_square_light_has_its_form_factor_from_both_sides() {
 #[test]
 fn emitters_occlude_and_a_hidden_light_is_black() {
     let mut scene = scene(EYE, DVec3::ZERO, diffuse());
-    scene.meshes.push(floor(10.0));
-    scene.spheres.push(sphere(3.0 * DVec3::Z, 0.5, Emission(1e6 * LE)));
-    scene.spheres.push(sphere(2.0 * DVec3::Z, 0.9, Emission(LE)));
+    scene.mesh(floor(10.0));
+    scene.sphere(sphere(3.0 * DVec3::Z, 0.5, Emission(1e6 * LE)));
+    scene.sphere(sphere(2.0 * DVec3::Z, 0.9, Emission(LE)));
     expect(
         &scene,
         40_000,
@@ -132,7 +123,7 @@ fn emitters_occlude_and_a_hidden_light_is_black() {
 fn an_eye_ray_shows_emitters_and_black() {
     let mut scene = scene(EYE, DVec3::ZERO, diffuse());
     assert_eq!(one_pixel(&scene, 10).picture, [[0.0; 3]]);
-    scene.spheres.push(sphere(DVec3::ZERO, 1.0, Emission(LE)));
+    scene.sphere(sphere(DVec3::ZERO, 1.0, Emission(LE)));
     let seen = one_pixel(&scene, 10);
     assert_eq!((seen.picture[0], seen.stderr[0]), (LE.to_array(), [0.0; 3]));
     scene.spheres[0].center = EYE; // from inside, too

@@ -15,17 +15,9 @@ fn surfaces_are_two_sided_and_opaque() {
     for side in [1.0, -1.0] {
         for winding in [1.0, -1.0] {
             let mut scene = scene(side * EYE, DVec3::ZERO, diffuse());
-            scene.meshes.push(quad(
-                DVec3::ZERO,
-                DVec3::X,
-                winding * DVec3::Y,
-                10.0,
-                Surface::Material(0),
-            ));
-            scene.spheres.push(sphere(side * 2.0 * DVec3::Z, 0.5, Emission(LE)));
-            scene
-                .spheres
-                .push(sphere(side * -2.0 * DVec3::Z, 0.5, Emission(1e6 * LE)));
+            scene.mesh(quad(DVec3::ZERO, DVec3::X, winding * DVec3::Y, 10.0, REFLECTS));
+            scene.sphere(sphere(side * 2.0 * DVec3::Z, 0.5, Emission(LE)));
+            scene.sphere(sphere(side * -2.0 * DVec3::Z, 0.5, Emission(1e6 * LE)));
             expect(
                 &scene,
                 20_000,
@@ -44,12 +36,11 @@ fn smooth_normals_slant_the_shading_on_the_side_of_the_eye() {
     for flip in [1.0, -1.0] {
         let mut scene = scene(EYE, DVec3::ZERO, diffuse());
         let n = flip * 3.0 * DVec3::new(-slant.sin(), 0.0, slant.cos());
-        scene.meshes.push(Mesh {
+        scene.mesh(Mesh {
             normals: Some(vec![n.normalize(); 4]),
-            uvs: None,
             ..floor(10.0)
         });
-        scene.spheres.push(sphere(
+        scene.sphere(sphere(
             4.0 * DVec3::new(-slant.sin(), 0.0, slant.cos()),
             0.5,
             Emission(LE),
@@ -67,8 +58,8 @@ fn spheres_never_shadow_themselves() {
         let (top, light) = (rotation * DVec3::Z * scale, rotation * DVec3::Z * 3.0 * scale);
         let eye = rotation * DVec3::new(0.0, 4.0, 2.0) * scale;
         let mut outside = scene(eye + shift, top + shift, diffuse());
-        outside.spheres.push(sphere(shift, scale, Surface::Material(0)));
-        outside.spheres.push(sphere(light + shift, 0.5 * scale, Emission(LE)));
+        outside.sphere(sphere(shift, scale, REFLECTS));
+        outside.sphere(sphere(light + shift, 0.5 * scale, Emission(LE)));
         outside.camera.fov = Fov::X(1e-5);
         let expected = DVec3::new(0.8, 0.5, 0.1) * LE * 0.0625;
         expect(
@@ -80,10 +71,8 @@ fn spheres_never_shadow_themselves() {
         );
 
         let mut inside = scene(shift, top + shift, diffuse());
-        inside.spheres.push(sphere(shift, scale, Surface::Material(0)));
-        inside
-            .spheres
-            .push(sphere(shift - 0.5 * top, 0.3 * scale, Emission(LE)));
+        inside.sphere(sphere(shift, scale, REFLECTS));
+        inside.sphere(sphere(shift - 0.5 * top, 0.3 * scale, Emission(LE)));
         inside.camera.fov = Fov::X(1e-5);
         let expected = DVec3::new(0.8, 0.5, 0.1) * LE * 0.04;
         expect(
@@ -110,12 +99,11 @@ fn tessellated(center: DVec3, radius: f64, surface: Surface) -> Mesh {
         let [a, b, c, d] = [corner(i, j), corner(i, j + 1), corner(i + 1, j + 1), corner(i + 1, j)];
         [[a, b, c], [a, c, d]]
     };
+    let vertices = normals.iter().map(|n| center + radius * n);
+    let triangles = (0..N).flat_map(|i| (0..N).flat_map(move |j| quad(i, j))).collect();
     Mesh {
-        vertices: normals.iter().map(|n| center + radius * n).collect(),
-        triangles: (0..N).flat_map(|i| (0..N).flat_map(move |j| quad(i, j))).collect(),
-        normals: Some(normals),
-        uvs: None,
-        surface,
+        normals: Some(normals.clone()),
+        ..Mesh::new(vertices, triangles, surface)
     }
 }
 
@@ -133,13 +121,11 @@ fn a_fine_mesh_is_the_sphere_it_stands_for() {
     );
     scene.camera.fov = Fov::X(20.0);
     let film = FilmSize { width: 12, height: 12 };
-    scene.spheres.push(sphere(DVec3::new(1.0, 2.0, 3.0), 1.0, Emission(LE)));
+    scene.sphere(sphere(DVec3::new(1.0, 2.0, 3.0), 1.0, Emission(LE)));
     let mut with_mesh = scene.clone();
-    scene.spheres.push(sphere(DVec3::ZERO, 1.0, Surface::Material(0)));
-    with_mesh
-        .meshes
-        .push(tessellated(DVec3::ZERO, 1.0, Surface::Material(0)));
-    let [by_sphere, by_mesh] = [&scene, &with_mesh].map(|scene| render(scene, film, 64, 1, &|_| ()));
+    scene.sphere(sphere(DVec3::ZERO, 1.0, REFLECTS));
+    with_mesh.mesh(tessellated(DVec3::ZERO, 1.0, REFLECTS));
+    let [by_sphere, by_mesh] = [scene, with_mesh].map(|scene| render(&scene.build().unwrap(), film, 64, 1, &|_| ()));
     for (a, b) in by_sphere.picture.iter().flatten().zip(by_mesh.picture.iter().flatten()) {
         assert!((a - b).abs() < 0.02 * (a + 0.01), "{a} {b}");
     }
@@ -155,8 +141,8 @@ fn a_fine_mesh_is_the_sphere_it_stands_for() {
 #[test]
 fn a_fine_mesh_emits_like_the_sphere_it_stands_for() {
     let mut scene = scene(EYE, DVec3::ZERO, diffuse());
-    scene.meshes.push(floor(10.0));
-    scene.meshes.push(tessellated(2.0 * DVec3::Z, 0.5, Emission(LE)));
+    scene.mesh(floor(10.0));
+    scene.mesh(tessellated(2.0 * DVec3::Z, 0.5, Emission(LE)));
     // The mean cross-section of the inscribed mesh is smaller by about 2/3 (pi / 200)^2.
     expect(
         &scene,
@@ -171,8 +157,9 @@ fn a_fine_mesh_emits_like_the_sphere_it_stands_for() {
 fn threads_do_not_matter_and_seeds_do() {
     let mut scene = scene(EYE, DVec3::ZERO, diffuse());
     scene.camera.fov = Fov::Y(40.0);
-    scene.meshes.push(floor(10.0));
-    scene.spheres.push(sphere(2.0 * DVec3::Z, 0.5, Emission(LE)));
+    scene.mesh(floor(10.0));
+    scene.sphere(sphere(2.0 * DVec3::Z, 0.5, Emission(LE)));
+    let scene = scene.build().unwrap();
     let film = FilmSize { width: 24, height: 16 };
     let threads = |count, seed| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build().unwrap();

@@ -48,7 +48,7 @@ fn means(sampler: SamplerKind, first_seed: u32, allocate: Option<Allocate>) -> V
     let scene = Scene::parse(SCENE, Path::new("lamp.toml")).unwrap();
     let mean = |seed| {
         let settings = Settings {
-            film: scene.film,
+            film: scene.film(),
             estimator: EstimatorKind::Uniform,
             sampler,
             seed,
@@ -197,7 +197,7 @@ fn a_paused_block_keeps_its_random_numbers() {
 fn a_query_that_fails_is_heard_of() {
     let scene = Scene::parse(SCENE, Path::new("lamp.toml")).unwrap();
     let settings = Settings {
-        film: scene.film,
+        film: scene.film(),
         accel: Some(AccelKind::Embree),
         threads: 2,
         ..Settings::default()

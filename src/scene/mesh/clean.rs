@@ -1,4 +1,4 @@
-//! What no mesh may have: indices out of range, numbers that are none, triangles without area.
+//! What no mesh file may have: indices out of range, numbers that are none. And whether a triangle has an area.
 
 use glam::{DVec2, DVec3};
 
@@ -66,25 +66,19 @@ fn triple(v: DVec3) -> String {
     format!("[{}, {}, {}]", v.x, v.y, v.z)
 }
 
-/// Drops triangles whose corners lie on one line, as far as `f64` can tell.
+/// Whether a triangle has an area, as far as `f64` can tell: its corners do not lie on one line.
 ///
-/// They cannot be seen, have no normal, and Embree's hits on them can be far outside (RenderKit/embree issue 387).
-pub fn drop_flat(raw: &mut RawMesh) {
-    let RawMesh {
-        vertices, triangles, ..
-    } = raw;
-    triangles.retain(|&corners| {
-        let [a, b, c] = corners.map(|corner| vertices[corner as usize]);
-        let (ab, bc, ca) = (b - a, c - b, a - c);
-        let longest = ab.length_squared().max(bc.length_squared()).max(ca.length_squared());
-        // The differences of the two shorter edges cancel least: their cross product is the most exact of the three.
-        let twice_area = if longest == bc.length_squared() {
-            ab.cross(ca)
-        } else if longest == ca.length_squared() {
-            ab.cross(bc)
-        } else {
-            bc.cross(ca)
-        };
-        0.5 * twice_area.length() > f64::EPSILON * longest
-    });
+/// Those that do cannot be seen, have no normal, and Embree's hits on them can be far outside (RenderKit/embree issue 387).
+pub fn has_area([a, b, c]: [DVec3; 3]) -> bool {
+    let (ab, bc, ca) = (b - a, c - b, a - c);
+    let longest = ab.length_squared().max(bc.length_squared()).max(ca.length_squared());
+    // The differences of the two shorter edges cancel least: their cross product is the most exact of the three.
+    let twice_area = if longest == bc.length_squared() {
+        ab.cross(ca)
+    } else if longest == ca.length_squared() {
+        ab.cross(bc)
+    } else {
+        bc.cross(ca)
+    };
+    0.5 * twice_area.length() > f64::EPSILON * longest
 }

@@ -11,8 +11,9 @@ use super::polygons::Polygons;
 /// The mesh that the lists `vertices` and `faces` describe.
 pub fn inline(vertices: &Value<'_>, faces: &Value<'_>, uvs: Option<Value<'_>>) -> Result<RawMesh, Fault> {
     let points = vertices.list("write a list of points, such as [[0, 0, 0], [1, 0, 0], [0, 1, 0]]")?;
+    // Polygons are cut by these numbers: they have to be some.
     let points = points
-        .map(|point| point.triple(&FINITE))
+        .map(|point| point.ruled_triple(&FINITE))
         .collect::<Result<Vec<_>, _>>()?;
 
     let (mut triangles, mut polygons) = (Vec::new(), Polygons::default());
@@ -22,7 +23,7 @@ pub fn inline(vertices: &Value<'_>, faces: &Value<'_>, uvs: Option<Value<'_>>) -
         triangles.extend(made.map(|triangle| triangle.map(|corner| corners[corner as usize])));
     }
     let uvs = match uvs {
-        Some(value) => Some(coordinates(&value, points.len())?),
+        Some(value) => Some(coordinates(&value)?),
         None => None,
     };
     Ok(RawMesh {
@@ -34,14 +35,11 @@ pub fn inline(vertices: &Value<'_>, faces: &Value<'_>, uvs: Option<Value<'_>>) -
     })
 }
 
-fn coordinates(uvs: &Value<'_>, count: usize) -> Result<Vec<DVec2>, Fault> {
+fn coordinates(uvs: &Value<'_>) -> Result<Vec<DVec2>, Fault> {
     let help = "write a pair for each vertex, such as [[0, 0], [1, 0], [1, 1]]";
     let pairs = uvs.list(help)?;
-    if pairs.len() != count {
-        return Err(uvs.fault(&format!("must have as many pairs as there are vertices, {count}"), help));
-    }
     pairs
-        .map(|pair| pair.numbers::<2>(&FINITE).map(DVec2::from_array))
+        .map(|pair| pair.ruled_numbers(&FINITE).map(DVec2::from_array))
         .collect()
 }
 

@@ -19,6 +19,7 @@ use glam::{DMat4, DVec2, DVec3};
 use super::error::Fault;
 use super::{Mesh, Surface};
 
+pub(super) use clean::has_area;
 pub(super) use inline::inline;
 pub(super) use source::read;
 pub(super) use transform::{rotations, transform};
@@ -72,65 +73,78 @@ impl Normals {
 /// What is wrong with the contents of a mesh file; `what` follows the file's name.
 type Problem = Fault;
 
-/// Moves a mesh into place, drops triangles without area and gives it normals. The sentences say what was left out.
+/// Moves a mesh into place and gives it normals. The sentences say what was left out of it or guessed.
 pub(super) fn finish(
     mut raw: RawMesh,
     placement: DMat4,
     shading: Normals,
     surface: Surface,
-    title: &str,
+    name: String,
 ) -> Result<(Mesh, Vec<String>), Fault> {
     transform::apply(&mut raw, placement);
-    if let Some(index) = raw.vertices.iter().position(|&v| !clean::in_range(v)) {
-        let what = format!("{title} has vertex {index} beyond 3.4e38 once it is transformed");
-        return Err(Fault::new(what, "make the scale or the translation smaller"));
+    let notes = raw.notes.drain(..).map(|note| format!("{name}: {note}")).collect();
+    bare_triangles(&mut raw, &name)?;
+    if shading == Normals::Flat {
+        raw.normals = None;
     }
+    let mesh = raw.into_mesh(name, surface);
+    let mesh = if shading == Normals::Smooth {
+        mesh.smooth()
+    } else {
+        mesh
+    };
+    Ok((mesh, notes))
+}
 
-    let all = raw.triangles.len();
-    clean::drop_flat(&mut raw);
-    let kept = raw.triangles.len();
-    if kept == 0 {
-        let what = match all {
-            0 => format!("{title} has no faces"),
-            _ => format!("{title} has no triangle with an area, got {all} without"),
-        };
-        return Err(Fault::new(
-            what,
-            "a mesh needs a triangle whose corners are not on one line",
-        ));
-    }
-    let mut notes: Vec<_> = raw.notes.drain(..).map(|note| format!("{title}: {note}")).collect();
-    if kept < all {
-        let left_out = all - kept;
-        let (noun, verb) = if left_out == 1 {
-            ("triangle", "is")
-        } else {
-            ("triangles", "are")
-        };
-        notes.push(format!(
-            "{title}: {left_out} {noun} of {all} without area {verb} left out"
-        ));
-    }
-    bare_triangles(&mut raw, title)?;
-
-    let normals = (shading == Normals::Smooth).then(|| normals::smooth(&mut raw));
-    Ok((
+impl RawMesh {
+    fn into_mesh(self, name: String, surface: Surface) -> Mesh {
         Mesh {
-            vertices: raw.vertices,
-            triangles: raw.triangles,
-            normals,
-            uvs: raw.uvs,
+            name,
+            vertices: self.vertices,
+            triangles: self.triangles,
+            normals: self.normals,
+            uvs: self.uvs,
             surface,
-        },
-        notes,
-    ))
+        }
+    }
+}
+
+impl Mesh {
+    /// The mesh with smooth shading: unit normals at its vertices, of those that it has, else the mean of the triangles around
+    /// each, weighted by their areas. Triangles are wound as the normals of their corners say. A mesh that a builder would refuse
+    /// stays as it is.
+    #[must_use]
+    pub fn smooth(self) -> Self {
+        let count = self.vertices.len();
+        let there = |corner: &u32| (*corner as usize) < count;
+        let fits = |normals: &Vec<DVec3>| normals.len() == count && normals.iter().all(|n| n.is_finite());
+        if !self.triangles.iter().flatten().all(there) || !self.normals.as_ref().is_none_or(fits) {
+            return self;
+        }
+        let mut raw = RawMesh {
+            vertices: self.vertices,
+            triangles: self.triangles,
+            normals: self.normals,
+            uvs: self.uvs,
+            notes: Vec::new(),
+        };
+        let normals = normals::smooth(&mut raw);
+        Self {
+            normals: Some(normals),
+            ..raw.into_mesh(self.name, self.surface)
+        }
+    }
 }
 
 /// Refuses triangles without texture coordinates in a mesh that has some: they are read only where there is a texture.
 fn bare_triangles(raw: &mut RawMesh, title: &str) -> Result<(), Fault> {
-    let Some(uvs) = &mut raw.uvs else { return Ok(()) };
+    let Some(uvs) = raw.uvs.as_mut().filter(|uvs| uvs.len() == raw.vertices.len()) else {
+        return Ok(());
+    };
+    // Those without area are left out later.
+    let area = |triangle: &&[u32; 3]| has_area(triangle.map(|corner| raw.vertices[corner as usize]));
     let bare = |triangle: &&[u32; 3]| triangle.iter().any(|&corner| uvs[corner as usize] == NO_UV);
-    let count = raw.triangles.iter().filter(bare).count();
+    let count = raw.triangles.iter().filter(area).filter(bare).count();
     if count == 0 {
         // Vertices that no triangle uses.
         uvs.iter_mut()
@@ -138,7 +152,7 @@ fn bare_triangles(raw: &mut RawMesh, title: &str) -> Result<(), Fault> {
             .for_each(|uv| *uv = DVec2::ZERO);
         return Ok(());
     }
-    let all = raw.triangles.len();
+    let all = raw.triangles.iter().filter(area).count();
     let what = format!(
         "{title} has a material with a texture, and {count} of its {all} triangles have no texture coordinates"
     );

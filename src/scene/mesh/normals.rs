@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{NO_NORMAL, RawMesh};
+use super::{NO_NORMAL, RawMesh, has_area};
 
 /// A unit normal for each vertex: the file's own, else the mean of the triangles around it, weighted by their areas.
 ///
@@ -16,15 +16,16 @@ pub fn smooth(raw: &mut RawMesh) -> Vec<DVec3> {
         normals,
         ..
     } = raw;
+    let points = |corners: &[u32; 3]| corners.map(|corner| vertices[corner as usize]);
     let twice_area = |corners: &[u32; 3]| {
-        let [a, b, c] = corners.map(|corner| vertices[corner as usize]);
+        let [a, b, c] = points(corners);
         (b - a).cross(c - a)
     };
 
     // Vertices with a normal of their own do not need the sum, which is made in its place.
     let mut normals = normals.take().unwrap_or_else(|| vec![NO_NORMAL; vertices.len()]);
     let given: Vec<bool> = normals.iter().map(|&given| unit(given).is_some()).collect();
-    for corners in triangles.iter() {
+    for corners in triangles.iter().filter(|corners| has_area(points(corners))) {
         let area = twice_area(corners);
         for &corner in corners.iter().filter(|&&corner| !given[corner as usize]) {
             normals[corner as usize] += area;
@@ -37,7 +38,7 @@ pub fn smooth(raw: &mut RawMesh) -> Vec<DVec3> {
     }
     // A vertex between two faces that look in opposite directions has no mean: the last of its faces will do.
     if opposed {
-        for corners in triangles.iter().rev() {
+        for corners in triangles.iter().rev().filter(|corners| has_area(points(corners))) {
             for &corner in corners.iter() {
                 let normal = &mut normals[corner as usize];
                 if *normal == NO_NORMAL {

@@ -17,13 +17,13 @@ pub fn transform(value: Option<Value<'_>>) -> Result<DMat4, Fault> {
     let table = value.table("transform".to_owned(), "transform", KEYS)?;
     let scale = match table.get("scale") {
         None => DVec3::ONE,
-        Some(scale) if scale.is_list() => scale.triple(&NOT_ZERO)?,
-        Some(scale) => DVec3::splat(scale.number(&NOT_ZERO)?),
+        Some(scale) if scale.is_list() => scale.ruled_triple(&NOT_ZERO)?,
+        Some(scale) => DVec3::splat(scale.ruled(&NOT_ZERO)?),
     };
     let turn = rotations(&table)?;
     let translate = table
         .get("translate")
-        .map_or(Ok(DVec3::ZERO), |value| value.triple(&FINITE))?;
+        .map_or(Ok(DVec3::ZERO), |value| value.ruled_triple(&FINITE))?;
     Ok(DMat4::from_mat3_translation(
         turn * DMat3::from_diagonal(scale),
         translate,
@@ -34,7 +34,7 @@ pub fn transform(value: Option<Value<'_>>) -> Result<DMat4, Fault> {
 pub fn rotations(table: &Table<'_>) -> Result<DMat3, Fault> {
     let turn = |key, axis| match table.get(key) {
         None => Ok(DMat3::IDENTITY),
-        Some(degrees) => degrees.number(&FINITE).map(|degrees| rotation(axis, degrees)),
+        Some(degrees) => degrees.ruled(&FINITE).map(|degrees| rotation(axis, degrees)),
     };
     Ok(turn("rotate_z", 2)? * turn("rotate_y", 1)? * turn("rotate_x", 0)?)
 }

@@ -160,8 +160,13 @@ pub fn run(scene: &Scene, options: &Options, watch: &dyn Observer) -> Result<Stu
     };
     say("what the settings cost")?;
     let (variants, impossible) = possible(scene, options.settings)?;
-    let costs = schedule::costs(scene, &variants, scene.film, 0.08 * budget, watch)?;
-    let effort = schedule::effort(&costs, scene.film, schedule::FOR_ROUNDS * budget, options.settings.seed);
+    let costs = schedule::costs(scene, &variants, scene.film(), 0.08 * budget, watch)?;
+    let effort = schedule::effort(
+        &costs,
+        scene.film(),
+        schedule::FOR_ROUNDS * budget,
+        options.settings.seed,
+    );
     say("the reference")?;
     let truth = reference(scene, &effort, options)?;
     say("the rounds")?;
@@ -189,7 +194,7 @@ pub fn run(scene: &Scene, options: &Options, watch: &dyn Observer) -> Result<Stu
         say("the phases")?;
         let left = (budget - started.elapsed().as_secs_f64()).clamp(0.01 * budget, 0.1 * budget);
         let whole = Settings {
-            film: scene.film,
+            film: scene.film(),
             ..options.settings
         };
         study.phases = phases::measure(scene, whole, left, watch)?;
@@ -256,7 +261,7 @@ pub fn analyse(
     let prices = price::prices(variants, all, &truth, false_alarms);
     Ok(Study {
         film: [effort.film.width, effort.film.height],
-        scene_film: [scene.film.width, scene.film.height],
+        scene_film: [scene.film().width, scene.film().height],
         seeds: all[0].len(),
         seed: effort.seed,
         reference: Quality {

@@ -47,7 +47,7 @@ pub struct Truth {
 /// The oracle's picture of `spp` samples a pixel, which `cache` then keeps; or the best one there with two thirds as many.
 pub fn find(scene: &Scene, film: FilmSize, spp: u32, cache: Option<&Path>) -> Truth {
     let stem = cache.map(|folder| {
-        let name = format!("{}-r{REVISION}-{}x{}", &scene.hash, film.width, film.height);
+        let name = format!("{}-r{REVISION}-{}x{}", scene.hash(), film.width, film.height);
         folder.join(name)
     });
     if let Some(found) = stem.as_deref().and_then(|stem| read(scene, stem, film, spp * 2 / 3)) {

@@ -74,8 +74,11 @@ pub fn files(
         .collect();
     let page = fill(&[
         ("theme", theme::CSS.to_owned()),
-        ("title", escape(&format!("{}: what accuracy costs in time", scene.name))),
-        ("scene", escape(&scene.name)),
+        (
+            "title",
+            escape(&format!("{}: what accuracy costs in time", scene.name())),
+        ),
+        ("scene", escape(scene.name())),
         ("answer", escape(&headline.answer)),
         ("beside", beside),
         ("warnings", warnings),

@@ -105,8 +105,8 @@ fn two_lines((value, interval): (String, String)) -> String {
 
 /// What the scene calls for: effect, evidence, what follows.
 pub fn effects(study: &Study, scene: &Scene) -> String {
-    let found = Features::of(scene, scene.film);
-    let triangles: usize = scene.meshes.iter().map(|mesh| mesh.triangles.len()).sum();
+    let found = Features::of(scene, scene.film());
+    let triangles: usize = scene.meshes().iter().map(|mesh| mesh.triangles.len()).sum();
     let row = |effect: Effect| {
         let count = found.count(effect);
         let held = study.phases.held.contains(&effect.name());

@@ -1,14 +1,18 @@
-//! Scenes and renders for cases: texts of scenes, pictures, means with their errors.
+//! Scenes and renders for cases: parts of scenes, pictures, means with their errors.
 
 use std::error::Error;
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::DVec3;
 
 use crate::film::Picture;
 use crate::pipeline::{Prepared, Settings};
 use crate::run::Run;
-use crate::scene::{EstimatorKind, FilmSize, SamplerKind, Scene};
+use crate::scene::{
+    Camera, EstimatorKind, FilmSize, Fov, InvalidScene, Material, MaterialId, Mesh, SamplerKind, Scene, SceneBuilder,
+    Sphere, Surface,
+};
 use crate::settings::AccelKind;
 use crate::study::estimate::Estimate;
 
@@ -22,7 +26,7 @@ pub const ACCELS: [AccelKind; 2] = [AccelKind::Linear, AccelKind::Embree];
 /// good. With twice the samples that a test at 4 standard errors would take, it sees smaller faults than that one.
 pub const SIGMAS: f64 = 5.5;
 
-/// The scene that a text describes.
+/// The scene of a file.
 ///
 /// # Errors
 /// As for [`Scene::parse`].
@@ -30,35 +34,37 @@ pub fn scene(text: &str) -> Result<Scene, Trouble> {
     Ok(Scene::parse(text, Path::new("selftest.toml"))?)
 }
 
-/// A camera.
-pub fn camera(origin: [f64; 3], target: [f64; 3], fov: f64) -> String {
-    let up = if origin[0] == target[0] && origin[2] == target[2] {
-        [0, 0, 1]
-    } else {
-        [0, 1, 0]
-    };
-    format!(
-        "[camera]\norigin = {origin:?}\ntarget = {target:?}\nup = {up:?}\nfov_x = {fov:?}\n[film]\nwidth = 32\nheight = 32\n"
-    )
+/// A camera with a picture of 32 x 32 pixels, and nothing else.
+pub fn view(origin: impl Into<DVec3>, target: impl Into<DVec3>, fov: f64) -> SceneBuilder {
+    let film = FilmSize { width: 32, height: 32 };
+    Scene::builder(Camera::new(origin, target, Fov::X(fov)), film)
 }
 
+/// What the plate of [`spot`] is made of.
+pub const PLATE: MaterialId = MaterialId::new(0);
+
 /// One spot of a plate in the plane y = 0 of reflectance 0.5: every pixel shows its origin, seen from a distance of 4.24.
-pub fn spot() -> String {
-    camera([-3.0, 3.0, 0.0], [0.0; 3], 0.001)
-        + "[materials.plate]\ndiffuse = [0.5, 0.5, 0.5]\n[[meshes]]\nmaterial = \"plate\"\n\
-           vertices = [[-1, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1]]\nfaces = [[0, 1, 2, 3]]\n"
+pub fn spot() -> SceneBuilder {
+    let mut scene = view([-3.0, 3.0, 0.0], [0.0; 3], 0.001);
+    scene.material(Material::diffuse("plate", [0.5; 3]));
+    let corners = [[-1.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 0.0, -1.0]];
+    scene.mesh(Mesh::quadrilateral(corners, PLATE));
+    scene
+}
+
+/// The spot under spheres.
+///
+/// # Errors
+/// Where there can be no such sphere.
+pub fn lit(lights: &[Sphere]) -> Result<Scene, InvalidScene> {
+    let mut scene = spot();
+    scene.spheres.extend_from_slice(lights);
+    scene.build()
 }
 
 /// A sphere that emits.
-pub fn light(center: [f64; 3], radius: f64, radiance: f64) -> String {
-    format!(
-        "[[spheres]]\ncenter = {center:?}\nradius = {radius:?}\nemission = [{radiance:?}, {radiance:?}, {radiance:?}]\n"
-    )
-}
-
-/// A sphere that reflects, of a material by name.
-pub fn ball(center: [f64; 3], radius: f64, material: &str) -> String {
-    format!("[[spheres]]\ncenter = {center:?}\nradius = {radius:?}\nmaterial = \"{material}\"\n")
+pub fn light(center: [f64; 3], radius: f64, radiance: f64) -> Sphere {
+    Sphere::new(center, radius, Surface::emission([radiance; 3]))
 }
 
 /// Independent numbers, one thread, the widest lanes.
@@ -109,19 +115,20 @@ pub fn differences(a: &Picture, b: &Picture) -> usize {
 }
 
 /// The scene, `scale` times as large about 0 and then moved by `offset`.
-pub fn moved(scene: &Scene, scale: f64, offset: DVec3) -> Scene {
-    let mut scene = scene.clone();
+///
+/// # Errors
+/// Where it does not fit into single precision there.
+pub fn moved(scene: &Scene, scale: f64, offset: DVec3) -> Result<Scene, InvalidScene> {
+    let mut scene = scene.to_builder();
     let change = |place: &mut DVec3| *place = *place * scale + offset;
     for sphere in &mut scene.spheres {
         sphere.radius *= scale;
         change(&mut sphere.center);
     }
-    scene
-        .meshes
-        .iter_mut()
-        .flat_map(|mesh| &mut mesh.vertices)
-        .for_each(change);
+    for mesh in &mut scene.meshes {
+        Arc::make_mut(mesh).vertices.iter_mut().for_each(change);
+    }
     change(&mut scene.camera.origin);
     change(&mut scene.camera.target);
-    scene
+    scene.build()
 }

@@ -68,7 +68,7 @@ pub fn tiny_sphere(effort: Effort) -> Checks {
         let s = 10.0_f64.powi(-power);
         // The light stands where its direction makes 60 degrees with the normal.
         let (center, cosine) = ([4.0 * 0.75_f64.sqrt(), 2.0, 0.0], 0.5);
-        let scene = bench::scene(&(bench::spot() + &bench::light(center, 4.0 * s, 1.0 / (s * s))))?;
+        let scene = bench::lit(&[bench::light(center, 4.0 * s, 1.0 / (s * s))])?;
         for estimator in [EstimatorKind::Light, EstimatorKind::Mis] {
             let picture = bench::picture(&scene, bench::settings(32, 32, estimator), effort.of(128))?;
             worst = worst.max(bench::mean_of_pixels(&picture).sigmas(Estimate::exact(0.5 * cosine), 2e-6));
@@ -156,7 +156,7 @@ pub fn point_on_the_sphere(effort: Effort) -> Checks {
     // No sample is tested against its own light: as many as are drawn must count. Straight above, each is worth the same.
     let mut lost = 0;
     for s in [0.3, 1e-2, 1e-4, 1e-6] {
-        let scene = bench::scene(&(bench::spot() + &bench::light([0.0, 4.0, 0.0], 4.0 * s, 1.0 / (s * s))))?;
+        let scene = bench::lit(&[bench::light([0.0, 4.0, 0.0], 4.0 * s, 1.0 / (s * s))])?;
         let passes = effort.of(2560);
         let picture = bench::picture(&scene, bench::settings(32, 32, EstimatorKind::Light), passes)?;
         let least = 0.5 * (1.0 - s * s).sqrt() * (1.0 - 0.5 / f64::from(passes)).min(1.0 - 1e-5);

@@ -8,7 +8,7 @@ use super::spot::{self, Spot};
 use super::truth;
 use crate::light::SphereLight;
 use crate::pipeline::Settings;
-use crate::scene::EstimatorKind;
+use crate::scene::{EstimatorKind, Scene};
 use crate::study::estimate::Estimate;
 
 /// Single precision may be off by this much, relative.
@@ -26,12 +26,11 @@ fn against(irradiance: f64, lights: &[SphereLight], kinds: &[EstimatorKind], pac
     })
 }
 
-/// The same of whole renders of the spot of [`bench::spot`], by both accelerators.
+/// The same of whole renders of the spot of [`bench::spot`] under lights, by both accelerators.
 ///
 /// # Errors
 /// Where the scene cannot be rendered.
-pub fn rendered(irradiance: f64, lights: &str, kinds: &[EstimatorKind], passes: u32) -> Result<f64, Trouble> {
-    let scene = bench::scene(&(bench::spot() + lights))?;
+pub fn rendered(irradiance: f64, scene: &Scene, kinds: &[EstimatorKind], passes: u32) -> Result<f64, Trouble> {
     let mut worst = 0.0_f64;
     for &estimator in kinds {
         for accel in ACCELS {
@@ -39,7 +38,7 @@ pub fn rendered(irradiance: f64, lights: &str, kinds: &[EstimatorKind], passes: 
                 accel: Some(accel),
                 ..bench::settings(32, 32, estimator)
             };
-            let mean = bench::mean_of_pixels(&bench::picture(&scene, settings, passes)?);
+            let mean = bench::mean_of_pixels(&bench::picture(scene, settings, passes)?);
             worst = worst.max(mean.sigmas(Estimate::exact(0.5 * irradiance / PI), ROUNDING));
         }
     }
@@ -56,7 +55,7 @@ pub fn inside(effort: Effort) -> Checks {
     }
     let rendered = rendered(
         PI,
-        &bench::light([0.3, 0.2, 0.1], 10.0, 1.0),
+        &bench::lit(&[bench::light([0.3, 0.2, 0.1], 10.0, 1.0)])?,
         &EstimatorKind::ALL,
         effort.of(128),
     )?;
@@ -153,7 +152,7 @@ pub fn on_the_ground(effort: Effort) -> Checks {
     }
     let rendered = rendered(
         PI * 2.0_f64.powf(-1.5),
-        &bench::light([1.0, 1.0, 0.0], 1.0, 1.0),
+        &bench::lit(&[bench::light([1.0, 1.0, 0.0], 1.0, 1.0)])?,
         &EstimatorKind::ALL,
         effort.of(128),
     )?;
@@ -195,8 +194,8 @@ pub fn overlapping(effort: Effort) -> Checks {
     let truth = truth::irradiance(1500, radiance);
     let (worst, _) = against(truth, &lights, &EstimatorKind::ALL, effort.of(1 << 14));
     let place = |[x, y, z]: [f64; 3]| [x, z, y];
-    let text = bench::light(place(a), 0.5, 2.0) + &bench::light(place(b), 0.6, 1.0);
-    let rendered = rendered(truth, &text, &EstimatorKind::ALL, effort.of(128))?;
+    let scene = bench::lit(&[bench::light(place(a), 0.5, 2.0), bench::light(place(b), 0.6, 1.0)])?;
+    let rendered = rendered(truth, &scene, &EstimatorKind::ALL, effort.of(128))?;
     Ok(vec![
         Check::new(
             "two overlapping lights against cubature: standard errors",
@@ -217,13 +216,13 @@ pub fn coincident(effort: Effort) -> Checks {
     let near = bench::light([0.0, 4.0 + 1e-9, 0.0], 1.0, 1.0);
     let exact = rendered(
         PI / 16.0,
-        &[one.as_str(), &one, &one].concat(),
+        &bench::lit(&[one, one, one])?,
         &EstimatorKind::ALL,
         effort.of(128),
     )?;
     let rounded = rendered(
         PI / 16.0,
-        &[one.as_str(), &near].concat(),
+        &bench::lit(&[one, near])?,
         &EstimatorKind::ALL,
         effort.of(128),
     )?;
@@ -243,8 +242,8 @@ pub fn coincident(effort: Effort) -> Checks {
             };
             let mut pictures = Vec::new();
             for order in orders {
-                let text = bench::spot() + &order.map(|i| lights[i].clone()).concat();
-                pictures.push(bench::picture(&bench::scene(&text)?, settings, effort.of(32))?);
+                let scene = bench::lit(&order.map(|i| lights[i]))?;
+                pictures.push(bench::picture(&scene, settings, effort.of(32))?);
             }
             different += pictures[1..]
                 .iter()
@@ -274,8 +273,11 @@ pub fn nested(effort: Effort) -> Checks {
     let (d2, cosine) = (9.09, 3.0 / 9.09_f64.sqrt());
     let truth = PI / d2 * cosine;
     let (worst, _) = against(truth, &lights, &EstimatorKind::ALL, effort.of(1 << 15));
-    let text = bench::light([0.3, 3.0, 0.0], 1.0, 1.0) + &bench::light([0.3, 3.0, 0.0], 0.5, 100.0);
-    let rendered = rendered(truth, &text, &EstimatorKind::ALL, effort.of(128))?;
+    let scene = bench::lit(&[
+        bench::light([0.3, 3.0, 0.0], 1.0, 1.0),
+        bench::light([0.3, 3.0, 0.0], 0.5, 100.0),
+    ])?;
+    let rendered = rendered(truth, &scene, &EstimatorKind::ALL, effort.of(128))?;
     let inner = Spot::DIFFUSE.lit(
         &[
             SphereLight {
@@ -304,17 +306,14 @@ pub fn nested(effort: Effort) -> Checks {
 
 /// Row 35.
 pub fn few_lights(effort: Effort) -> Checks {
-    let dark = bench::scene(&bench::spot())?;
+    let dark = bench::lit(&[])?;
     let zero = bench::light([0.0, 4.0, 0.0], 1.0, 0.0);
-    let without_power = bench::scene(&(bench::spot() + &zero))?;
+    let without_power = bench::lit(&[zero])?;
     let (one, below) = (
         bench::light([1.0, 3.0, 0.0], 1.0, 1.0),
         bench::light([0.0, -9.0, 0.0], 1.0, 0.0),
     );
-    let (single, beside) = (
-        bench::scene(&(bench::spot() + &one))?,
-        bench::scene(&(bench::spot() + &one + &below))?,
-    );
+    let (single, beside) = (bench::lit(&[one])?, bench::lit(&[one, below])?);
     let (mut lit, mut different) = (0, 0);
     for estimator in EstimatorKind::ALL {
         let settings = bench::settings(16, 16, estimator);
@@ -327,7 +326,7 @@ pub fn few_lights(effort: Effort) -> Checks {
     }
     let unsaid = [&dark, &without_power]
         .iter()
-        .filter(|scene| scene.notes.is_empty())
+        .filter(|scene| scene.notes().is_empty())
         .count();
     Ok(vec![
         Check::none(

@@ -10,7 +10,7 @@ use rand_pcg::Pcg64;
 use super::bench;
 use super::row::{Check, Checks, Effort};
 use crate::film::replace;
-use crate::scene::Scene;
+use crate::scene::{FilmSize, Scene, SceneBuilder};
 
 /// Row 39: a file is replaced whole or not at all.
 pub fn writing(_: Effort) -> Checks {
@@ -25,9 +25,13 @@ pub fn writing(_: Effort) -> Checks {
     let silent = usize::from(replace::replace(&path, full).is_ok()) + usize::from(replace::replace(&path, cut).is_ok());
     let changed = usize::from(fs::read(&path)? != b"old");
     let left = fs::read_dir(folder.path())?.count() - 1;
-    let huge = bench::spot()
-        .replace("width = 32", "width = 65536")
-        .replace("height = 32", "height = 65536");
+    let huge = SceneBuilder {
+        film: FilmSize {
+            width: 65536,
+            height: 65536,
+        },
+        ..bench::spot()
+    };
     Ok(vec![
         Check::none("failed writes without an error", silent),
         Check::none(
@@ -36,10 +40,15 @@ pub fn writing(_: Effort) -> Checks {
         ),
         Check::none(
             "films of 2^32 pixels that start to allocate",
-            usize::from(bench::scene(&huge).is_ok()),
+            usize::from(huge.build().is_ok()),
         ),
     ])
 }
+
+/// The plate of [`bench::spot`], as a scene file has it.
+pub const SPOT: &str = "[camera]\norigin = [-3, 3, 0]\ntarget = [0, 0, 0]\nup = [0, 1, 0]\nfov_x = 0.001\n\
+    [film]\nwidth = 32\nheight = 32\n[materials.plate]\ndiffuse = [0.5, 0.5, 0.5]\n[[meshes]]\nmaterial = \"plate\"\n\
+    vertices = [[-1, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1]]\nfaces = [[0, 1, 2, 3]]\n";
 
 /// What mutations start from: one file of each kind that is read.
 pub const CORPUS: [(&str, &[u8]); 4] = [
@@ -111,7 +120,7 @@ pub fn panics(folder: &std::path::Path, name: &str, bytes: &[u8]) -> io::Result<
         String::from_utf8_lossy(bytes).into_owned()
     } else {
         fs::write(folder.join(name), bytes)?;
-        bench::spot() + &format!("[[meshes]]\nmaterial = \"plate\"\nfile = \"{name}\"\n")
+        SPOT.to_owned() + &format!("[[meshes]]\nmaterial = \"plate\"\nfile = \"{name}\"\n")
     };
     Ok(catch_unwind(AssertUnwindSafe(|| drop(Scene::parse(&text, &scene)))).is_err())
 }

@@ -6,6 +6,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
 use super::bench::{self, ACCELS, Trouble};
+use super::files::SPOT;
 use super::row::{Check, Checks, Effort};
 use super::sheet::{Aim, Sheet};
 use crate::embree::{Coherence, Device, SceneBuilder};
@@ -13,7 +14,7 @@ use crate::lane::{Bits, F32x8, Lane, Mask, Mask8, U32x8};
 use crate::linear::{Candidates, Line};
 use crate::math::Vec3;
 use crate::pipeline::Settings;
-use crate::scene::{EstimatorKind, Scene};
+use crate::scene::{EstimatorKind, InvalidScene, Material, Mesh, Scene};
 use crate::shape::{NO_SPHERE, Ray};
 
 /// The share of rays from 0 that miss the sheet, though they are aimed into it, by Embree and in a line.
@@ -55,24 +56,28 @@ pub fn edges(effort: Effort) -> Checks {
     ])
 }
 
-const PLATE: &str =
-    "[[-1, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1], [0, 0, 0], [0.5, 0, 0], [1e30, 0, 0], [-1e30, 0, 0]]";
-
-fn plate(faces: &str) -> String {
-    let head = bench::camera([-3.0, 3.0, 0.0], [0.0; 3], 45.0) + "[materials.white]\ndiffuse = [1, 1, 1]\n";
-    head + &format!("[[meshes]]\nmaterial = \"white\"\nvertices = {PLATE}\nfaces = {faces}\n")
-        + &bench::light([0.0, 4.0, 0.0], 1.0, 1.0)
+/// A plate of these triangles under a lamp.
+fn plate(triangles: &[[u32; 3]]) -> Result<Scene, InvalidScene> {
+    let corners = [[-1.0, 1.0], [1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]];
+    let middle = [[0.0, 0.0], [0.5, 0.0], [1e30, 0.0], [-1e30, 0.0]];
+    let vertices = corners.into_iter().chain(middle).map(|[x, z]| [x, 0.0, z]);
+    let mut scene = bench::view([-3.0, 3.0, 0.0], [0.0; 3], 45.0);
+    let white = scene.material(Material::diffuse("white", [1.0; 3]));
+    scene.mesh(Mesh::new(vertices, triangles.to_vec(), white));
+    scene.sphere(bench::light([0.0, 4.0, 0.0], 1.0, 1.0));
+    scene.build()
 }
 
 /// Row 26.
 pub fn degenerate(effort: Effort) -> Checks {
-    let clean = bench::scene(&plate("[[0, 1, 2], [0, 2, 3]]"))?;
+    let clean = plate(&[[0, 1, 2], [0, 2, 3]])?;
     // On a line, in a point, and a needle 1e30 long without area.
-    let flat = bench::scene(&plate(
-        "[[0, 4, 2], [0, 1, 2], [4, 4, 4], [0, 2, 3], [6, 4, 7], [4, 5, 5]]",
-    ))?;
-    let dropped = clean.meshes[0].triangles.len().abs_diff(flat.meshes[0].triangles.len());
-    let unsaid = usize::from(flat.notes.len() != 1);
+    let flat = plate(&[[0, 4, 2], [0, 1, 2], [4, 4, 4], [0, 2, 3], [6, 4, 7], [4, 5, 5]])?;
+    let dropped = clean.meshes()[0]
+        .triangles
+        .len()
+        .abs_diff(flat.meshes()[0].triangles.len());
+    let unsaid = usize::from(flat.notes().len() != 1);
     let mut different = 0;
     for accel in ACCELS {
         let settings = Settings {
@@ -134,13 +139,13 @@ fn unless_refused(scenes: &[(String, &str)]) -> usize {
 /// Row 27.
 pub fn without_area(_: Effort) -> Checks {
     let mesh = |faces: &str| {
-        bench::spot()
+        SPOT.to_owned()
             + &format!(
                 "[[meshes]]\nemission = [1, 1, 1]\nvertices = [[0, 2, 0], [1, 2, 0], [2, 2, 0]]\nfaces = {faces}\n"
             )
     };
     let sphere = |radius: &str| {
-        bench::spot() + &format!("[[spheres]]\ncenter = [0, 4, 0]\nradius = {radius}\nemission = [1, 1, 1]\n")
+        SPOT.to_owned() + &format!("[[spheres]]\ncenter = [0, 4, 0]\nradius = {radius}\nemission = [1, 1, 1]\n")
     };
     let cases = [
         (mesh("[[0, 1, 2]]"), "[[meshes]] 2"),
@@ -159,7 +164,7 @@ pub fn without_area(_: Effort) -> Checks {
 /// Row 28.
 pub fn hostile_meshes(_: Effort) -> Checks {
     let inline = |vertices: &str, faces: &str| {
-        bench::spot() + &format!("[[meshes]]\nmaterial = \"plate\"\nvertices = {vertices}\nfaces = {faces}\n")
+        SPOT.to_owned() + &format!("[[meshes]]\nmaterial = \"plate\"\nvertices = {vertices}\nfaces = {faces}\n")
     };
     let three = "[[0, 0, 0], [1, 0, 0], [0, 0, 1]]";
     let cases = [
@@ -192,7 +197,7 @@ pub fn hostile_meshes(_: Effort) -> Checks {
         ("word.obj", "v 0 0 x\nv 1 0 0\nv 0 0 1\nf 1 2 3\n", "word.obj"),
     ] {
         fs::write(folder.path().join(name), text)?;
-        let scene = bench::spot() + &format!("[[meshes]]\nmaterial = \"plate\"\nfile = \"{name}\"\n");
+        let scene = SPOT.to_owned() + &format!("[[meshes]]\nmaterial = \"plate\"\nfile = \"{name}\"\n");
         let said = Scene::parse(&scene, &folder.path().join("scene.toml"))
             .err()
             .map(|error| error.to_string());
@@ -207,14 +212,14 @@ pub fn hostile_meshes(_: Effort) -> Checks {
 /// Row 29.
 pub fn winding(effort: Effort) -> Checks {
     let faces = [
-        "[[0, 1, 2], [0, 2, 3]]",
-        "[[0, 2, 1], [0, 2, 3]]",
-        "[[2, 1, 0], [3, 2, 0]]",
-        "[[1, 2, 0], [2, 0, 3]]",
+        [[0, 1, 2], [0, 2, 3]],
+        [[0, 2, 1], [0, 2, 3]],
+        [[2, 1, 0], [3, 2, 0]],
+        [[1, 2, 0], [2, 0, 3]],
     ];
     let mut pictures = Vec::new();
     for faces in faces {
-        let scene = bench::scene(&plate(faces))?;
+        let scene = plate(&faces)?;
         let settings = Settings {
             accel: Some(ACCELS[0]),
             ..bench::settings(64, 64, EstimatorKind::Mis)
@@ -228,7 +233,7 @@ pub fn winding(effort: Effort) -> Checks {
         .flat_map(|p| p.pixels.iter().zip(&pictures[0].pixels));
     let largest = off.map(|(a, b)| f64::from((a[1] - b[1]).abs())).fold(0.0, f64::max);
     // Three triangles at one edge, and one on its own: neither closed nor a manifold.
-    let open = bench::scene(&plate("[[0, 1, 2], [0, 2, 3], [2, 0, 5], [0, 2, 4]]"));
+    let open = plate(&[[0, 1, 2], [0, 2, 3], [2, 0, 5], [0, 2, 4]]);
     let unsound = bench::invalid(&bench::render(
         &open?,
         bench::settings(64, 64, EstimatorKind::Mis),

@@ -143,7 +143,7 @@ pub fn weights(_: Effort) -> Checks {
 /// Row 17.
 pub fn thrown_away(_: Effort) -> Checks {
     // Radiance times solid angle is beyond single precision: every sample is infinite.
-    let hot = bench::scene(&(bench::spot() + &bench::light([0.0, 0.0, 0.0], 10.0, 3e38)))?;
+    let hot = bench::lit(&[bench::light([0.0, 0.0, 0.0], 10.0, 3e38)])?;
     let (mut strange, mut uncounted, mut all) = (0, 0, 0);
     for estimator in [EstimatorKind::Light, EstimatorKind::Uniform] {
         let renderer = bench::render(&hot, bench::settings(16, 16, estimator), 4)?;

@@ -1,23 +1,25 @@
 //! Row 44: rows 5, 9 and 18 to 21 once more, for meshes that emit.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
-use super::bench::{SIGMAS, Trouble};
+use super::bench::{self, SIGMAS, Trouble};
 use super::emitters::rendered;
+use super::places::BOX;
 use super::row::{Check, Checks, Effort};
-use crate::scene::EstimatorKind;
+use crate::scene::{EstimatorKind, InvalidScene, Mesh, Scene, Surface};
 
-/// A mesh that emits.
-fn mesh(vertices: &[[f64; 3]], faces: &str, radiance: f64) -> String {
-    format!(
-        "[[meshes]]\nemission = [{radiance:?}, {radiance:?}, {radiance:?}]\nvertices = {vertices:?}\nfaces = {faces}\n"
-    )
+/// The spot under meshes that emit.
+fn under(meshes: &[Mesh]) -> Result<Scene, InvalidScene> {
+    let mut scene = bench::spot();
+    scene.meshes.extend(meshes.iter().cloned().map(Arc::new));
+    scene.build()
 }
 
 /// A square of sides `2 half` right over the spot.
-fn plate(half: f64, height: f64, radiance: f64) -> String {
+fn plate(half: f64, height: f64, radiance: f64) -> Mesh {
     let corners = [[-half, -half], [half, -half], [half, half], [-half, half]];
-    mesh(&corners.map(|[x, z]| [x, height, z]), "[[0, 1, 2, 3]]", radiance)
+    Mesh::quadrilateral(corners.map(|[x, z]| [x, height, z]), Surface::emission([radiance; 3]))
 }
 
 /// What it brings to the spot, over pi and its radiance: four times the form factor of a quarter (Howell 2001, configuration B-4).
@@ -28,11 +30,15 @@ fn form_factor(half: f64, height: f64) -> f64 {
 }
 
 /// A cube of sides `2 half`.
-fn cube(center: [f64; 3], half: f64, radiance: f64) -> String {
-    let corner = |i: usize| std::array::from_fn(|k| center[k] + if i >> k & 1 == 1 { half } else { -half });
-    let vertices: Vec<[f64; 3]> = (0..8).map(corner).collect();
-    let faces = "[[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]]";
-    mesh(&vertices, faces, radiance)
+fn cube(center: [f64; 3], half: f64, radiance: f64) -> Mesh {
+    let corner =
+        |i: usize| -> [f64; 3] { std::array::from_fn(|k| center[k] + if i >> k & 1 == 1 { half } else { -half }) };
+    let triangles = BOX.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
+    Mesh::new(
+        (0..8).map(corner),
+        triangles.collect(),
+        Surface::emission([radiance; 3]),
+    )
 }
 
 /// The largest number of standard errors under plates from ten to ten million times as large as they are far away.
@@ -45,8 +51,8 @@ pub fn large(effort: Effort) -> Result<f64, Trouble> {
         let irradiance = PI * form_factor(half, 4.0);
         // Directions drawn without the plate seldom miss it: how seldom takes many of them to see.
         let kinds = [EstimatorKind::Light, EstimatorKind::Mis];
-        let text = plate(half, 4.0, 1.0);
-        worst = worst.max(rendered(irradiance, &text, &kinds, effort.of(128))?);
+        let scene = under(&[plate(half, 4.0, 1.0)])?;
+        worst = worst.max(rendered(irradiance, &scene, &kinds, effort.of(128))?);
     }
     Ok(worst)
 }
@@ -56,36 +62,46 @@ pub fn emitting_meshes(effort: Effort) -> Checks {
     let passes = effort.of(64);
     let (mut inside, mut small) = (0.0_f64, 0.0_f64);
     for half in [10.0, 1e3, 1e7] {
-        let text = cube([0.3, 0.2, 0.1], half, 1.0);
-        inside = inside.max(rendered(PI, &text, &EstimatorKind::ALL, passes)?);
+        let scene = under(&[cube([0.3, 0.2, 0.1], half, 1.0)])?;
+        inside = inside.max(rendered(PI, &scene, &EstimatorKind::ALL, passes)?);
     }
     for half in [1e-3, 1e-6, 1e-9, 1e-12_f64] {
-        let text = plate(half, 4.0, 1.0 / (half * half));
+        let scene = under(&[plate(half, 4.0, 1.0 / (half * half))])?;
         let kinds = [EstimatorKind::Light, EstimatorKind::Mis];
-        small = small.max(rendered(4.0 / 16.0, &text, &kinds, passes)?);
+        small = small.max(rendered(4.0 / 16.0, &scene, &kinds, passes)?);
     }
     let one = plate(1.0, 4.0, 1.0);
     let mut coincident = 0.0_f64;
-    for text in [
-        one.repeat(3),
-        one.clone() + &plate(1.0, 4.0 + 1e-9, 1.0),
-        one.replace("[[0, 1, 2, 3]]", "[[0, 1, 2, 3], [0, 1, 2, 3], [2, 0, 3]]"),
+    let faces_twice = Mesh {
+        triangles: vec![[0, 1, 2], [0, 2, 3], [0, 1, 2], [0, 2, 3], [2, 0, 3]],
+        ..one.clone()
+    };
+    for meshes in [
+        vec![one.clone(), one.clone(), one.clone()],
+        vec![one, plate(1.0, 4.0 + 1e-9, 1.0)],
+        vec![faces_twice],
     ] {
         let irradiance = PI * form_factor(1.0, 4.0);
-        coincident = coincident.max(rendered(irradiance, &text, &EstimatorKind::ALL, passes)?);
+        coincident = coincident.max(rendered(irradiance, &under(&meshes)?, &EstimatorKind::ALL, passes)?);
     }
     let place = [0.0, 4.0, 0.0];
     let (outer, below) = (cube(place, 1.0, 1.0), PI * form_factor(1.0, 3.0));
     let mut nested = 0.0_f64;
-    for (text, irradiance) in [
-        (cube(place, 0.5, 100.0) + &outer, below),
-        (super::bench::light(place, 0.9, 100.0) + &outer, below),
+    let beside = |light, mesh: Mesh| {
+        let mut scene = bench::spot();
+        scene.sphere(light);
+        scene.mesh(mesh);
+        scene.build()
+    };
+    for (scene, irradiance) in [
+        (under(&[cube(place, 0.5, 100.0), outer.clone()])?, below),
+        (beside(bench::light(place, 0.9, 100.0), outer)?, below),
         (
-            super::bench::light(place, 2.0, 1.0) + &cube(place, 1.0, 100.0),
+            beside(bench::light(place, 2.0, 1.0), cube(place, 1.0, 100.0))?,
             PI * 4.0 / 16.0,
         ),
     ] {
-        nested = nested.max(rendered(irradiance, &text, &EstimatorKind::ALL, passes)?);
+        nested = nested.max(rendered(irradiance, &scene, &EstimatorKind::ALL, passes)?);
     }
     Ok(vec![
         Check::new(

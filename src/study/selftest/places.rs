@@ -1,15 +1,13 @@
 //! Rows 21 to 24: where a scene is and how large must not matter, and no surface shadows itself.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use super::bench::{self, ACCELS, Trouble};
 use super::row::{Check, Checks, Effort};
 use crate::pipeline::Settings;
-use crate::scene::{EstimatorKind, Scene};
-
-/// A body of albedo 1 in a light of radiance 1 all around: every sample of `brdf` is exactly 1, unless the body shadows itself.
-const FURNACE: &str = "[materials.white]\ndiffuse = [1, 1, 1]\n[[spheres]]\ncenter = [0, 0, 0]\nradius = 1e5\n\
-                       emission = [1, 1, 1]\n";
+use crate::scene::{EstimatorKind, InvalidScene, Material, MaterialId, Mesh, Scene, Sphere};
 
 const BODIES: [&str; 4] = ["plane", "sphere", "mesh", "far floor"];
 
@@ -25,14 +23,20 @@ const DISTANCES: [f64; 12] = [1.5, 2.0, 2.5, 3.0, 4.0, 6.0, 10.0, 15.0, 20.0, 30
 /// Farther still: rounding of the distance comes to what a body is thick at its very outline, and a back face can win there.
 const FAR: [f64; 4] = [300.0, 1e3, 1e4, 5e4];
 
-/// A body of size 1 at 0, seen from some distance.
-fn body(name: &str, distance: f64) -> Result<Scene, Trouble> {
+/// Everything here reflects all light.
+const WHITE: MaterialId = MaterialId::new(0);
+
+/// A body of size 1 and albedo 1 at 0, seen from some distance, in a light of radiance 1 all around: every sample of `brdf` is
+/// exactly 1, unless the body shadows itself.
+fn body(name: &str, distance: f64) -> Result<Scene, InvalidScene> {
     let toward = DVec3::new(0.48, 0.64, 0.6).normalize();
     let fov = (2.2 / distance).atan().to_degrees();
-    let view = bench::camera((toward * distance).to_array(), [0.0; 3], fov);
-    let shape = match name {
-        "sphere" => bench::ball([0.0; 3], 1.0, "white"),
-        "mesh" => round_mesh(3),
+    let mut scene = bench::view(toward * distance, [0.0; 3], fov);
+    scene.material(Material::diffuse("white", [1.0; 3]));
+    scene.sphere(bench::light([0.0; 3], 1e5, 1.0));
+    match name {
+        "sphere" => _ = scene.sphere(Sphere::new([0.0; 3], 1.0, WHITE)),
+        "mesh" => _ = scene.mesh(round_mesh(3)),
         // Its triangles reach a thousand times as far as the distance at which it is seen.
         "far floor" => {
             let (u, v) = (
@@ -41,24 +45,19 @@ fn body(name: &str, distance: f64) -> Result<Scene, Trouble> {
             );
             let lean = (toward + 0.3 * u).normalize();
             let (a, b) = (lean.cross(v).normalize(), lean.cross(lean.cross(v)).normalize());
-            square(a * 1e3, b * 1e3)
+            scene.mesh(square(a * 1e3, b * 1e3));
         }
-        _ => square(DVec3::X, DVec3::new(0.0, 0.6, -0.8)),
-    };
-    bench::scene(&(view + FURNACE + &shape))
+        _ => _ = scene.mesh(square(DVec3::X, DVec3::new(0.0, 0.6, -0.8))),
+    }
+    scene.build()
 }
 
-fn mesh(vertices: &[DVec3], faces: &[[usize; 3]]) -> String {
-    let vertices: Vec<[f64; 3]> = vertices.iter().map(|v| v.to_array()).collect();
-    format!("[[meshes]]\nmaterial = \"white\"\nvertices = {vertices:?}\nfaces = {faces:?}\n")
-}
-
-fn square(a: DVec3, b: DVec3) -> String {
-    mesh(&[-a - b, a - b, a + b, b - a], &[[0, 1, 2], [0, 2, 3]])
+fn square(a: DVec3, b: DVec3) -> Mesh {
+    Mesh::quadrilateral([-a - b, a - b, a + b, b - a], WHITE)
 }
 
 /// An octahedron, every triangle divided into four so many times, its corners on the unit sphere: convex and closed.
-fn round_mesh(times: u32) -> String {
+fn round_mesh(times: u32) -> Mesh {
     let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
     let mut triangles = Vec::new();
     for sign in [x, -x] {
@@ -76,8 +75,8 @@ fn round_mesh(times: u32) -> String {
             .collect();
     }
     let vertices = triangles.concat();
-    let faces: Vec<[usize; 3]> = (0..triangles.len()).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-    mesh(&vertices, &faces)
+    let faces = (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]);
+    Mesh::new(vertices, faces.collect(), WHITE)
 }
 
 /// Samples that are not exactly 1, of all samples.
@@ -102,7 +101,7 @@ pub fn moved_about(name: &str, scales: &[i32], offsets: &[f64], effort: Effort) 
     let (scene, mut lost) = (body(name, 4.0)?, 0);
     for scale in scales.iter().map(|&power| 10.0_f64.powi(power)) {
         for offset in offsets {
-            let moved = bench::moved(&scene, scale, DVec3::new(1.0, 0.7, -0.3) * (offset * scale));
+            let moved = bench::moved(&scene, scale, DVec3::new(1.0, 0.7, -0.3) * (offset * scale))?;
             lost += acne(&moved, effort)?;
         }
     }
@@ -143,15 +142,15 @@ pub fn self_intersection(effort: Effort) -> Checks {
 pub fn far_away(_: Effort) -> Checks {
     let mut different = 0;
     for text in SCENES {
-        let scene = exact(bench::scene(text)?);
+        let scene = exact(&bench::scene(text)?)?;
         for offset in [2e5_f64, 1e6, 3e7].map(|x| (x as i64 as f64) * DVec3::new(1.0, -2.0, 0.5)) {
-            different += compared(&scene, &bench::moved(&scene, 1.0, offset))?;
+            different += compared(&scene, &bench::moved(&scene, 1.0, offset)?)?;
         }
     }
     let room = closed_box(4.0)?;
     let mut leaks = 0;
     for offset in [0.0, 2e5, 1e6, 3e7] {
-        leaks += lit_pixels(&bench::moved(&room, 1.0, DVec3::splat(offset)))?;
+        leaks += lit_pixels(&bench::moved(&room, 1.0, DVec3::splat(offset))?)?;
     }
     Ok(vec![
         Check::none(
@@ -170,7 +169,7 @@ pub fn scaled(_: Effort) -> Checks {
         for text in SCENES {
             let scene = bench::scene(text)?;
             for power in powers {
-                let moved = bench::moved(&scene, 2.0_f64.powi(power), DVec3::ZERO);
+                let moved = bench::moved(&scene, 2.0_f64.powi(power), DVec3::ZERO)?;
                 different += compared(&scene, &moved)?;
             }
         }
@@ -189,27 +188,19 @@ pub fn touching(_: Effort) -> Checks {
     let gap = |distance: f64, ulps: f64| ulps * f64::from(f32::EPSILON) * distance;
     let (mut shell, mut wall) = (0, 0);
     for radius in [0.1, 0.5, 1.0] {
-        let lights =
-            bench::light([0.0, 4.0, 0.0], radius, 1.0) + &bench::ball([0.0, 4.0, 0.0], radius + gap(4.0, 8.0), "plate");
-        shell += lit_pixels(&bench::scene(&(bench::spot() + &lights))?)?;
+        let around = Sphere::new([0.0, 4.0, 0.0], radius + gap(4.0, 8.0), bench::PLATE);
+        shell += lit_pixels(&bench::lit(&[bench::light([0.0, 4.0, 0.0], radius, 1.0), around])?)?;
     }
     // A wall that stands on the floor, with its foot on it and 8 ulp below; the light is behind it.
     for foot in [0.0, -8.0] {
         let y = gap(4.0, foot);
-        let text = bench::camera([-3.0, 3.0, 0.0], [-0.01, 0.0, 0.0], 0.6)
-            + "[materials.white]\ndiffuse = [1, 1, 1]\n"
-            + &square(DVec3::X * 5.0, DVec3::Z * 5.0)
-            + &mesh(
-                &[
-                    DVec3::new(0.02, y, -5.0),
-                    DVec3::new(0.02, y, 5.0),
-                    DVec3::new(0.02, 9.0, 5.0),
-                    DVec3::new(0.02, 9.0, -5.0),
-                ],
-                &[[0, 1, 2], [0, 2, 3]],
-            )
-            + &bench::light([3.0, 3.0, 0.0], 0.5, 1.0);
-        wall += lit_pixels(&bench::scene(&text)?)?;
+        let mut scene = bench::view([-3.0, 3.0, 0.0], [-0.01, 0.0, 0.0], 0.6);
+        scene.material(Material::diffuse("white", [1.0; 3]));
+        scene.mesh(square(DVec3::X * 5.0, DVec3::Z * 5.0));
+        let corners = [[0.02, y, -5.0], [0.02, y, 5.0], [0.02, 9.0, 5.0], [0.02, 9.0, -5.0]];
+        scene.mesh(Mesh::quadrilateral(corners, WHITE));
+        scene.sphere(bench::light([3.0, 3.0, 0.0], 0.5, 1.0));
+        wall += lit_pixels(&scene.build()?)?;
     }
     let mut inside = 0;
     for distance in [2.0, 10.0, 1000.0] {
@@ -232,17 +223,16 @@ const SCENES: [&str; 2] = [
 ];
 
 /// The scene with all lengths rounded to multiples of 2^-20: moving it by 1e7 loses nothing then.
-fn exact(mut scene: Scene) -> Scene {
+fn exact(scene: &Scene) -> Result<Scene, InvalidScene> {
+    let mut scene = scene.to_builder();
     let round = |place: &mut DVec3| *place = (*place * 1_048_576.0).round() / 1_048_576.0;
     scene.spheres.iter_mut().for_each(|sphere| round(&mut sphere.center));
-    scene
-        .meshes
-        .iter_mut()
-        .flat_map(|mesh| &mut mesh.vertices)
-        .for_each(round);
+    for mesh in &mut scene.meshes {
+        Arc::make_mut(mesh).vertices.iter_mut().for_each(round);
+    }
     round(&mut scene.camera.origin);
     round(&mut scene.camera.target);
-    scene
+    scene.build()
 }
 
 /// Pixels that differ in any bit, over estimators and accelerators.
@@ -280,25 +270,26 @@ fn lit_pixels(scene: &Scene) -> Result<usize, Trouble> {
 }
 
 /// The eye in a closed box of thin walls that share their edges, and a light outside, so many halves of the box away.
-fn closed_box(distance: f64) -> Result<Scene, Trouble> {
+fn closed_box(distance: f64) -> Result<Scene, InvalidScene> {
     let corner = |i: usize| DVec3::new([-1.0, 1.0][i & 1], [-1.0, 1.0][i >> 1 & 1], [-1.0, 1.0][i >> 2 & 1]);
-    let corners: Vec<DVec3> = (0..8).map(corner).collect();
-    let faces = [
-        [0, 1, 3, 2],
-        [4, 5, 7, 6],
-        [0, 1, 5, 4],
-        [2, 3, 7, 6],
-        [0, 2, 6, 4],
-        [1, 3, 7, 5],
-    ];
-    let triangles: Vec<[usize; 3]> = faces.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
-    let text = bench::camera([-0.9, 0.3, -0.8], [0.5, -0.4, 0.3], 120.0)
-        + "[materials.white]\ndiffuse = [1, 1, 1]\n"
-        + &mesh(&corners, &triangles)
-        + &bench::light(
-            [distance * 0.8, distance * 0.5, distance * 0.4],
-            0.3 * distance - 0.3,
-            1.0,
-        );
-    bench::scene(&text)
+    let mut scene = bench::view([-0.9, 0.3, -0.8], [0.5, -0.4, 0.3], 120.0);
+    scene.material(Material::diffuse("white", [1.0; 3]));
+    let triangles = BOX.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
+    scene.mesh(Mesh::new((0..8).map(corner), triangles.collect(), WHITE));
+    scene.sphere(bench::light(
+        [distance * 0.8, distance * 0.5, distance * 0.4],
+        0.3 * distance - 0.3,
+        1.0,
+    ));
+    scene.build()
 }
+
+/// The sides of a box whose corner number `i` is at the upper end of axis `k` where bit `k` of `i` is set.
+pub const BOX: [[u32; 4]; 6] = [
+    [0, 1, 3, 2],
+    [4, 5, 7, 6],
+    [0, 1, 5, 4],
+    [2, 3, 7, 6],
+    [0, 2, 6, 4],
+    [1, 3, 7, 5],
+];

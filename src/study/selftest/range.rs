@@ -4,17 +4,23 @@ use super::bench::{self, SIGMAS};
 use super::row::{Check, Checks, Effort};
 use crate::film::{ChunkSum, Film};
 use crate::pipeline::{Settings, widest_lanes};
-use crate::scene::{EstimatorKind, FilmSize, Scene};
+use crate::scene::{EstimatorKind, FilmSize, InvalidScene, Mesh, Scene, Sphere, Surface};
 use crate::settings::Lanes;
 use crate::study::estimate::Estimate;
 
 /// Row 31.
 pub fn bright_beside_dim(effort: Effort) -> Checks {
-    let wall = "[[meshes]]\nmaterial = \"plate\"\nvertices = [[5, -9, -9], [5, -9, 9], [5, 9, 9], [5, 9, -9]]\nfaces = [[0, 1, 2, 3]]\n";
+    let wall = [[5.0, -9.0, -9.0], [5.0, -9.0, 9.0], [5.0, 9.0, 9.0], [5.0, 9.0, -9.0]];
+    let walled = |lights: &[Sphere]| {
+        let mut scene = bench::spot();
+        scene.mesh(Mesh::quadrilateral(wall, bench::PLATE));
+        scene.spheres.extend_from_slice(lights);
+        scene.build()
+    };
     let dim = bench::light([-1.0, 4.0, 0.0], 1.0, 1e-20);
     let bright = bench::light([9.0, 4.0, 0.0], 1.0, 1e20);
-    let apart = bench::scene(&(bench::spot() + wall + &dim))?;
-    let both = bench::scene(&(bench::spot() + wall + &dim + &bright))?;
+    let apart = walled(&[dim])?;
+    let both = walled(&[dim, bright])?;
     let (mut different, mut unsound) = (0, 0);
     for estimator in EstimatorKind::ALL {
         let settings = bench::settings(32, 32, estimator);
@@ -26,7 +32,7 @@ pub fn bright_beside_dim(effort: Effort) -> Checks {
         unsound += bench::invalid(&b);
     }
     // In sight of both: their sum is that of the bright one, and finite.
-    let open = bench::scene(&(bench::spot() + &dim + &bright))?;
+    let open = bench::lit(&[dim, bright])?;
     let renderer = bench::render(&open, bench::settings(32, 32, EstimatorKind::Light), effort.of(32))?;
     unsound += bench::invalid(&renderer);
     unsound += renderer
@@ -46,34 +52,35 @@ pub fn bright_beside_dim(effort: Effort) -> Checks {
 }
 
 /// Every radiance times `factor`.
-fn brighter(scene: &Scene, factor: f64) -> Scene {
-    let mut scene = scene.clone();
+fn brighter(scene: &Scene, factor: f64) -> Result<Scene, InvalidScene> {
+    let mut scene = scene.to_builder();
     for sphere in &mut scene.spheres {
-        if let crate::scene::Surface::Emission(le) = &mut sphere.surface {
+        if let Surface::Emission(le) = &mut sphere.surface {
             *le *= factor;
         }
     }
-    scene
+    scene.build()
 }
 
 /// Row 32.
 pub fn denormals(effort: Effort) -> Checks {
-    let scene = bench::scene(
-        &(bench::spot() + &bench::light([1.0, 4.0, 0.0], 1.0, 1.0) + &bench::light([-2.0, 2.0, 1.0], 0.3, 7.0)),
-    )?;
+    let scene = bench::lit(&[
+        bench::light([1.0, 4.0, 0.0], 1.0, 1.0),
+        bench::light([-2.0, 2.0, 1.0], 0.3, 7.0),
+    ])?;
     let (mut different, mut lanes) = (0, 0);
     for estimator in EstimatorKind::ALL {
         let settings = bench::settings(16, 16, estimator);
         let plain = bench::picture(&scene, settings, effort.of(32))?;
         for power in [-90, -60, -20, 20, 60, 100] {
             let factor = 2.0_f32.powi(power);
-            let scaled = bench::picture(&brighter(&scene, f64::from(factor)), settings, effort.of(32))?;
+            let scaled = bench::picture(&brighter(&scene, f64::from(factor))?, settings, effort.of(32))?;
             let mut expected = plain.clone();
             expected.pixels.iter_mut().flatten().for_each(|x| *x *= factor);
             different += bench::differences(&scaled, &expected);
         }
         // Radiance of 1e-42 is denormal itself: every width must make the same of it, on every thread.
-        let dim = brighter(&scene, 1e-42);
+        let dim = brighter(&scene, 1e-42)?;
         let one = bench::picture(
             &dim,
             Settings {
@@ -119,7 +126,7 @@ pub fn long_sums(effort: Effort) -> Checks {
     let found = film.tiles()[0].sums().total(0)[1] / count;
     let stalled = (f64::from(naive) / count / truth - 1.0).abs();
 
-    let scene = bench::scene(&(bench::spot() + &bench::light([1.0, 3.0, 0.0], 1.0, 1.0)))?;
+    let scene = bench::lit(&[bench::light([1.0, 3.0, 0.0], 1.0, 1.0)])?;
     let size = Settings {
         film: FilmSize { width: 2, height: 2 },
         ..bench::settings(2, 2, EstimatorKind::Mis)

@@ -9,18 +9,21 @@ use crate::scene::{Scene, Sphere, Surface};
 /// Emitters as the oracle numbers them: spheres, then meshes, then the environment; with a name and the radiance.
 pub fn emitters(scene: &Scene) -> Vec<(String, DVec3)> {
     let spheres = scene
-        .spheres
+        .spheres()
         .iter()
         .enumerate()
         .map(|(i, s)| (sphere_name(i), s.surface));
-    let meshes = scene.meshes.iter().enumerate().map(|(i, m)| (mesh_name(i), m.surface));
+    let meshes = scene
+        .meshes()
+        .iter()
+        .enumerate()
+        .map(|(i, m)| (mesh_name(i), m.surface));
     let emission = |(name, surface)| match surface {
         Surface::Emission(le) => Some((name, le)),
         Surface::Material(_) => None,
     };
     let sky = scene
-        .environment
-        .as_ref()
+        .environment()
         .map(|sky| ("the environment".to_owned(), sky.brightest()));
     spheres.chain(meshes).filter_map(emission).chain(sky).collect()
 }
@@ -86,7 +89,7 @@ pub fn lights(scene: &Scene) -> Row {
 fn glowing(scene: &Scene) -> impl Iterator<Item = (usize, &Sphere)> {
     let emits = |sphere: &Sphere| matches!(sphere.surface, Surface::Emission(le) if le.max_element() > 0.0);
     scene
-        .spheres
+        .spheres()
         .iter()
         .enumerate()
         .filter(move |(_, sphere)| emits(sphere))
@@ -126,7 +129,7 @@ pub fn overlaps(scene: &Scene) -> Row {
 
 /// An emitter around what it should light, or a wall around an emitter. A dome around everything is allowed.
 pub fn inside_out(scene: &Scene) -> Row {
-    let camera = scene.camera.origin;
+    let camera = scene.camera().origin;
     let holds = |sphere: &Sphere, point: DVec3| sphere.center.distance(point) < sphere.radius;
     let around = |outer: &Sphere, inner: &Sphere| {
         outer.center.distance(inner.center) + inner.radius <= outer.radius && outer.radius > inner.radius
@@ -136,7 +139,7 @@ pub fn inside_out(scene: &Scene) -> Row {
     for (i, sphere) in glowing(scene) {
         let mut held = Vec::new();
         let mut outside = 0;
-        for (j, other) in scene.spheres.iter().enumerate().filter(|(j, _)| *j != i) {
+        for (j, other) in scene.spheres().iter().enumerate().filter(|(j, _)| *j != i) {
             if around(sphere, other) {
                 held.push(sphere_name(j));
             } else {
@@ -146,7 +149,7 @@ pub fn inside_out(scene: &Scene) -> Row {
                 wrong.push(format!("{} is closed in by {}", sphere_name(i), sphere_name(j)));
             }
         }
-        for (j, mesh) in scene.meshes.iter().enumerate() {
+        for (j, mesh) in scene.meshes().iter().enumerate() {
             if mesh.vertices.iter().all(|&vertex| holds(sphere, vertex)) {
                 held.push(mesh_name(j));
             } else {

@@ -105,7 +105,7 @@ impl Report {
 /// Where renders cannot start, or a stop was asked for.
 pub fn run(scene: &Scene, options: Options, watch: &dyn Observer) -> Result<Report, VerifyError> {
     let settings = Settings {
-        film: scene.film,
+        film: scene.film(),
         estimator: EstimatorKind::Mis,
         sampler: SamplerKind::Sobol,
         seed: options.seed,

@@ -29,7 +29,7 @@ pub fn find(scene: &Scene, probe: &Probe<'_>, film: FilmSize, passes: &[Vec<Foun
         })
         .collect();
     for sphere in scene
-        .spheres
+        .spheres()
         .iter()
         .filter(|sphere| matches!(sphere.surface, Surface::Emission(_)))
     {
@@ -65,7 +65,7 @@ mod tests {
         assert!((30..400).contains(&count), "{count}");
         assert!(!rims[0]);
         // The smallest light is a third of a pixel wide.
-        let [x, y] = probe.project(scene.spheres[0].center).unwrap();
+        let [x, y] = probe.project(scene.spheres()[0].center).unwrap();
         assert!(rims[y as usize * 96 + x as usize]);
     }
 }

@@ -21,7 +21,7 @@ pub fn check(scene: &Scene) -> Vec<Row> {
     ];
     rows.extend(unused(scene));
     let row = |note: &String| Row::pass("scene", "reading").judged(Verdict::Note, note.clone());
-    rows.extend(scene.notes.iter().map(row));
+    rows.extend(scene.notes().iter().map(row));
     rows
 }
 
@@ -40,15 +40,15 @@ pub fn plural(count: usize, noun: &str) -> String {
 }
 
 fn used(scene: &Scene) -> Vec<bool> {
-    let mut used = vec![false; scene.materials.len()];
+    let mut used = vec![false; scene.materials().len()];
     let surfaces = scene
-        .spheres
+        .spheres()
         .iter()
         .map(|s| s.surface)
-        .chain(scene.meshes.iter().map(|m| m.surface));
+        .chain(scene.meshes().iter().map(|m| m.surface));
     for surface in surfaces {
-        if let Surface::Material(index) = surface {
-            used[index] = true;
+        if let Surface::Material(id) = surface {
+            used[id.index()] = true;
         }
     }
     used
@@ -57,12 +57,12 @@ fn used(scene: &Scene) -> Vec<bool> {
 fn energy(scene: &Scene) -> Row {
     let rho = Bsdf::largest;
     let most = scene
-        .materials
+        .materials()
         .iter()
         .map(|material| rho(&material.bsdf))
         .fold(0.0, f64::max);
     let gains = scene
-        .materials
+        .materials()
         .iter()
         .zip(used(scene))
         .filter(|(material, _)| rho(&material.bsdf) > 1.0);
@@ -70,7 +70,7 @@ fn energy(scene: &Scene) -> Row {
         .clone()
         .map(|(material, _)| format!("\"{}\" ({})", material.name, rho(&material.bsdf)))
         .collect();
-    let row = Row::pass("energy", plural(scene.materials.len(), "material"))
+    let row = Row::pass("energy", plural(scene.materials().len(), "material"))
         .figures(format!("reflectance up to {most:.4}"), "1")
         .number("largest_reflectance", most);
     let verdict = match (names.is_empty(), gains.clone().any(|(_, used)| used)) {
@@ -88,12 +88,12 @@ fn energy(scene: &Scene) -> Row {
 }
 
 fn exponents(scene: &Scene) -> Row {
-    let flat = scene.materials.iter().filter(|material| match material.bsdf {
+    let flat = scene.materials().iter().filter(|material| match material.bsdf {
         Bsdf::Phong { alpha, .. } | Bsdf::Blend { alpha, .. } => alpha < LEAST_EXPONENT,
         Bsdf::Diffuse { .. } => false,
     });
     let names: Vec<String> = flat.map(|material| format!("\"{}\"", material.name)).collect();
-    let row = Row::pass("exponents", plural(scene.materials.len(), "material"))
+    let row = Row::pass("exponents", plural(scene.materials().len(), "material"))
         .figures(format!("{} next to 1", names.len()), "0");
     if names.is_empty() {
         return row;
@@ -107,13 +107,13 @@ fn exponents(scene: &Scene) -> Row {
 
 fn unused(scene: &Scene) -> Option<Row> {
     let names: Vec<String> = scene
-        .materials
+        .materials()
         .iter()
         .zip(used(scene))
         .filter(|(_, used)| !used)
         .map(|(material, _)| format!("\"{}\"", material.name))
         .collect();
-    let row = Row::pass("materials", plural(scene.materials.len(), "material"));
+    let row = Row::pass("materials", plural(scene.materials().len(), "material"));
     (!names.is_empty()).then(|| {
         row.figures(format!("{} unused", names.len()), "")
             .judged(Verdict::Note, format!("no shape uses material {}", list(&names)))
@@ -122,61 +122,23 @@ fn unused(scene: &Scene) -> Option<Row> {
 
 #[cfg(test)]
 mod tests {
-    use std::path::PathBuf;
-
     use glam::DVec3;
 
     use super::*;
-    use crate::scene::{Camera, FilmSize, Fov, Material, RenderTable, Sphere};
+    use crate::scene::{Camera, FilmSize, Fov, Material, MaterialId, Sphere};
 
-    const GLOW: Surface = Surface::Emission(DVec3::ONE);
-
-    fn sphere(x: f64, radius: f64, surface: Surface) -> Sphere {
-        let center = DVec3::new(x, 0.0, 0.0);
-        Sphere {
-            center,
-            radius,
-            surface,
-        }
+    fn sphere(x: f64, radius: f64, surface: impl Into<Surface>) -> Sphere {
+        Sphere::new([x, 0.0, 0.0], radius, surface)
     }
 
     /// The camera is at z = 10.
     fn scene(spheres: Vec<Sphere>) -> Scene {
-        Scene {
-            name: "test".into(),
-            path: PathBuf::from("test.toml"),
-            hash: String::new(),
-            camera: Camera {
-                origin: DVec3::Z * 10.0,
-                target: DVec3::ZERO,
-                up: DVec3::Y,
-                fov: Fov::X(40.0),
-                lens: None,
-            },
-            film: FilmSize { width: 4, height: 4 },
-            render: RenderTable::default(),
-            materials: vec![
-                Material {
-                    name: "grey".into(),
-                    one_sided: false,
-                    texture: None,
-                    bsdf: Bsdf::Diffuse { rho: DVec3::splat(0.5) },
-                },
-                Material {
-                    name: "hot".into(),
-                    one_sided: false,
-                    texture: None,
-                    bsdf: Bsdf::Phong {
-                        rho: DVec3::new(0.1, 1.1, 0.1),
-                        alpha: 1.000_000_01,
-                    },
-                },
-            ],
-            spheres,
-            meshes: Vec::new(),
-            environment: None,
-            notes: vec!["a note".into()],
-        }
+        let camera = Camera::new([0.0, 0.0, 10.0], [0.0; 3], Fov::X(40.0));
+        let mut scene = Scene::builder(camera, FilmSize { width: 4, height: 4 });
+        scene.material(Material::diffuse("grey", [0.5; 3]));
+        scene.material(Material::phong("hot", [0.1, 1.1, 0.1], 1.000_000_01));
+        scene.spheres = spheres;
+        scene.build().unwrap()
     }
 
     #[track_caller]
@@ -189,13 +151,14 @@ mod tests {
     #[test]
     fn each_fault_is_found_and_named() {
         use Verdict::{Fail, Note, Pass, Warn};
-        let (grey, hot) = (Surface::Material(0), Surface::Material(1));
-        let sound = || vec![sphere(0.0, 1.0, grey), sphere(5.0, 1.0, GLOW)];
+        let (grey, hot) = (MaterialId::new(0), MaterialId::new(1));
+        let glow = Surface::emission([1.0; 3]);
+        let sound = || vec![sphere(0.0, 1.0, grey), sphere(5.0, 1.0, glow)];
         let with = |more: Sphere| [sound(), vec![more]].concat();
         expect(sound(), "inside out", Pass, "");
         expect(sound(), "energy", Warn, "\"hot\" (1.1)");
         expect(sound(), "materials", Note, "\"hot\"");
-        expect(sound(), "scene", Note, "a note");
+        expect(with(sphere(0.0, 1.0, grey)), "scene", Note, "1 of 3 spheres coincide");
         expect(sound(), "exponents", Warn, "\"hot\"");
         expect(with(sphere(-5.0, 1.0, hot)), "energy", Fail, "\"hot\" (1.1)");
         expect(sound()[..1].to_vec(), "lights", Fail, "black");
@@ -205,9 +168,9 @@ mod tests {
             Warn,
             "sphere 3",
         );
-        expect(with(sphere(6.5, 1.0, GLOW)), "lights overlap", Warn, "sphere 2 and 3");
+        expect(with(sphere(6.5, 1.0, glow)), "lights overlap", Warn, "sphere 2 and 3");
         expect(
-            with(sphere(5.0, 0.2, GLOW)),
+            with(sphere(5.0, 0.2, glow)),
             "inside out",
             Fail,
             "sphere 2 has sphere 3 inside",
@@ -225,8 +188,8 @@ mod tests {
             "sphere 2 is closed in by sphere 3",
         );
         expect(with(sphere(0.0, 12.0, grey)), "inside out", Pass, "");
-        let half_around = [with(sphere(10.0, 14.5, GLOW)), vec![sphere(60.0, 1.0, grey)]].concat();
+        let half_around = [with(sphere(10.0, 14.5, glow)), vec![sphere(60.0, 1.0, grey)]].concat();
         expect(half_around, "inside out", Fail, "the camera is inside sphere 3");
-        expect(with(sphere(0.0, 50.0, GLOW)), "inside out", Note, "dome");
+        expect(with(sphere(0.0, 50.0, glow)), "inside out", Note, "dome");
     }
 }

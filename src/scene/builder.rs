@@ -1,0 +1,173 @@
+//! Scenes in the making.
+
+use std::ops::{Index, IndexMut};
+use std::sync::{Arc, OnceLock};
+
+use super::invalid::InvalidScene;
+use super::parts::{Camera, Environment, FilmSize, Material, MaterialId, Mesh, RenderTable, Sphere};
+use super::{Scene, check, covered};
+
+/// A scene in the making: [`Scene::builder`] begins a new one, [`Scene::to_builder`] a changed one.
+///
+/// Anything may be added and changed; [`SceneBuilder::build`] checks all of it.
+///
+/// ```
+/// use octolux::scene::{Camera, FilmSize, Fov, Material, Mesh, Scene, Sphere, Surface};
+///
+/// let camera = Camera::new([0.0, 2.0, 6.0], [0.0, 0.5, 0.0], Fov::X(40.0));
+/// let mut scene = Scene::builder(camera, FilmSize { width: 96, height: 64 });
+/// let grey = scene.material(Material::diffuse("grey", [0.5; 3]));
+/// let corners = [[-3.0, 0.0, 3.0], [3.0, 0.0, 3.0], [3.0, 0.0, -3.0], [-3.0, 0.0, -3.0]];
+/// scene.mesh(Mesh::quadrilateral(corners, grey));
+/// let lamp = scene.sphere(Sphere::new([0.0, 3.0, 0.0], 0.5, Surface::emission([8.0, 7.0, 6.0])));
+///
+/// // What cannot be is refused, with the part that is wrong and what would do.
+/// scene[lamp].radius = -0.5;
+/// let error = scene.clone().build().unwrap_err();
+/// assert_eq!(error.to_string(), "sphere 1 radius must be positive and finite, got -0.5");
+/// assert_eq!(error.remedy(), "write a number above 0, at most 3.4e38");
+///
+/// scene[lamp].radius = 0.5;
+/// let scene = scene.build()?;
+///
+/// // A scene does not change: a change makes another one.
+/// let mut wider = scene.to_builder();
+/// wider.camera.fov = Fov::X(60.0);
+/// assert_ne!(wider.build()?.hash(), scene.hash());
+/// # Ok::<(), octolux::scene::InvalidScene>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct SceneBuilder {
+    /// The default name of a picture. It decides nothing.
+    pub name: String,
+    /// The camera.
+    pub camera: Camera,
+    /// The size of the picture, where nobody asks for another one; from 1 to 65536 on a side.
+    pub film: FilmSize,
+    /// The settings that it asks for, where nobody asks for others.
+    pub render: RenderTable,
+    /// Reflecting surfaces. A [`MaterialId`] is a place in this list.
+    pub materials: Vec<Material>,
+    /// Spheres. A [`SphereId`] is a place in this list.
+    pub spheres: Vec<Sphere>,
+    /// Triangle meshes, shared with the scenes that they come from and go to. A [`MeshId`] is a place in this list.
+    pub meshes: Vec<Arc<Mesh>>,
+    /// What rays see that leave the scene; black where it is `None`.
+    pub environment: Option<Environment>,
+    /// What the user should be told about it: the first of the notes of the scene. It decides nothing.
+    pub notes: Vec<String>,
+}
+
+/// A sphere of a builder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct SphereId(usize);
+
+/// A mesh of a builder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct MeshId(usize);
+
+impl SceneBuilder {
+    /// A scene of nothing but a camera and a picture.
+    pub fn new(camera: Camera, film: FilmSize) -> Self {
+        Self {
+            name: "scene".to_owned(),
+            camera,
+            film,
+            render: RenderTable::default(),
+            materials: Vec::new(),
+            spheres: Vec::new(),
+            meshes: Vec::new(),
+            environment: None,
+            notes: Vec::new(),
+        }
+    }
+
+    /// Adds a material, for shapes to be made of.
+    pub fn material(&mut self, material: Material) -> MaterialId {
+        self.materials.push(material);
+        MaterialId::new(self.materials.len() - 1)
+    }
+
+    /// Adds a sphere.
+    pub fn sphere(&mut self, sphere: Sphere) -> SphereId {
+        self.spheres.push(sphere);
+        SphereId(self.spheres.len() - 1)
+    }
+
+    /// Adds a mesh.
+    pub fn mesh(&mut self, mesh: impl Into<Arc<Mesh>>) -> MeshId {
+        self.meshes.push(mesh.into());
+        MeshId(self.meshes.len() - 1)
+    }
+
+    /// Surrounds the scene with light.
+    pub fn environment(&mut self, environment: Environment) -> &mut Self {
+        self.environment = Some(environment);
+        self
+    }
+
+    /// The material called so.
+    pub fn material_named(&self, name: &str) -> Option<MaterialId> {
+        let place = self.materials.iter().position(|material| material.name == name);
+        place.map(MaterialId::new)
+    }
+
+    /// Checks everything, leaves out what can never be seen (the notes of the scene say so), and makes the scene.
+    ///
+    /// Left out are triangles without area, spheres that coincide with an earlier one, and triangles that emit and lie exactly on
+    /// earlier ones that emit. So a place in a list of the scene may be before that in the builder's.
+    ///
+    /// # Errors
+    /// The first thing that a scene cannot have: a number that is not finite or that single precision cannot hold, a negative
+    /// radiance or reflectance, an index out of range, a camera without a direction, a mesh without a triangle, and so on.
+    pub fn build(mut self) -> Result<Scene, InvalidScene> {
+        check::all(&self)?;
+        let mut notes = self.notes.clone();
+        covered::drop_spheres(&mut self.spheres, &mut notes);
+        for (index, mesh) in self.meshes.iter_mut().enumerate() {
+            covered::drop_flat(index, mesh, &mut notes)?;
+        }
+        covered::drop_triangles(&mut self.meshes, self.camera.origin, &mut notes);
+        covered::note_reach(&self, &mut notes);
+        covered::note_darkness(&self, &mut notes);
+        Ok(Scene {
+            parts: self,
+            notes,
+            hash: OnceLock::new(),
+        })
+    }
+}
+
+macro_rules! indexed_by {
+    ($id:ty, $list:ident, $item:ty, $change:expr) => {
+        impl Index<$id> for SceneBuilder {
+            type Output = $item;
+
+            fn index(&self, id: $id) -> &$item {
+                &self.$list[id.0]
+            }
+        }
+
+        impl IndexMut<$id> for SceneBuilder {
+            fn index_mut(&mut self, id: $id) -> &mut $item {
+                $change(&mut self.$list[id.0])
+            }
+        }
+    };
+}
+indexed_by!(SphereId, spheres, Sphere, std::convert::identity);
+indexed_by!(MeshId, meshes, Mesh, Arc::make_mut);
+
+impl Index<MaterialId> for SceneBuilder {
+    type Output = Material;
+
+    fn index(&self, id: MaterialId) -> &Material {
+        &self.materials[id.index()]
+    }
+}
+
+impl IndexMut<MaterialId> for SceneBuilder {
+    fn index_mut(&mut self, id: MaterialId) -> &mut Material {
+        &mut self.materials[id.index()]
+    }
+}

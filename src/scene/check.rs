@@ -1,0 +1,329 @@
+//! What a scene must be: every rule of the values in it, in one place.
+//!
+//! The words are those of [`rule`](super::rule), so that a scene file and a builder hear the same.
+
+use glam::DVec3;
+
+use super::invalid::{InvalidScene, Property, Subject, Wrong};
+use super::parts::{Bsdf, Camera, Environment, FilmSize, Fov, LatLong, Material, Mesh, RenderTable, Surface};
+use super::rule::{EXPONENT, FINITE, NOT_NEGATIVE, POSITIVE, Rule, VIEW_ANGLE};
+use super::texture::Texture;
+use super::{SceneBuilder, memory};
+
+/// The longest side of a picture, in pixels.
+pub const LONGEST_SIDE: u32 = 65536;
+
+/// The least that a pixel takes while it is rendered: sums of three colours in `f64`, and the picture while it is written.
+const BYTES_PER_PIXEL: u64 = 40;
+
+/// Below this sine `up` and the view are parallel: no side of the picture could be told from them.
+const LEAST_SINE: f64 = 1e-9;
+
+/// How far the length of a normal may be from 1: what single precision makes of a unit vector is nearer.
+const NORMAL_LENGTH: f64 = 1e-5;
+
+type Checked = Result<(), Wrong>;
+
+/// Everything that a scene is made of.
+pub fn all(scene: &SceneBuilder) -> Result<(), InvalidScene> {
+    camera(&scene.camera).map_err(|wrong| wrong.on(Subject::Camera, ""))?;
+    film(scene.film)?;
+    render(scene.render).map_err(|wrong| wrong.on(Subject::Render, ""))?;
+    for (index, it) in scene.materials.iter().enumerate() {
+        material(it).map_err(|wrong| wrong.on(Subject::Material(index), &it.name))?;
+    }
+    for (index, it) in scene.spheres.iter().enumerate() {
+        let check = || {
+            vector("center", it.center, &FINITE)?;
+            number("radius", it.radius, &POSITIVE)?;
+            surface(scene, it.surface, None)
+        };
+        check().map_err(|wrong| wrong.on(Subject::Sphere(index), ""))?;
+    }
+    for (index, it) in scene.meshes.iter().enumerate() {
+        let check = || mesh(it).and_then(|()| surface(scene, it.surface, Some(it)));
+        check().map_err(|wrong| wrong.on(Subject::Mesh(index), &it.name))?;
+    }
+    let sky = scene.environment.as_ref().map_or(Ok(()), environment);
+    sky.map_err(|wrong| wrong.on(Subject::Environment, ""))
+}
+
+fn single(key: &'static str) -> Property {
+    Property {
+        key,
+        ..Property::default()
+    }
+}
+
+fn broken(property: Property, x: f64, rule: &Rule) -> Wrong {
+    Wrong::new(rule.problem(x), rule.help).of(property, shown(x))
+}
+
+/// Large and small numbers in powers of ten, whole ones without a point.
+fn shown(x: f64) -> String {
+    let shown = format!("{x:?}");
+    shown.strip_suffix(".0").unwrap_or(&shown).to_owned()
+}
+
+fn shown_vector(v: DVec3) -> String {
+    format!("[{}]", v.to_array().map(shown).join(", "))
+}
+
+fn number(key: &'static str, x: f64, rule: &Rule) -> Checked {
+    if rule.holds(x) {
+        Ok(())
+    } else {
+        Err(broken(single(key), x, rule))
+    }
+}
+
+fn vector(key: &'static str, v: DVec3, rule: &Rule) -> Checked {
+    components(single(key), &v.to_array(), rule)
+}
+
+fn components(property: Property, numbers: &[f64], rule: &Rule) -> Checked {
+    match numbers.iter().position(|&x| !rule.holds(x)) {
+        None => Ok(()),
+        component @ Some(at) => Err(broken(Property { component, ..property }, numbers[at], rule)),
+    }
+}
+
+/// The first of many vectors that breaks a rule.
+fn list<const N: usize>(key: &'static str, vectors: impl Iterator<Item = [f64; N]>, rule: &Rule) -> Checked {
+    for (index, numbers) in vectors.enumerate() {
+        let property = Property {
+            index: Some(index),
+            ..single(key)
+        };
+        components(property, &numbers, rule)?;
+    }
+    Ok(())
+}
+
+fn camera(camera: &Camera) -> Checked {
+    let &Camera { origin, target, up, .. } = camera;
+    vector("origin", origin, &FINITE)?;
+    vector("target", target, &FINITE)?;
+    vector("up", up, &FINITE)?;
+    match camera.fov {
+        Fov::X(degrees) => number("fov_x", degrees, &VIEW_ANGLE)?,
+        Fov::Y(degrees) => number("fov_y", degrees, &VIEW_ANGLE)?,
+    }
+    direction(origin, target, up)?;
+    let Some(lens) = camera.lens else { return Ok(()) };
+    number("lens_radius", lens.radius, &POSITIVE)?;
+    number("focus_distance", lens.focus, &POSITIVE)
+}
+
+/// Whether there is a direction to look into, and another one that is up.
+fn direction(origin: DVec3, target: DVec3, up: DVec3) -> Checked {
+    let wrong = |key, v: DVec3, problem: &'static str, remedy: &'static str| {
+        Err(Wrong::new(problem, remedy).of(single(key), shown_vector(v)))
+    };
+    if origin == target {
+        let remedy = "point the camera at something: move the target";
+        return wrong("target", target, "must differ from the origin", remedy);
+    }
+    if up == DVec3::ZERO {
+        let remedy = "write a direction that points up, such as [0, 1, 0]";
+        return wrong("up", up, "must not be zero", remedy);
+    }
+    // Brought to about 1 first: squares of what single precision can hold fit into f64, their products may not.
+    let unit = |v: DVec3| (v / v.abs().max_element()).normalize();
+    if unit(target - origin).cross(unit(up)).length() < LEAST_SINE {
+        let remedy = if up.y == 0.0 {
+            "the view goes along this direction: choose another one, such as [0, 1, 0]"
+        } else {
+            "the view goes along this direction: choose another one, such as [0, 0, 1]"
+        };
+        return wrong("up", up, "must not be parallel to the view", remedy);
+    }
+    Ok(())
+}
+
+/// Whether a picture of this size can be.
+pub fn film(film: FilmSize) -> Result<(), InvalidScene> {
+    film_size(film).map_err(|wrong| wrong.on(Subject::Film, ""))
+}
+
+fn film_size(film: FilmSize) -> Checked {
+    let FilmSize { width, height } = film;
+    for (key, side) in [("width", width), ("height", height)] {
+        if !(1..=LONGEST_SIDE).contains(&side) {
+            let problem = format!("must be a whole number from 1 to {LONGEST_SIDE}");
+            let wrong = Wrong::new(problem, "give the picture a size such as 768 x 512");
+            return Err(wrong.of(single(key), side));
+        }
+    }
+    let bytes = u64::from(width) * u64::from(height) * BYTES_PER_PIXEL;
+    if memory::fits(bytes) {
+        return Ok(());
+    }
+    let gib = bytes as f64 / f64::from(1 << 30);
+    let problem = format!("of {width} x {height} pixels needs {gib:.1} GiB of memory, more than is free");
+    let remedy = "make width and height smaller, or close other programs";
+    Err(Wrong::new(problem, remedy))
+}
+
+fn render(render: RenderTable) -> Checked {
+    if render.spp != Some(0) {
+        return Ok(());
+    }
+    let wrong = Wrong::new(
+        "must be a whole number from 1 to 4294967295",
+        "ask for a sample or more",
+    );
+    Err(wrong.of(single("spp"), 0))
+}
+
+fn material(material: &Material) -> Checked {
+    match material.bsdf {
+        Bsdf::Diffuse { rho } => vector("diffuse", rho, &NOT_NEGATIVE)?,
+        Bsdf::Phong { rho, alpha } => {
+            vector("phong", rho, &NOT_NEGATIVE)?;
+            number("exponent", alpha, &EXPONENT)?;
+        }
+        Bsdf::Blend { rho, gloss, alpha } => {
+            vector("diffuse", rho, &NOT_NEGATIVE)?;
+            vector("phong", gloss, &NOT_NEGATIVE)?;
+            number("exponent", alpha, &EXPONENT)?;
+        }
+    }
+    match material.texture.as_deref() {
+        Some(&Texture {
+            width,
+            height,
+            ref texels,
+            ..
+        }) => picture("texture", width, height, texels),
+        None => Ok(()),
+    }
+}
+
+/// Whether a list of texels is a picture of this size, and all of them finite and not negative.
+fn picture(key: &'static str, width: u32, height: u32, texels: &[[f32; 3]]) -> Checked {
+    let wrong = |problem: String, remedy| Err(Wrong::new(format!("has a {key} {problem}"), remedy));
+    if width == 0 || height == 0 {
+        return wrong(
+            "without texels".to_owned(),
+            "a picture has at least one row and one column",
+        );
+    }
+    if width as usize * height as usize != texels.len() {
+        let count = texels.len();
+        let remedy = "list the texels row by row from the top, none more and none less";
+        return wrong(
+            format!("of {width} x {height} texels and {count} values for them"),
+            remedy,
+        );
+    }
+    let sound = |texel: &[f32; 3]| texel.iter().all(|x| x.is_finite() && *x >= 0.0);
+    match texels.iter().position(|texel| !sound(texel)) {
+        None => Ok(()),
+        Some(at) => {
+            let (x, y, [r, g, b]) = (at % width as usize, at / width as usize, texels[at]);
+            let remedy = "every texel must be finite and not negative: mend the picture";
+            wrong(format!("with [{r}, {g}, {b}] at ({x}, {y})"), remedy)
+        }
+    }
+}
+
+/// The surface of a sphere, or of a mesh: a material that there is, and with a texture only where there are coordinates for it.
+fn surface(scene: &SceneBuilder, surface: Surface, mesh: Option<&Mesh>) -> Checked {
+    let id = match surface {
+        Surface::Emission(radiance) => return vector("emission", radiance, &NOT_NEGATIVE),
+        Surface::Material(id) => id,
+    };
+    let Some(material) = scene.materials.get(id.index()) else {
+        let remedy = "take the handle that `material` of the same builder returned";
+        let wrong = Wrong::new("must be a material of this scene", remedy);
+        let count = scene.materials.len();
+        return Err(wrong.of(single("material"), format!("number {} of {count}", id.index() + 1)));
+    };
+    if material.texture.is_none() || mesh.is_some_and(|mesh| mesh.uvs.is_some()) {
+        return Ok(());
+    }
+    let remedy = match mesh {
+        None => "give the sphere a material without a texture, or make it a mesh with uvs",
+        Some(_) => {
+            "add uvs = [[0, 0], ...], one for each vertex; of files .obj (vt), .ply (s, t or u, v) and glTF (TEXCOORD_0) bring them"
+        }
+    };
+    Err(Wrong::new(
+        "has a material with a texture, and no texture coordinates",
+        remedy,
+    ))
+}
+
+fn mesh(mesh: &Mesh) -> Checked {
+    let count = mesh.vertices.len();
+    list("vertices", mesh.vertices.iter().map(DVec3::to_array), &FINITE)?;
+    for (index, corners) in mesh.triangles.iter().enumerate() {
+        if let Some(component) = corners.iter().position(|&corner| corner as usize >= count) {
+            let property = Property {
+                key: "triangles",
+                index: Some(index),
+                component: Some(component),
+            };
+            let wrong = Wrong::new(
+                format!("must have corners among the {count} vertices"),
+                "vertices are counted from 0",
+            );
+            return Err(wrong.of(property, corners[component]));
+        }
+    }
+    if let Some(uvs) = &mesh.uvs {
+        as_many("uvs", "pairs", uvs.len(), count)?;
+        list("uvs", uvs.iter().map(|uv| uv.to_array()), &FINITE)?;
+    }
+    let Some(normals) = &mesh.normals else { return Ok(()) };
+    as_many("normals", "vectors", normals.len(), count)?;
+    list("normals", normals.iter().map(DVec3::to_array), &FINITE)?;
+    match normals.iter().position(|n| (n.length() - 1.0).abs() > NORMAL_LENGTH) {
+        None => Ok(()),
+        index @ Some(at) => {
+            let property = Property {
+                index,
+                ..single("normals")
+            };
+            let wrong = Wrong::new(
+                "must have length 1",
+                "`Mesh::smooth` makes unit normals of those that there are",
+            );
+            Err(wrong.of(property, shown_vector(normals[at])))
+        }
+    }
+}
+
+fn as_many(key: &'static str, what: &str, found: usize, count: usize) -> Checked {
+    if found == count {
+        return Ok(());
+    }
+    let problem = format!("must have as many {what} as there are vertices, {count}");
+    let remedy = match key {
+        "uvs" => "write a pair for each vertex, such as [[0, 0], [1, 0], [1, 1]]",
+        _ => "give a normal for each vertex",
+    };
+    Err(Wrong::new(problem, remedy).of(single(key), found))
+}
+
+fn environment(environment: &Environment) -> Checked {
+    match environment {
+        Environment::Constant(radiance) => vector("emission", *radiance, &NOT_NEGATIVE),
+        Environment::Picture(sky) => {
+            let LatLong {
+                width,
+                height,
+                texels,
+                to_scene,
+            } = &**sky;
+            picture("picture", *width, *height, texels)?;
+            let away = (to_scene.transpose() * *to_scene - glam::DMat3::IDENTITY).to_cols_array();
+            if away.iter().all(|x| x.abs() <= NORMAL_LENGTH) && to_scene.determinant() > 0.0 {
+                return Ok(());
+            }
+            let remedy = "a rotation has three columns of length 1 at right angles, and no mirror";
+            Err(Wrong::new("must be turned by a rotation", remedy))
+        }
+    }
+}

@@ -1,0 +1,119 @@
+//! What a scene is, as a hash: all that decides a picture of it, and nothing else.
+
+use bytemuck::{NoUninit, must_cast_slice};
+use sha2::{Digest, Sha256};
+
+use super::SceneBuilder;
+use super::parts::{Bsdf, Environment, Fov, Material, Surface};
+use super::texture::Wrap;
+
+/// To be changed where the same values come to mean another picture.
+const REVISION: &[u8] = b"Octolux scene 1";
+
+/// SHA-256 in hexadecimal of camera, shapes with their materials, and environment.
+///
+/// Names, the size of the picture, what the scene asks for and materials that no shape uses are left out. The order of shapes is
+/// not: random numbers follow it.
+pub fn of(scene: &SceneBuilder) -> String {
+    let mut hash = Content(Sha256::new());
+    hash.list(REVISION);
+    let camera = &scene.camera;
+    hash.numbers(&camera.origin.to_array());
+    hash.numbers(&camera.target.to_array());
+    hash.numbers(&camera.up.to_array());
+    match camera.fov {
+        Fov::X(degrees) => hash.variant(0, &[degrees]),
+        Fov::Y(degrees) => hash.variant(1, &[degrees]),
+    }
+    hash.option(camera.lens, |hash, lens| hash.numbers(&[lens.radius, lens.focus]));
+
+    let materials: Vec<[u8; 32]> = scene.materials.iter().map(material).collect();
+    let surface = |hash: &mut Content, surface: Surface| match surface {
+        Surface::Emission(radiance) => hash.variant(0, &radiance.to_array()),
+        Surface::Material(id) => {
+            hash.variant(1, &[]);
+            hash.list(&materials[id.index()]);
+        }
+    };
+    hash.count(scene.spheres.len());
+    for sphere in &scene.spheres {
+        hash.numbers(&sphere.center.to_array());
+        hash.numbers(&[sphere.radius]);
+        surface(&mut hash, sphere.surface);
+    }
+    hash.count(scene.meshes.len());
+    for mesh in &scene.meshes {
+        hash.list(&mesh.vertices);
+        hash.list(&mesh.triangles);
+        hash.option(mesh.normals.as_deref(), Content::list);
+        hash.option(mesh.uvs.as_deref(), Content::list);
+        surface(&mut hash, mesh.surface);
+    }
+    hash.option(scene.environment.as_ref(), |hash, environment| match environment {
+        Environment::Constant(radiance) => hash.variant(0, &radiance.to_array()),
+        Environment::Picture(sky) => {
+            hash.variant(1, &sky.to_scene.to_cols_array());
+            hash.count(sky.width as usize);
+            hash.list(&sky.texels);
+        }
+    });
+    hash.0.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// The hash of a material: shapes name it by what it is and not by its place.
+fn material(material: &Material) -> [u8; 32] {
+    let mut hash = Content(Sha256::new());
+    match material.bsdf {
+        Bsdf::Diffuse { rho } => hash.variant(0, &rho.to_array()),
+        Bsdf::Phong { rho, alpha } => {
+            hash.variant(1, &rho.to_array());
+            hash.numbers(&[alpha]);
+        }
+        Bsdf::Blend { rho, gloss, alpha } => {
+            hash.variant(2, &rho.to_array());
+            hash.numbers(&gloss.to_array());
+            hash.numbers(&[alpha]);
+        }
+    }
+    hash.count(usize::from(material.one_sided));
+    hash.option(material.texture.as_deref(), |hash, texture| {
+        hash.count(match texture.wrap {
+            Wrap::Repeat => 0,
+            Wrap::Clamp => 1,
+        });
+        hash.count(texture.width as usize);
+        hash.list(&texture.texels);
+    });
+    hash.0.finalize().into()
+}
+
+/// Bytes that say where each thing ends: no two scenes have the same ones.
+struct Content(Sha256);
+
+impl Content {
+    fn numbers(&mut self, numbers: &[f64]) {
+        self.0.update(must_cast_slice::<f64, u8>(numbers));
+    }
+
+    fn count(&mut self, count: usize) {
+        self.0.update((count as u64).to_le_bytes());
+    }
+
+    fn list<T: NoUninit>(&mut self, items: &[T]) {
+        self.count(items.len());
+        self.0.update(must_cast_slice::<T, u8>(items));
+    }
+
+    /// One of several forms of a thing, with its numbers.
+    fn variant(&mut self, which: u8, numbers: &[f64]) {
+        self.0.update([which]);
+        self.numbers(numbers);
+    }
+
+    fn option<T>(&mut self, item: Option<T>, put: impl FnOnce(&mut Self, T)) {
+        self.0.update([u8::from(item.is_some())]);
+        if let Some(item) = item {
+            put(self, item);
+        }
+    }
+}

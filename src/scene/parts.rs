@@ -1,0 +1,315 @@
+//! What a scene is made of. Anyone can make these; whether their values are possible is checked where a
+//! [`SceneBuilder`](super::SceneBuilder) builds.
+
+use std::sync::Arc;
+
+use glam::{DMat3, DVec2, DVec3};
+
+use super::texture::Texture;
+use super::{Effect, Effects, EstimatorKind, SamplerKind};
+
+/// A camera: `origin != target`, `up` not parallel to the view, the angle in (0, 180) degrees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// The pinhole, or the middle of the lens.
+    pub origin: DVec3,
+    /// The point in the middle of the picture.
+    pub target: DVec3,
+    /// A direction that points up in the picture; any length but 0.
+    pub up: DVec3,
+    /// The full angle of view.
+    pub fov: Fov,
+    /// A lens in place of the pinhole.
+    pub lens: Option<Lens>,
+}
+
+/// A thin lens: a disk across the view through which every point of the plane in focus is seen sharply. Both above 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lens {
+    /// Radius of the disk.
+    pub radius: f64,
+    /// Distance of the plane in focus, along the view.
+    pub focus: f64,
+}
+
+impl Camera {
+    /// A pinhole at `origin` that looks at `target`. Up is +y, or +z where the view goes along y.
+    pub fn new(origin: impl Into<DVec3>, target: impl Into<DVec3>, fov: Fov) -> Self {
+        let (origin, target) = (origin.into(), target.into());
+        let along_y = origin.x == target.x && origin.z == target.z;
+        Self {
+            origin,
+            target,
+            up: if along_y { DVec3::Z } else { DVec3::Y },
+            fov,
+            lens: None,
+        }
+    }
+
+    /// What it calls for.
+    pub fn effects(&self) -> Effects {
+        Effects::default().with(Effect::Lens, self.lens.is_some())
+    }
+}
+
+/// The full angle of view in degrees, along one side of the picture; pixels are square.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Fov {
+    /// Across the width.
+    X(f64),
+    /// Across the height.
+    Y(f64),
+}
+
+/// The size of a picture in pixels; both at least 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FilmSize {
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+/// The settings that a scene asks for (`[render]` in a scene file): `None` where it is silent.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RenderTable {
+    /// Passes, at least 1.
+    pub spp: Option<u32>,
+    /// Which estimator.
+    pub estimator: Option<EstimatorKind>,
+    /// Which random numbers.
+    pub sampler: Option<SamplerKind>,
+    /// Their seed.
+    pub seed: Option<u32>,
+}
+
+/// What rays see that leave the scene.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Environment {
+    /// The same radiance from every direction; finite and not negative.
+    Constant(DVec3),
+    /// A picture of all directions.
+    Picture(Arc<LatLong>),
+}
+
+/// A picture of all directions by longitude and latitude: its top row is up (+y), its middle column is forward (-z), and columns
+/// to the right of it are to the right (+x). Radiance is interpolated between the centres of texels, across the left and right
+/// edge too.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LatLong {
+    /// Texels in a row, at least 1.
+    pub width: u32,
+    /// Rows, at least 1.
+    pub height: u32,
+    /// Radiance at the centres, row by row from the top; finite and not negative.
+    pub texels: Vec<[f32; 3]>,
+    /// Turns directions of the picture into those of the scene.
+    pub to_scene: DMat3,
+}
+
+/// How a surface reflects.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// What messages call it; the key under `[materials]` in a scene file. It decides nothing.
+    pub name: String,
+    /// The model with its parameters.
+    pub bsdf: Bsdf,
+    /// Whether only the front reflects: outside of a sphere, or where the corners of a triangle go round counter-clockwise.
+    pub one_sided: bool,
+    /// What the reflectance is multiplied by, of a blend the diffuse one; only on meshes with texture coordinates.
+    pub texture: Option<Arc<Texture>>,
+}
+
+impl Material {
+    /// A surface that reflects on both sides, without a texture.
+    pub fn new(name: impl Into<String>, bsdf: Bsdf) -> Self {
+        Self {
+            name: name.into(),
+            bsdf,
+            one_sided: false,
+            texture: None,
+        }
+    }
+
+    /// A diffuse surface of reflectance `rho`.
+    pub fn diffuse(name: impl Into<String>, rho: impl Into<DVec3>) -> Self {
+        Self::new(name, Bsdf::Diffuse { rho: rho.into() })
+    }
+
+    /// A glossy surface of specular reflectance `rho` and Phong exponent `alpha`.
+    pub fn phong(name: impl Into<String>, rho: impl Into<DVec3>, alpha: f64) -> Self {
+        Self::new(name, Bsdf::Phong { rho: rho.into(), alpha })
+    }
+
+    /// What it calls for.
+    pub fn effects(&self) -> Effects {
+        let model = match self.bsdf {
+            Bsdf::Diffuse { .. } => Effects::of(&[Effect::Diffuse]),
+            Bsdf::Phong { .. } => Effects::of(&[Effect::Phong]),
+            Bsdf::Blend { .. } => Effects::of(&[Effect::Diffuse, Effect::Phong, Effect::Blend]),
+        };
+        let model = model.with(Effect::Textures, self.texture.is_some());
+        model.with(Effect::OneSided, self.one_sided)
+    }
+}
+
+/// The reflection models. Reflectances are finite and not negative.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Bsdf {
+    /// `f = rho / pi`.
+    Diffuse {
+        /// Diffuse reflectance.
+        rho: DVec3,
+    },
+    /// `f = rho (alpha + 1) / (2 pi) max(0, dot(wr, wi))^alpha`, with `wr` the mirror direction of `wo`.
+    Phong {
+        /// Specular reflectance.
+        rho: DVec3,
+        /// The exponent, finite and above 1.
+        alpha: f64,
+    },
+    /// The sum of both.
+    Blend {
+        /// Diffuse reflectance.
+        rho: DVec3,
+        /// Specular reflectance.
+        gloss: DVec3,
+        /// The exponent, finite and above 1.
+        alpha: f64,
+    },
+}
+
+impl Bsdf {
+    /// The largest reflectance of a colour, of both lobes together.
+    pub fn largest(&self) -> f64 {
+        match *self {
+            Self::Diffuse { rho } | Self::Phong { rho, .. } => rho.max_element(),
+            Self::Blend { rho, gloss, .. } => (rho + gloss).max_element(),
+        }
+    }
+}
+
+/// A material of a scene: the handle that [`SceneBuilder::material`](super::SceneBuilder::material) returns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct MaterialId(usize);
+
+impl MaterialId {
+    /// The material at this place in the list of the scene. Where there is none, building fails.
+    pub const fn new(index: usize) -> Self {
+        Self(index)
+    }
+
+    /// Its place in the list of the scene, from 0.
+    pub const fn index(self) -> usize {
+        self.0
+    }
+}
+
+/// What a shape's surface does: it reflects or it emits, never both.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Surface {
+    /// It reflects as this material of its scene does.
+    Material(MaterialId),
+    /// Radiance in W m⁻² sr⁻¹, the same in every direction and on both sides; finite and not negative.
+    Emission(DVec3),
+}
+
+impl From<MaterialId> for Surface {
+    fn from(material: MaterialId) -> Self {
+        Self::Material(material)
+    }
+}
+
+impl Surface {
+    /// A surface that emits this radiance.
+    pub fn emission(radiance: impl Into<DVec3>) -> Self {
+        Self::Emission(radiance.into())
+    }
+
+    /// Whether it emits any light.
+    pub fn emits(&self) -> bool {
+        matches!(self, Self::Emission(le) if le.max_element() > 0.0)
+    }
+
+    /// What a shape of this surface calls for: `reflector`, `light`, or nothing where it emits nothing.
+    fn effects(&self, reflector: Effect, light: Effect) -> Effects {
+        match self {
+            Self::Material(_) => Effects::of(&[reflector]),
+            Self::Emission(le) => Effects::default().with(light, le.max_element() > 0.0),
+        }
+    }
+}
+
+/// A sphere of finite centre and finite radius above 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sphere {
+    /// Centre.
+    pub center: DVec3,
+    /// Radius.
+    pub radius: f64,
+    /// What it does.
+    pub surface: Surface,
+}
+
+impl Sphere {
+    /// A sphere whose surface is a material or [`Surface::emission`].
+    pub fn new(center: impl Into<DVec3>, radius: f64, surface: impl Into<Surface>) -> Self {
+        Self {
+            center: center.into(),
+            radius,
+            surface: surface.into(),
+        }
+    }
+
+    /// What it calls for, its material aside.
+    pub fn effects(&self) -> Effects {
+        self.surface.effects(Effect::Spheres, Effect::SphereLights)
+    }
+}
+
+/// Triangles in scene space (transforms are applied); vertices finite, indices in range, at least one triangle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mesh {
+    /// What messages call it; by its number where it is empty. It decides nothing.
+    pub name: String,
+    /// Positions.
+    pub vertices: Vec<DVec3>,
+    /// Corners of each triangle, as indices into `vertices`.
+    pub triangles: Vec<[u32; 3]>,
+    /// With smooth shading: a unit normal for each vertex (same length as `vertices`).
+    pub normals: Option<Vec<DVec3>>,
+    /// Texture coordinates for each vertex, finite; `v` points up.
+    pub uvs: Option<Vec<DVec2>>,
+    /// What it does.
+    pub surface: Surface,
+}
+
+impl Mesh {
+    /// A mesh with flat shading. Triangles without area and vertices that no triangle uses are no mistake.
+    pub fn new(
+        vertices: impl IntoIterator<Item = impl Into<DVec3>>,
+        triangles: Vec<[u32; 3]>,
+        surface: impl Into<Surface>,
+    ) -> Self {
+        Self {
+            name: String::new(),
+            vertices: vertices.into_iter().map(Into::into).collect(),
+            triangles,
+            normals: None,
+            uvs: None,
+            surface: surface.into(),
+        }
+    }
+
+    /// The quadrilateral with these corners, in their order around it. Its triangles share the edge from the first to the third.
+    pub fn quadrilateral(corners: [impl Into<DVec3>; 4], surface: impl Into<Surface>) -> Self {
+        Self::new(corners, vec![[0, 1, 2], [0, 2, 3]], surface)
+    }
+
+    /// What it calls for, its material aside.
+    pub fn effects(&self) -> Effects {
+        let smooth = self.normals.is_some() && matches!(self.surface, Surface::Material(_));
+        let plain = self.surface.effects(Effect::Meshes, Effect::MeshLights);
+        plain.with(Effect::SmoothNormals, smooth)
+    }
+}

@@ -90,8 +90,11 @@ impl<R: BufRead> Payload<R> {
                 let rest = &line[*at..];
                 let word = words(rest).next();
                 let value = word.and_then(|word| {
-                    // Whole numbers are those of their type; some programs write them as 3.0.
-                    let value: f64 = number(word)?;
+                    // A text is rounded to the type that it is declared as. Some programs write whole numbers as 3.0.
+                    let value = match scalar {
+                        Scalar::F32 => number::<f32>(word).map(f64::from)?,
+                        _ => number::<f64>(word)?,
+                    };
                     *at = word.as_ptr_range().end as usize - line.as_ptr() as usize;
                     (!scalar.is_whole() || (value.fract() == 0.0 && value.is_finite())).then_some(value)
                 });

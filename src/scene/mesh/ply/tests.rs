@@ -235,3 +235,13 @@ fn texture_coordinates_of_faces_belong_to_their_corners() {
         4
     );
 }
+
+#[test]
+fn a_text_is_rounded_to_the_type_that_it_is_declared_as() {
+    let text = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty double y\nproperty float z\n\
+        element face 1\nproperty list uchar int vertex_indices\nend_header\n0.1 0.1 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    assert_eq!(
+        load(text.as_bytes()).vertices[0],
+        DVec3::new(f64::from(0.1_f32), 0.1, 0.0)
+    );
+}

@@ -128,7 +128,8 @@ impl Scene {
     }
 
     /// SHA-256, in hexadecimal, of all that decides a picture but its size and the settings of the render: camera, shapes with
-    /// their materials and textures, environment. It is computed when it is first asked for: HASHCOST
+    /// their materials and textures, environment. It is computed when it is first asked for,
+    /// from all bytes of the meshes and pictures.
     pub fn hash(&self) -> &str {
         self.hash.get_or_init(|| hash::of(&self.parts))
     }

@@ -372,30 +372,3 @@ fn smoothing_leaves_to_the_builder_what_it_would_refuse() {
         "mesh 2 triangles[0] must have corners among the 3 vertices, got 3"
     );
 }
-
-#[test]
-fn zz_cost() {
-    let n = 1000u32;
-    let vertices = (0..n * n).map(|i| [f64::from(i % n), f64::from(i / n), f64::from(i * 7919 % 1009)]);
-    let tri = (0..n - 1)
-        .flat_map(|y| (0..n - 1).map(move |x| y * n + x))
-        .flat_map(|a| [[a, a + 1, a + n + 1], [a, a + n + 1, a + n]]);
-    let mut scene = room();
-    scene.mesh(Mesh::new(
-        vertices,
-        tri.take(1_000_000).collect(),
-        Surface::emission([1.0; 3]),
-    ));
-    for _ in 0..3 {
-        let t = std::time::Instant::now();
-        let built = scene.clone().build().unwrap();
-        let b = t.elapsed();
-        let t = std::time::Instant::now();
-        let h = built.hash().len();
-        println!(
-            "COST build {b:?} hash {:?} {h} {}",
-            t.elapsed(),
-            built.meshes()[1].triangles.len()
-        );
-    }
-}

@@ -30,6 +30,7 @@
 //! | `OffsetDropped` | shading points stay on their surface | closed form |
 //! | `NormalNotFaced` | a smooth normal is not turned to the eye's side | closed form |
 //! | `LastLightOnly` | `uniform` and `brdf` ask for the last light alone | closed form |
+//! | `BarycentricsLost` | Embree's hits without barycentric coordinates | accelerators |
 //! | `CornersSwapped` | smooth normals with two corners of the triangle exchanged | oracle |
 //! | `ShadowsSkipped` | nothing blocks any light | exact |
 //! | `OnePassOff` | means are divided by one pass too many | exact |
@@ -43,6 +44,7 @@
 //! | `DensityOfTheNextTexel` | a texel of the environment with the density of its neighbour | density |
 //! | `OnePercentBright` | a study measures `independent` 1 % too bright | study |
 //! | `ErrorOfOneReplicate` | the error of a mean as that of one of its replicates | target |
+//! | `HalfDecidesForItself` | a half of the replicates of `--target-error` ends when its own pictures look calm | target |
 //!
 //! "density" is the chi-square of directions against densities, "weight" the samples written out again in `f64`,
 //! "numbers" the independence of random numbers, "closed form" and "exact" are the scenes of `scenes/tests`, "oracle" the
@@ -132,6 +134,7 @@ mod tests {
         NormalNotFaced "closed form",
         LastLightOnly "closed form",
         CornersSwapped "oracle",
+        BarycentricsLost "accelerators",
         ShadowsSkipped "exact",
         OnePassOff "exact",
         LaneShift "lanes",
@@ -144,6 +147,7 @@ mod tests {
         OppositeForgotten "large plates",
         OnePercentBright "study",
         ErrorOfOneReplicate "target",
+        HalfDecidesForItself "target",
     }
 
     /// Whether this process is one of that mutant.
@@ -174,8 +178,13 @@ mod tests {
         ("acne", acne),
         ("large plates", large_plates),
         ("study", costs::nothing_is_harmful),
-        ("target", costs::target_errors_are_those_of_the_mean),
+        ("target", target_error),
     ];
+
+    fn target_error() {
+        costs::target_errors_are_those_of_the_mean();
+        crate::run::halves::tests::pictures_are_not_too_dark();
+    }
 
     fn density() {
         const LIGHTS: [proof::places::Place; 5] = [
@@ -204,6 +213,10 @@ mod tests {
     fn accelerators_agree() {
         accelerators::random_scenes("random", &[2.0], 6, 1);
         accelerators::a_lamp_through_a_table();
+        let normals = proof::runs::leaning_normals();
+        let base = proof::runs::settings(12, 9, EstimatorKind::Light);
+        let (count, files) = accelerators::compare(&normals, base, 4, "leaning-normals");
+        assert_eq!(count, 0, "normals that lean: {}", files.join(", "));
     }
 
     fn closed_form() {

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::{CliError, Exit, report};
 use crate::film::{Picture, read_picture};
-use crate::study::error::{Errors, Invalid, relmse_of_reference};
+use crate::study::error::{Errors, Invalid, NotFinite, relmse_of_reference};
 use crate::study::significance::{Measured, Significance, ZScores};
 
 /// Error of picture A against picture B, the reference
@@ -25,7 +25,7 @@ pub struct Args {
     /// One JSON object instead of the table
     #[arg(long)]
     pub json: bool,
-    /// Exit with 1 if relmse is above X, or if a value is NaN, infinite or negative
+    /// Exit with 1 if relmse is above X, or if a value is negative (NaN and infinite ones always do)
     #[arg(long, value_name = "X", value_parser = limit)]
     pub max_relmse: Option<f64>,
 }
@@ -52,8 +52,8 @@ struct Comparison {
 /// Reads the pictures and prints the comparison on standard output.
 ///
 /// # Errors
-/// Wrong usage: a picture that cannot be read, sizes that differ. Failure, after the comparison is printed: beyond
-/// `--max-relmse`.
+/// Wrong usage: a picture that cannot be read, sizes that differ. Failure: values that are NaN or infinite, of which nothing is
+/// printed; after the comparison is printed, beyond `--max-relmse`.
 pub fn run(args: &Args) -> Result<Exit, CliError> {
     let read = |path: &Path| read_picture(path).map_err(|error| CliError::bad_path(&error));
     let optional = |path: &Option<PathBuf>| path.as_deref().map(read).transpose();
@@ -69,6 +69,13 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
             let size = |path: &Path, of: &Picture| format!("{} is {}x{}", path.display(), of.width, of.height);
             let what = format!("the sizes differ: {}, {}", size(&args.a, &a), size(path, other));
             return Err(CliError::usage(what));
+        }
+    }
+    let all = [(Some(&args.a), Some(&a))].into_iter().chain(others);
+    for (path, picture) in all.filter_map(|(path, picture)| path.zip(picture)) {
+        if let Some(wrong) = NotFinite::find(&picture.pixels, picture.width) {
+            let what = format!("{}: {wrong}, so there is no error to speak of", path.display());
+            return Err(CliError::failed(what));
         }
     }
     let comparison = compare(args, &a, &b, stderr_a.as_ref(), stderr.as_ref());
@@ -118,9 +125,7 @@ fn within_limit(args: &Args, comparison: &Comparison) -> Result<Exit, CliError> 
     let errors = &comparison.errors;
     let invalid = errors.invalid.total() + errors.reference_invalid.total();
     if invalid > 0 {
-        return Err(CliError::failed(format!(
-            "{invalid} values are NaN, infinite or negative"
-        )));
+        return Err(CliError::failed(format!("{invalid} values are negative")));
     }
     if errors.relmse > limit {
         return Err(CliError::failed(format!(

@@ -9,6 +9,7 @@ mod done;
 mod error;
 mod explain;
 mod explain_effects;
+mod hunt;
 mod interrupt;
 mod looker;
 mod manifest;
@@ -85,6 +86,9 @@ enum Command {
     Verify(verify::Args),
     /// Measure the hard cases of direct illumination against their bounds
     Selftest(selftest::Args),
+    /// Look for faults in random scenes; what fails is written as a small scene
+    #[command(hide = true)]
+    Hunt(hunt::Args),
     /// Show what accuracy costs in time: a page, every run, and the cheapest command line
     Study(study::Args),
 }
@@ -103,6 +107,7 @@ pub fn main() -> ExitCode {
         Command::Compare(args) => compare::run(&args),
         Command::Verify(args) => verify::run(&args),
         Command::Selftest(args) => selftest::run(&args),
+        Command::Hunt(args) => hunt::run(&args),
         Command::Study(args) => study::run(&args),
     });
     match outcome {

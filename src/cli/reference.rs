@@ -9,9 +9,10 @@ use rayon::ThreadPoolBuilder;
 
 use super::reading::Reading;
 use super::{CliError, Exit, options, report};
-use crate::film::{Attributes, Value, check_output, write_picture};
+use crate::film::{Attributes, Picture, Value, check_output, write_picture};
 use crate::reference::{Reference, render};
 use crate::scene::{FilmSize, Scene};
+use crate::study::error::NotFinite;
 
 /// Render a scene with the independent f64 oracle: a picture and the standard error of every pixel
 #[derive(clap::Args)]
@@ -70,20 +71,30 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     let result = threads.install(|| render(&scene, film, args.spp, args.seed, &|done| bar.set_position(done)));
     let seconds = start.elapsed().as_secs_f64();
     bar.finish_and_clear();
-    write_picture(
-        &args.output,
-        &result.to_picture(),
-        &attributes(args, &scene, "mean radiance"),
-    )?;
-    write_picture(
-        &stderr_path,
-        &result.to_stderr_picture(),
-        &attributes(args, &scene, "standard error of the mean"),
-    )?;
+    let pictures = [
+        (&args.output, result.to_picture(), "mean radiance"),
+        (&stderr_path, result.to_stderr_picture(), "standard error of the mean"),
+    ];
+    for (path, picture, content) in &pictures {
+        sound(path, picture, content)?;
+    }
+    for (path, picture, content) in &pictures {
+        write_picture(path, picture, &attributes(args, &scene, content))?;
+    }
     if !args.quiet {
         report::print(&summary(&result, seconds));
     }
     Ok(Exit::Well)
+}
+
+/// Refuses a picture that holds no numbers: what is written is taken for the truth.
+fn sound(path: &Path, picture: &Picture, content: &str) -> Result<(), CliError> {
+    NotFinite::find(&picture.pixels, picture.width).map_or(Ok(()), |wrong| {
+        let what = format!("{}: not written: {content}: {wrong}", path.display());
+        Err(CliError::failed(what).with_help(
+            "this is a fault of Octolux's oracle, or radiance beyond what f32 holds; please report the scene",
+        ))
+    })
 }
 
 /// `out/x.npy` becomes `out/x_stderr.npy`.
@@ -137,6 +148,21 @@ fn summary(result: &Reference, seconds: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_picture_without_numbers_is_not_written() {
+        let mut picture = Picture {
+            width: 2,
+            height: 1,
+            pixels: vec![[0.0; 3], [1.0; 3]],
+        };
+        assert!(sound(Path::new("x.npy"), &picture, "mean").is_ok());
+        picture.pixels[1][2] = f32::NAN;
+        let error = sound(Path::new("x.npy"), &picture, "mean").unwrap_err();
+        assert_eq!(error.exit(), Exit::Failed);
+        let expected = "x.npy: not written: mean: 1 of its values are NaN or infinite, the first of them in pixel 1,0";
+        assert_eq!(error.to_string(), expected);
+    }
 
     #[test]
     fn the_standard_errors_stand_beside_the_picture() {

@@ -53,8 +53,9 @@ pub struct Args {
     #[arg(long, value_name = "SECONDS", value_parser = options::seconds, allow_negative_numbers = true)]
     pub time: Option<f64>,
     /// Render until the noise is so small a share of the picture, such as 0.01: the root of the mean variance of the pixels over
-    /// the mean of all. Renders of different seeds measure it, and their mean is the picture: four, or more where few pixels
-    /// make the noise, until it is known to 15 % at two standard errors
+    /// the mean of all. Renders of different seeds measure it, and their mean is the picture: eight, or more where few pixels
+    /// make the noise, until it is known to 15 % at two standard errors. Either half of them decides how far the other one goes,
+    /// so the picture is no darker for it
     #[arg(long, value_name = "E", value_parser = options::error, allow_negative_numbers = true,
           conflicts_with_all = ["spp", "time", "adaptive", "snapshots", "checkpoint", "shard"])]
     pub target_error: Option<f64>,

@@ -40,7 +40,23 @@ pub fn run(path: &Path, options: &Options, sample: [u32; 3], json: bool) -> Resu
     } else {
         text(&replay, prepared.kernel())
     })?;
+    sound(path, &replay)?;
     Ok(Exit::Well)
+}
+
+/// Refuses a sample that is no number, or of which a part was thrown away. Its steps are printed all the same: they show where it
+/// comes from.
+fn sound(path: &Path, replay: &Replay) -> Result<(), CliError> {
+    let thrown: u64 = replay.invalid.iter().sum();
+    if thrown == 0 && replay.radiance.iter().chain(&replay.seen).all(|x| x.is_finite()) {
+        return Ok(());
+    }
+    let [x, y, pass] = replay.sample;
+    let what = format!(
+        "{}: pixel {x},{y}, pass {pass}: a part of this sample is NaN, infinite or negative",
+        path.display()
+    );
+    Err(CliError::failed(what).with_help("the steps above show where; please report the scene"))
 }
 
 fn text(replay: &Replay, kernel: &str) -> String {
@@ -118,4 +134,28 @@ fn direction(asked: &Asked) -> Vec<String> {
     };
     lines.push(format!("           {name} {ld:?}, distance {distance:?}, {verdict}"));
     lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sample_that_is_no_number_is_an_error() {
+        let path = Path::new("x.toml");
+        let mut replay = Replay {
+            sample: [3, 2, 1],
+            radiance: [0.5; 3],
+            ..Replay::default()
+        };
+        assert!(sound(path, &replay).is_ok());
+        replay.invalid[0] = 1;
+        assert!(sound(path, &replay).is_err());
+        replay.invalid[0] = 0;
+        replay.radiance[1] = f64::NAN;
+        let error = sound(path, &replay).unwrap_err();
+        assert_eq!(error.exit(), Exit::Failed);
+        let expected = "x.toml: pixel 3,2, pass 1: a part of this sample is NaN, infinite or negative";
+        assert_eq!(error.to_string(), expected);
+    }
 }

@@ -98,6 +98,7 @@ struct Report<'a> {
 pub fn run(args: &Args) -> Result<Exit, CliError> {
     if args.prices {
         let table = prices::measure().map_err(|error| CliError::failed(error.to_string()))?;
+        numbers(&table)?;
         report::data(&if args.json { json(&table)? } else { prices::text(&table) })?;
         return Ok(Exit::Well);
     }
@@ -218,13 +219,52 @@ fn text(outcome: &Outcome, time: bool) -> String {
     lines.join("\n")
 }
 
-/// Whole numbers as such, others with three digits.
+/// Refuses prices of which a figure is NaN.
+fn numbers(table: &[prices::Price]) -> Result<(), CliError> {
+    let wrong = |row: &&prices::Price| {
+        [row.nanoseconds, row.ratio, row.largest, row.rms]
+            .iter()
+            .any(|x| x.is_nan())
+    };
+    table.iter().find(wrong).map_or(Ok(()), |row| {
+        let what = format!("{}, {}, {}: a figure is no number", row.quantity, row.range, row.form);
+        Err(CliError::failed(what).with_help("this is a fault of Octolux, please report it"))
+    })
+}
+
+/// Whole numbers as such, NaN in words, others with three digits.
 fn short(x: f64) -> String {
-    if x == x.trunc() && x.abs() < 1e6 {
+    if x.is_nan() {
+        "no number".to_owned()
+    } else if x == x.trunc() && x.abs() < 1e6 {
         format!("{x:.0}")
     } else if (1e-3..1e4).contains(&x.abs()) {
         format!("{x:.4}")
     } else {
         format!("{x:.2e}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_number_fails_and_is_called_so() {
+        let price = |largest: f64| prices::Price {
+            quantity: "cone",
+            form: "robust",
+            range: "1".to_owned(),
+            nanoseconds: 1.0,
+            ratio: 1.0,
+            largest,
+            rms: 0.0,
+        };
+        assert!(numbers(&[price(0.0)]).is_ok());
+        let error = numbers(&[price(0.0), price(f64::NAN)]).unwrap_err();
+        assert_eq!(error.exit(), Exit::Failed);
+        assert_eq!(error.to_string(), "cone, 1, robust: a figure is no number");
+        assert_eq!(short(f64::NAN), "no number");
+        assert!(!Check::new("x", f64::NAN, 1.0).passes());
     }
 }

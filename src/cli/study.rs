@@ -101,7 +101,9 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
             let what = format!("{}: {}", args.scene.display(), StudyError::Black);
             return Err(CliError::usage(what).with_help("give the scene a light that reaches what the camera sees"));
         }
-        Err(error @ StudyError::Threads(_)) => return Err(CliError::failed(error.to_string())),
+        Err(error @ (StudyError::Threads(_) | StudyError::NotFinite { .. })) => {
+            return Err(CliError::failed(format!("{}: {error}", args.scene.display())));
+        }
     };
     study.phases.load_s = load_s;
     study.warnings = warnings::of(&study, load);

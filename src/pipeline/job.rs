@@ -112,6 +112,7 @@ impl Job<'_> {
             mix: self.plan.mix,
             sum: &mut sum,
             counters: &mut counters,
+            log: None,
         };
         (self.plan.eye)(&mut chunk, &mut scratch);
         for shade in &self.plan.shade {

@@ -26,3 +26,4 @@ pub use progress::{Counters, Progress};
 pub(crate) use renderer::Renderer;
 pub use replay::{Asked, Found, Met, Point, Replay};
 pub use settings::{Settings, all_threads};
+pub use stage::Segment;

@@ -62,6 +62,11 @@ impl<const K: usize> Queue<K> {
         self.0.clear();
     }
 
+    /// The rays one by one.
+    pub fn each(&self) -> impl Iterator<Item = QueuedRays<f32>> {
+        (0..self.len()).map(|at| self.rays::<f32>(at, at).1)
+    }
+
     #[inline(always)]
     fn put<L: Lane>(&mut self, mask: L::Mask, rays: &QueuedRays<L>) -> Room<L> {
         let room = self.0.grow::<L>(mask);

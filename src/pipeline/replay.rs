@@ -9,7 +9,7 @@ use super::plan::Plan;
 use super::progress::Counters;
 use super::rows;
 use super::settings::Settings;
-use super::stage::{Chunk, Scratch, pairs};
+use super::stage::{Chunk, Scratch, Segment, pairs};
 use super::stream::{Address, Diffuse, Model, Phong};
 use super::tracer::{ByEmbree, InLine, Tracer};
 use super::world::World;
@@ -19,8 +19,8 @@ use crate::estimator::{ShadingPoint, per_light, per_point};
 use crate::film::Tile;
 use crate::lane::Word;
 use crate::math::Vec3;
-use crate::sampling::{PassBlock, Toss};
-use crate::scene::EstimatorKind;
+use crate::sampling::{PassBlock, Toss, warp};
+use crate::scene::{Effect, EstimatorKind};
 use crate::settings::AccelKind;
 
 /// What a sample did.
@@ -28,7 +28,9 @@ use crate::settings::AccelKind;
 pub struct Replay {
     /// The pixel and the pass.
     pub sample: [u32; 3],
-    /// Direction of the eye ray, which starts at 0: positions here are relative to the pinhole.
+    /// Where the eye ray starts: at 0, the pinhole that positions here are relative to, or on the lens around it.
+    pub origin: [f32; 3],
+    /// Direction of the eye ray.
     pub direction: [f32; 3],
     /// What it met first.
     pub hit: Option<Met>,
@@ -38,6 +40,9 @@ pub struct Replay {
     pub point: Option<Point>,
     /// The directions in which it was asked for: one or two for each sphere that emits, or one for the point.
     pub asked: Vec<Asked>,
+    /// The rays from the point that were traced, to lights of every kind.
+    #[serde(skip)]
+    pub rays: Vec<Segment>,
     /// Whether estimators with a direction for every light also asked for meshes or an environment that emit, which are in the
     /// radiance but not told one by one.
     pub meshes_untold: bool,
@@ -127,6 +132,7 @@ pub(super) fn replay(plan: &Plan, world: &World, settings: &Settings, tile: &Til
         mix: plan.mix,
         sum: &mut sum,
         counters: &mut counters,
+        log: Some(Vec::new()),
     };
     (plan.eye)(&mut chunk, &mut scratch);
     let [seen @ .., _] = chunk.sum.0[0];
@@ -156,17 +162,26 @@ pub(super) fn replay(plan: &Plan, world: &World, settings: &Settings, tile: &Til
     for shade in &plan.shade {
         shade(&mut chunk, &mut scratch);
     }
+    let rays = chunk.log.take().unwrap_or_default();
     let key = numbers.key(Word(y * width + x));
     let (u, v) = numbers.pair(key, Word(0), pairs::PIXEL).unit::<f32>();
-    let direction = world.camera.direction(x as f32 + u, y as f32 + v);
+    let place = (x as f32 + u, y as f32 + v);
+    let (origin, direction) = if plan.held.has(Effect::Lens) {
+        let (a, b) = numbers.pair(key, Word(0), numbers.last_pair()).unit::<f32>();
+        world.camera.through_lens(place, warp::disk(a, b))
+    } else {
+        (Vec3::zero(), world.camera.direction(place.0, place.1))
+    };
     let [red, green, blue, _] = sum.0[0];
     Replay {
         sample: [x, y, pass],
+        origin: origin.lane(0),
         direction: direction.lane(0),
         hit: match plan.intersector.accel {
-            AccelKind::Embree => met::<ByEmbree>(world, direction),
-            AccelKind::Linear => met::<InLine>(world, direction),
+            AccelKind::Embree => met::<ByEmbree>(world, origin, direction),
+            AccelKind::Linear => met::<InLine>(world, origin, direction),
         },
+        rays,
         seen,
         point,
         asked,
@@ -185,14 +200,14 @@ fn ray(origin: Vec3<f32>, direction: Vec3<f32>, tfar: f32, aims_at: u32) -> Ray<
     }
 }
 
-fn met<T: Tracer>(world: &World, direction: Vec3<f32>) -> Option<Met> {
+fn met<T: Tracer>(world: &World, origin: Vec3<f32>, direction: Vec3<f32>) -> Option<Met> {
     let mut set = Default::default();
     T::face_all(world, &mut set);
     let hit = T::nearest::<f32>(
         world,
         &set,
         true,
-        &ray(Vec3::zero(), direction, f32::INFINITY, NO_SPHERE),
+        &ray(origin, direction, f32::INFINITY, NO_SPHERE),
         Coherence::Coherent,
     );
     hit.found.then_some(Met {

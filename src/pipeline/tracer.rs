@@ -103,12 +103,13 @@ impl Tracer for ByEmbree {
         ray: &Ray<L>,
         coherence: Coherence,
     ) -> Hit<L> {
-        world.accel.intersect(active, ray, coherence)
+        let hit = world.accel.intersect(active, ray, coherence);
+        mutate!(hit, BarycentricsLost => Hit { u: L::zero(), v: L::zero(), ..hit })
     }
 
     #[inline(always)]
-    fn nearest_from_origin<L: TraceLane>(world: &World, _: &Candidates, active: L::Mask, ray: &Ray<L>) -> Hit<L> {
-        world.accel.intersect(active, ray, Coherence::Coherent)
+    fn nearest_from_origin<L: TraceLane>(world: &World, set: &Candidates, active: L::Mask, ray: &Ray<L>) -> Hit<L> {
+        Self::nearest(world, set, active, ray, Coherence::Coherent)
     }
 
     #[inline(always)]

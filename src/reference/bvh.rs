@@ -14,7 +14,7 @@ pub struct Bvh {
     order: Vec<u32>,
 }
 
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 struct Node {
     bounds: Bounds,
     content: Content,
@@ -72,6 +72,37 @@ impl Bvh {
             }
         }
         best
+    }
+}
+
+impl Bvh {
+    /// Calls `visit` with the index of every shape whose box, grown by `margin` on all sides, the ray enters before `far` and
+    /// before the last distance that `visit` has answered.
+    pub fn near(&self, ray: &Ray, far: f64, margin: &dyn Fn(&Bounds) -> f64, visit: &mut dyn FnMut(u32) -> f64) {
+        let (inverse, mut limit) = (ray.direction.recip(), far);
+        let mut todo = vec![0];
+        while let Some(node) = todo.pop() {
+            let Node { bounds, content } = self.nodes[node as usize];
+            if bounds.min.x > bounds.max.x {
+                continue;
+            }
+            let margin = margin(&bounds);
+            let grown = Bounds {
+                min: bounds.min - margin,
+                max: bounds.max + margin,
+            };
+            if grown.enter(ray.origin, inverse, limit).is_none() {
+                continue;
+            }
+            match content {
+                Content::Leaf { first, count } => {
+                    for &index in &self.order[first as usize..(first + count) as usize] {
+                        limit = limit.min(visit(index));
+                    }
+                }
+                Content::Branch { right } => todo.extend([right, node + 1]),
+            }
+        }
     }
 }
 

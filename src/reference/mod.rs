@@ -17,6 +17,7 @@ mod geometry;
 pub mod probe;
 mod sky;
 mod statistics;
+pub mod ties;
 mod world;
 
 use std::sync::atomic::{AtomicU64, Ordering};

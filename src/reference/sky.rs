@@ -79,7 +79,7 @@ impl<'s> Sky<'s> {
         }
     }
 
-    /// Density of [`sample`](Self::sample), sr⁻¹.
+    /// Density of [`sample`](Self::sample), sr⁻¹; 0 where the picture is black.
     pub fn density(&self, wi: DVec3) -> f64 {
         match self {
             Self::Constant(_) => 1.0 / (4.0 * PI),
@@ -89,7 +89,13 @@ impl<'s> Sky<'s> {
                 let column = (x as usize).min(picture.width as usize - 1);
                 let index = row * picture.width as usize + column;
                 let weight = sums[index] - if index == 0 { 0.0 } else { sums[index - 1] };
-                weight / sums[sums.len() - 1] / solid_angle(picture, row)
+                let total = sums[sums.len() - 1];
+                // A black picture is never drawn from; 0 / 0 would say NaN.
+                if total > 0.0 {
+                    weight / total / solid_angle(picture, row)
+                } else {
+                    0.0
+                }
             }
         }
     }

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::brdf::Shading;
 use super::bvh::Bvh;
 use super::emitter::Emitter;
-use super::geometry::{Meeting, Ray, Shape};
+use super::geometry::{Bounds, Meeting, Ray, Shape};
 use super::sky::Sky;
 use crate::scene::{Bsdf, MaterialId, Scene, Surface, Wrap};
 
@@ -158,12 +158,40 @@ impl<'s> World<'s> {
         })
     }
 
+    /// The shape that a ray meets first.
+    pub fn nearest(&self, ray: &Ray) -> Option<(u32, Meeting)> {
+        self.tree.nearest(&self.shapes, ray, f64::INFINITY, None)
+    }
+
+    /// Calls `visit` with every shape whose box, grown by `margin`, the ray enters before `far` and before the last distance that
+    /// `visit` has answered.
+    pub fn near(&self, ray: &Ray, far: f64, margin: &dyn Fn(&Bounds) -> f64, visit: &mut dyn FnMut(u32) -> f64) {
+        self.tree.near(ray, far, margin, visit);
+    }
+
+    /// Whether two bodies do the same with light wherever they are met.
+    pub fn same_surface(&self, a: usize, b: usize) -> bool {
+        let plain = |body: &Body| {
+            let mesh = body.mesh.map(|mesh| &self.scene.meshes()[mesh]);
+            mesh.is_some_and(|mesh| mesh.normals.is_none())
+        };
+        match (self.bodies[a].finish, self.bodies[b].finish) {
+            (Finish::Reflects { material }, Finish::Reflects { material: other }) => {
+                let both = [a, b].iter().all(|&body| plain(&self.bodies[body]));
+                let kind = self.scene.material(material);
+                both && material == other && kind.texture.is_none() && !kind.one_sided
+            }
+            _ => false,
+        }
+    }
+
     /// Whether any shape but number `except` is met nearer than `far`.
     pub fn blocked(&self, ray: &Ray, far: f64, except: u32) -> bool {
         self.tree.nearest(&self.shapes, ray, far, Some(except)).is_some()
     }
 
-    fn body(&self, index: u32) -> usize {
+    /// The sphere of a shape by its number in the scene, or its mesh, counted on from there.
+    pub fn body(&self, index: u32) -> usize {
         self.starts.partition_point(|&start| start <= index) - 1
     }
 

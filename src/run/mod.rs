@@ -5,6 +5,7 @@
 
 mod checkpoint;
 mod goal;
+pub(crate) mod halves;
 mod observer;
 mod options;
 mod record;

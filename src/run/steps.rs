@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use super::MOST_SPP;
 use super::goal::{self, Goal, Work};
+use super::halves::Halves;
 use super::replicates;
 use crate::embree::EmbreeError;
 use crate::film::{Film, Picture};
@@ -49,8 +50,8 @@ pub struct Run {
     progress: Arc<Progress>,
     /// The pass at which it began.
     first: u32,
-    /// What replicates are to have before the next look.
-    replicates: replicates::Work,
+    /// The replicates, as far as they decide when to end.
+    halves: Option<Halves>,
     reached: Option<Reached>,
     ended: Option<Step>,
     render_time: Duration,
@@ -86,7 +87,10 @@ impl Run {
             first: goal.range(prepared.settings().film).start,
             films: vec![film],
             progress,
-            replicates: replicates::FIRST,
+            halves: match goal.work {
+                Work::Error(asked) => Some(Halves::new(asked)),
+                _ => None,
+            },
             reached: None,
             ended: None,
             render_time: Duration::ZERO,
@@ -97,7 +101,7 @@ impl Run {
             goal,
         };
         run.expect(match goal.work {
-            Work::Error(_) => replicates::FIRST.samples(),
+            Work::Error(_) => run.halves.as_ref().map_or(0, Halves::samples),
             _ => goal.spp().map_or(0, |_| run.passes_wanted().into()),
         });
         run
@@ -176,8 +180,11 @@ impl Run {
         self.ended == Some(Step::Done)
     }
 
-    /// The picture so far: the mean of all replicates.
+    /// The picture so far: the mean of all replicates, or of both halves of them once these have ended.
     pub fn picture(&self) -> Picture {
+        if let Some(reached) = self.halves.as_ref().and_then(Halves::picture) {
+            return reached;
+        }
         match &self.films[..] {
             [film] => film.film().picture(),
             films => replicates::mean(&films.iter().map(|film| film.film().picture()).collect::<Vec<_>>()),
@@ -292,33 +299,28 @@ impl Run {
     }
 
     fn step_replicates(&mut self, asked: f64, pause: Option<Instant>, started: Instant) -> bool {
-        let seed = self.prepared.settings().seed;
-        for replicate in self.films.len()..self.replicates.replicates {
-            let prepared = self.prepared.with_seed(replicates::seed(seed, replicate));
-            self.films.push(Renderer::new(prepared, self.progress.clone(), 0));
-        }
-        let wanted = self.replicates.passes;
-        let mut short = self.films.iter_mut().filter(|film| film.passes() < wanted);
-        if let Some(film) = short.next()
-            && (film.block(wanted, pause) < wanted || short.next().is_some())
-        {
-            return self.time_is_over(started) && self.passes() > 0;
-        }
-        let pictures: Vec<_> = self.films.iter().map(|film| film.film().picture()).collect();
-        let shown = replicates::error(&pictures);
-        self.reached = Some(Reached {
-            asked,
-            error: shown.error,
-        });
-        let done = self.replicates.samples() as f64;
-        let next = replicates::next(asked, self.replicates, shown);
-        let Some(next) = next.filter(|next| next.samples() <= MOST_SPP.into()) else {
+        let Some(halves) = &mut self.halves else {
             return true;
         };
-        let expected = (done * (shown.error / asked).powi(2)).max(next.samples() as f64);
-        self.replicates = next;
-        self.expect(expected.min(f64::from(MOST_SPP)) as u64);
-        self.time_is_over(started)
+        if let Some(&(replicate, wanted)) = halves.wanted().first() {
+            let seed = self.prepared.settings().seed;
+            while self.films.len() <= replicate {
+                let prepared = self.prepared.with_seed(replicates::seed(seed, self.films.len()));
+                self.films.push(Renderer::new(prepared, self.progress.clone(), 0));
+            }
+            let film = &mut self.films[replicate];
+            if film.passes() >= wanted || film.block(wanted, pause) >= wanted {
+                halves.take(replicate, wanted, film.film().picture());
+            }
+            if !halves.wanted().is_empty() {
+                return self.time_is_over(started) && self.passes() > 0;
+            }
+        }
+        let done = halves.decide();
+        let (samples, error) = (halves.samples(), halves.error());
+        self.reached = error.map(|error| Reached { asked, error }).or(self.reached);
+        self.expect(samples.min(MOST_SPP.into()));
+        done || samples > MOST_SPP.into() || self.time_is_over(started)
     }
 
     fn end(&mut self, step: Step) -> Step {

@@ -60,6 +60,32 @@ impl Invalid {
     }
 }
 
+/// Values that are NaN or infinite, which no result may rest on: how many, and the pixel of the first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{count} of its values are NaN or infinite, the first of them in pixel {x},{y}")]
+pub struct NotFinite {
+    /// How many there are.
+    pub count: usize,
+    /// Column of the first, from 0.
+    pub x: usize,
+    /// Row of the first, from 0.
+    pub y: usize,
+}
+
+impl NotFinite {
+    /// Looks for them in a picture that is `width` pixels wide.
+    pub fn find<T: Copy + Into<f64>>(picture: &[[T; 3]], width: u32) -> Option<Self> {
+        let wrong = |&value: &T| !value.into().is_finite();
+        let first = picture.iter().position(|pixel| pixel.iter().any(wrong))?;
+        let width = width.max(1) as usize;
+        Some(Self {
+            count: picture.iter().flatten().filter(|value| wrong(value)).count(),
+            x: first % width,
+            y: first / width,
+        })
+    }
+}
+
 impl Errors {
     /// Measures `x` against `r`.
     ///
@@ -187,6 +213,15 @@ mod tests {
                 [0.0; 5]
             );
         }
+    }
+
+    #[test]
+    fn the_first_value_that_is_not_finite_is_named() {
+        let mut picture = [[1.0_f32; 3]; 12];
+        assert_eq!(NotFinite::find(&picture, 4), None);
+        (picture[6][1], picture[7], picture[11][2]) = (f32::NAN, [f32::INFINITY; 3], -1.0);
+        let found = NotFinite::find(&picture, 4);
+        assert_eq!(found, Some(NotFinite { count: 4, x: 2, y: 1 }));
     }
 
     #[test]

@@ -7,6 +7,8 @@ pub mod effect_costs;
 pub mod error;
 pub mod estimate;
 pub mod family;
+#[cfg(feature = "lab")]
+pub mod hunt;
 pub mod outliers;
 #[cfg(feature = "lab")]
 pub mod page;

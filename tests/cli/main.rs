@@ -8,6 +8,7 @@ mod explain;
 mod faults;
 #[cfg(target_os = "linux")]
 mod losses;
+mod not_a_number;
 mod place;
 mod reference;
 mod render;

@@ -194,7 +194,8 @@ fn a_target_error_is_reached_and_repeats() {
     assert!(error <= 0.02 && error > 0.01, "{error}");
     assert_eq!(one["target_error"], 0.02);
     let replicates = one["replicates"].as_u64().unwrap();
-    assert!(replicates >= 4 && one["spp"].as_u64().unwrap().is_multiple_of(replicates));
+    // Two halves of four at least, each with four passes and more.
+    assert!(replicates >= 8 && one["spp"].as_u64().unwrap() >= 4 * replicates);
     assert_eq!(one["samples"].as_u64().unwrap(), one["spp"].as_u64().unwrap() * 24 * 18);
     // What was said beside the picture stands in it, too.
     let output = place.succeeds("render in/small.toml --size 24x18 --target-error 0.05 -o a.exr");

@@ -30,5 +30,6 @@ mod selftest;
 mod statistics;
 mod strategies;
 mod triangles;
+mod verify_right;
 mod warps;
 mod weights;

@@ -4,6 +4,7 @@ use crate::estimator::density::Mix;
 use crate::film::{ChunkSum, Tile};
 use crate::lane::{Lane, Mask};
 use crate::pipeline::progress::Counters;
+use crate::pipeline::queue::Queue;
 use crate::pipeline::stream::Address;
 use crate::pipeline::world::World;
 use crate::sampling::{PassBlock, Toss};
@@ -42,9 +43,34 @@ pub struct Chunk<'a> {
     pub sum: &'a mut ChunkSum,
     /// What was traced.
     pub counters: &'a mut Counters,
+    /// Where a replay keeps the shadow rays that were traced; a render keeps none.
+    pub log: Option<Vec<Segment>>,
+}
+
+/// A ray of which it was asked what is in its way.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Segment {
+    /// Where it starts, relative to the pinhole.
+    pub origin: [f32; 3],
+    /// Unit.
+    pub direction: [f32; 3],
+    /// Where it ends; infinite where it has no end.
+    pub tfar: f32,
 }
 
 impl Chunk<'_> {
+    /// Keeps the rays of a queue that is about to be traced, if anybody wants them: one look for a whole queue.
+    #[inline(always)]
+    pub fn keep<const K: usize>(&mut self, queue: &Queue<K>) {
+        if let Some(log) = &mut self.log {
+            log.extend(queue.each().map(|ray| Segment {
+                origin: ray.origin.lane(0),
+                direction: ray.direction.lane(0),
+                tfar: ray.tfar,
+            }));
+        }
+    }
+
     /// How often [`Self::toss`] has to be called for a light.
     #[inline(always)]
     pub fn tosses(&self) -> u32 {

@@ -11,5 +11,5 @@ pub mod shadow;
 pub mod surface;
 pub mod triangles;
 
-pub use chunk::{Chunk, Order, pairs};
+pub use chunk::{Chunk, Order, Segment, pairs};
 pub use scratch::{Scratch, Shaft, Stage};

@@ -20,6 +20,7 @@ use crate::scene::Effect;
 /// Adds the contribution of every ray with nothing but the sphere `light` before its end.
 #[inline(always)]
 pub fn visible<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut RayQueue, set: &Candidates, light: u32) {
+    chunk.keep(queue);
     for at in (0..queue.len()).step_by(L::N) {
         let (active, rays) = queue.packet::<L>(at);
         let ray = segment(&rays, L::Bits::splat(light));
@@ -46,6 +47,7 @@ pub fn arrived<L: Lane>(chunk: &mut Chunk, stream: &HitStream, block: Range<usiz
 /// Adds the contribution of every ray with nothing before its end but the triangle that its number names.
 #[inline(always)]
 pub fn visible_each<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut WideQueue, set: &Candidates) {
+    chunk.keep(queue);
     for at in (0..queue.len()).step_by(L::N) {
         let (active, rays, aim) = queue.packet::<L>(at);
         let occluded = T::occluded(chunk.world, set, active, &segment(&rays, aim.to_bits()));
@@ -59,6 +61,7 @@ pub fn visible_each<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut Wide
 /// direction was drawn, as the chunk weighs it; the ray's number is the density of the BRDF.
 #[inline(always)]
 pub fn looked<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut WideQueue, set: &Candidates, light: &MeshLight) {
+    chunk.keep(queue);
     for at in (0..queue.len()).step_by(L::N) {
         let (active, rays, pdf) = queue.packet::<L>(at);
         let ray = segment(&rays, L::Bits::splat(NO_SPHERE));
@@ -83,6 +86,7 @@ pub fn looked<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut WideQueue,
 /// every ray that meets nothing.
 #[inline(always)]
 pub fn emitted<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, queue: &mut RayQueue, set: &Candidates) {
+    chunk.keep(queue);
     for at in (0..queue.len()).step_by(L::N) {
         let (active, rays) = queue.packet::<L>(at);
         let ray = segment(&rays, L::Bits::splat(NO_SPHERE));

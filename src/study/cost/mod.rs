@@ -25,7 +25,7 @@ use serde::Serialize;
 use crate::pipeline::{Prepared, Settings, SetupError};
 use crate::run::Observer;
 use crate::scene::{FilmSize, Scene};
-use crate::study::error::Errors;
+use crate::study::error::{Errors, NotFinite};
 use knobs::Variant;
 use measure::{Effort, Runs};
 use phases::Phases;
@@ -58,6 +58,12 @@ pub enum StudyError {
     /// A stop was asked for.
     #[error("stopped")]
     Stopped,
+    /// A picture or a figure that the study rests on is no number.
+    #[error("{what}; this is a fault of Octolux, please report the scene")]
+    NotFinite {
+        /// What is wrong.
+        what: String,
+    },
     /// The picture is black: no error is relative to anything.
     #[error("the picture is black, so there is no error to speak of")]
     Black,
@@ -238,15 +244,25 @@ fn reference(scene: &Scene, effort: &Effort, options: &Options) -> Result<Truth,
         let sample = (started.elapsed().as_secs_f64() / f64::from(few)).max(1e-9);
         let spp = (schedule::FOR_REFERENCE * options.budget / sample).clamp(16.0, 65_536.0);
         let truth = truth::find(scene, effort.film, spp as u32, options.cache.as_deref());
+        finite("the reference", &truth.mean, truth.film.width)?;
+        finite("the reference's standard errors", &truth.stderr, truth.film.width)?;
         let lit = truth.mean.iter().flatten().any(|&x| x > 0.0);
         if lit { Ok(truth) } else { Err(StudyError::Black) }
+    })
+}
+
+/// Refuses a picture in which a value is NaN or infinite.
+fn finite<T: Copy + Into<f64>>(whose: &str, pixels: &[[T; 3]], width: u32) -> Result<(), StudyError> {
+    NotFinite::find(pixels, width).map_or(Ok(()), |wrong| {
+        let what = format!("{whose} cannot be used: {wrong}");
+        Err(StudyError::NotFinite { what })
     })
 }
 
 /// From measurements to prices; `false_alarms` as for [`price::prices`].
 ///
 /// # Errors
-/// [`StudyError::Stopped`] below two rounds.
+/// [`StudyError::Stopped`] below two rounds, [`StudyError::NotFinite`] where a picture or a figure is no number.
 pub fn analyse(
     scene: &Scene,
     variants: &[Variant],
@@ -258,7 +274,20 @@ pub fn analyse(
     if all.iter().any(|runs| runs.len() < 2) {
         return Err(StudyError::Stopped);
     }
+    for (variant, runs) in variants.iter().zip(all) {
+        for look in runs.iter().flat_map(|run| &run.looks) {
+            finite(
+                &format!("a picture by {}", variant.label()),
+                &look.pixels,
+                truth.film.width,
+            )?;
+        }
+    }
     let prices = price::prices(variants, all, &truth, false_alarms);
+    if let Some((label, figure)) = prices.iter().find_map(|p| Some((&p.label, p.not_a_number()?))) {
+        let what = format!("the {figure} of {label} is no number");
+        return Err(StudyError::NotFinite { what });
+    }
     Ok(Study {
         film: [effort.film.width, effort.film.height],
         scene_film: [scene.film().width, scene.film().height],

@@ -121,6 +121,38 @@ impl ByError {
 }
 
 impl Price {
+    /// The name of a figure that is NaN, if any is: nothing may be concluded from it.
+    pub fn not_a_number(&self) -> Option<&'static str> {
+        let of =
+            |name: &'static str, figure: Figure| [figure.value, figure.low, figure.high].map(|value| (name, value));
+        let points = self.points.iter().flat_map(|point| {
+            let figures = [
+                of("time", point.seconds),
+                of("relative mean squared error", point.relative_mse),
+                of("error", point.error),
+            ];
+            figures.into_iter().flatten()
+        });
+        let figures = [
+            of("slope", self.slope.unwrap_or(Figure::exact(-1.0))),
+            of("time of a pass", self.pass_seconds),
+            of("number of rays a second", self.rays_per_second),
+            of("ratio of times", self.time_ratio),
+            of("ratio of noise", self.noise_ratio),
+            of("speed-up", self.speed_up),
+            of("bias", self.bias),
+        ];
+        let single = [
+            ("hidden bias", self.hidden_bias_below),
+            (
+                "number of samples at which noise falls to the bias",
+                self.bias_equals_noise_at.unwrap_or(1.0),
+            ),
+        ];
+        let mut all = figures.into_iter().flatten().chain(single).chain(points);
+        all.find(|(_, value)| value.is_nan()).map(|(name, _)| name)
+    }
+
     /// Seconds until the error that `--target-error` means is there; 0 passes make no picture, so at least one pass.
     pub fn seconds_for_error(&self, error: f64) -> f64 {
         self.pass_seconds.value * self.by_error.map_or(1.0, |law| law.samples(error))

@@ -201,7 +201,10 @@ impl Sweep {
             .collect();
         let squares: f64 = errors.iter().map(|e| e * e).sum();
         (
-            errors.iter().copied().fold(0.0, f64::max),
+            // `f64::max` would forget what is not a number.
+            errors
+                .iter()
+                .fold(0.0, |most, &e| if e.is_nan() || e > most { e } else { most }),
             (squares / COUNT as f64).sqrt(),
         )
     }

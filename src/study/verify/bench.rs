@@ -5,7 +5,7 @@ use std::time::Instant;
 use crate::film::Picture;
 use crate::pipeline::{Counters, Prepared, Settings};
 use crate::run::Observer;
-use crate::scene::{EstimatorKind, FilmSize, SamplerKind, Scene};
+use crate::scene::{Effects, EstimatorKind, FilmSize, SamplerKind, Scene};
 use crate::study::error::Invalid;
 
 use super::blocks::shrink;
@@ -57,6 +57,17 @@ impl<'a> Bench<'a> {
         }
     }
 
+    /// Contributions that were thrown away, and values that no picture may hold.
+    pub fn invalid(&self) -> u64 {
+        let Counters {
+            invalid_nan,
+            invalid_inf,
+            invalid_negative,
+            ..
+        } = self.counters;
+        invalid_nan + invalid_inf + invalid_negative + self.invalid.total()
+    }
+
     /// Seconds to spend.
     pub fn budget(&self) -> f64 {
         self.budget
@@ -89,10 +100,23 @@ impl<'a> Bench<'a> {
     /// # Errors
     /// Where the render cannot start, or a stop was asked for.
     pub fn render(&mut self, settings: Settings, looks: &[u32]) -> Result<Vec<Picture>, VerifyError> {
+        self.holding(settings, Effects::default(), looks)
+    }
+
+    /// The same by a kernel that also holds `effects`.
+    ///
+    /// # Errors
+    /// As [`Self::render`].
+    pub fn holding(
+        &mut self,
+        settings: Settings,
+        effects: Effects,
+        looks: &[u32],
+    ) -> Result<Vec<Picture>, VerifyError> {
         if self.watch.stopped() {
             return Err(VerifyError::Stopped);
         }
-        let mut run = Prepared::new(self.scene, settings)?.passes(0);
+        let mut run = Prepared::holding(self.scene, settings, effects)?.passes(0);
         let mut pictures = Vec::with_capacity(looks.len());
         for &look in looks {
             run.extend(look);
@@ -101,6 +125,7 @@ impl<'a> Bench<'a> {
                 return Err(VerifyError::Stopped);
             }
             let picture = run.picture();
+            VerifyError::unless_finite("a render's", &picture.pixels, picture.width)?;
             let invalid = Invalid::count(&picture.pixels);
             self.invalid.nan += invalid.nan;
             self.invalid.infinite += invalid.infinite;

@@ -5,9 +5,10 @@ use crate::scene::FilmSize;
 /// At most about so many blocks: fewer see no place, more see only noise.
 const BLOCKS: f64 = 48.0;
 
-/// Square blocks; those at the right and lower edge may be smaller. After the blocks come two more cells: the whole
-/// of them, and the rims, pixels that show the edge of an emitter. Rims are in no block: whether an eye ray meets a
-/// light of radiance 900 or misses it is more noise than all reflected light has.
+/// Square blocks; those at the right and lower edge may be smaller. After the blocks come three more cells: the whole
+/// of them; the rims, pixels that show the edge of an emitter; and what is left out. Rims are in no block: whether an eye ray
+/// meets a light of radiance 900 or misses it is more noise than all reflected light has. Left out are pixels of which the scene
+/// itself does not say what they show.
 #[derive(Clone, Debug)]
 pub struct Grid {
     block_of: Vec<u32>,
@@ -17,6 +18,11 @@ pub struct Grid {
 impl Grid {
     /// Cuts a film; `rims` says of each pixel whether it is one.
     pub fn new(film: FilmSize, rims: &[bool]) -> Self {
+        Self::without(film, rims, &vec![false; rims.len()])
+    }
+
+    /// The same; `left_out` says of each pixel whether it is to be in no block and no rim.
+    pub fn without(film: FilmSize, rims: &[bool], left_out: &[bool]) -> Self {
         let (width, height) = (film.width as usize, film.height as usize);
         let count = |side: usize| width.div_ceil(side) * height.div_ceil(side);
         let most = 1.4 * BLOCKS;
@@ -28,37 +34,44 @@ impl Grid {
         let per_row = width.div_ceil(side);
         let blocks = per_row * height.div_ceil(side);
         let cell = |i: usize| {
-            if rims[i] {
+            if left_out[i] {
+                blocks + 2
+            } else if rims[i] {
                 blocks + 1
             } else {
                 (i / width / side) * per_row + i % width / side
             }
         };
         let block_of: Vec<u32> = (0..width * height).map(|i| cell(i) as u32).collect();
-        let mut pixels = vec![0.0; blocks + 2];
+        let mut pixels = vec![0.0; blocks + 3];
         for &block in &block_of {
             pixels[block as usize] += 1.0;
         }
-        pixels[blocks] = block_of.len() as f64 - pixels[blocks + 1];
+        pixels[blocks] = pixels[..blocks].iter().sum();
         Self { block_of, pixels }
     }
 
     /// How many blocks there are; this is also the index of the whole.
     pub fn blocks(&self) -> usize {
-        self.pixels.len() - 2
+        self.pixels.len() - 3
     }
 
     /// The cell of the rims.
     pub fn rims(&self) -> usize {
+        self.pixels.len() - 2
+    }
+
+    /// The cell of what is left out.
+    pub fn left_out(&self) -> usize {
         self.pixels.len() - 1
     }
 
-    /// Blocks, the whole and the rims.
+    /// Blocks, the whole, the rims and what is left out.
     pub fn cells(&self) -> usize {
         self.pixels.len()
     }
 
-    /// The block of a pixel, or the rims.
+    /// The block of a pixel, or the rims, or what is left out.
     pub fn block_of(&self, pixel: usize) -> usize {
         self.block_of[pixel] as usize
     }
@@ -115,11 +128,15 @@ mod tests {
         for (width, height) in [(1, 1), (8, 6), (96, 64), (101, 7), (1, 500)] {
             let pixels = (width * height) as usize;
             let rims: Vec<bool> = (0..pixels).map(|i| i % 7 == 3).collect();
-            let grid = Grid::new(FilmSize { width, height }, &rims);
+            let left_out: Vec<bool> = (0..pixels).map(|i| i % 11 == 5).collect();
+            let grid = Grid::without(FilmSize { width, height }, &rims, &left_out);
             assert!(grid.blocks() >= 1 && grid.blocks() <= 100, "{}", grid.blocks());
             let counted: f64 = (0..grid.blocks()).map(|block| grid.pixels(block)).sum();
             assert_eq!(counted, grid.pixels(grid.blocks()));
-            assert_eq!(counted + grid.pixels(grid.rims()), pixels as f64);
+            assert_eq!(
+                counted + grid.pixels(grid.rims()) + grid.pixels(grid.left_out()),
+                pixels as f64
+            );
             let means = grid.means(&vec![[1.0_f32, 2.0, 4.0]; pixels]);
             let filled = (0..grid.cells()).filter(|&cell| grid.pixels(cell) > 0.0);
             assert!(

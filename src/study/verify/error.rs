@@ -1,6 +1,7 @@
 //! Why a verification ends without a verdict.
 
 use crate::pipeline::SetupError;
+use crate::study::error::NotFinite;
 
 /// What stops a verification.
 #[derive(Debug, thiserror::Error)]
@@ -11,7 +12,25 @@ pub enum VerifyError {
     /// A stop was asked for.
     #[error("stopped before the end")]
     Stopped,
+    /// A picture that verdicts would rest on holds no numbers.
+    #[error("{whose} picture cannot be judged: {wrong}; this is a fault of Octolux, please report the scene")]
+    NotFinite {
+        /// Whose picture it is.
+        whose: &'static str,
+        /// What is wrong with it.
+        wrong: NotFinite,
+    },
     /// The oracle's threads could not be started.
     #[error("cannot start the threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
+}
+
+impl VerifyError {
+    /// Refuses a picture in which a value is NaN or infinite.
+    ///
+    /// # Errors
+    /// [`Self::NotFinite`].
+    pub fn unless_finite<T: Copy + Into<f64>>(whose: &'static str, pixels: &[[T; 3]], width: u32) -> Result<(), Self> {
+        NotFinite::find(pixels, width).map_or(Ok(()), |wrong| Err(Self::NotFinite { whose, wrong }))
+    }
 }

@@ -28,12 +28,15 @@ pub mod exact;
 pub mod lights;
 pub mod means;
 pub mod oracle;
+#[cfg(test)]
+mod planted;
 pub mod replicates;
 pub mod rims;
 pub mod row;
 pub mod sanity;
 pub mod schedule;
 pub mod tails;
+pub mod ties;
 
 use std::time::Instant;
 
@@ -121,10 +124,18 @@ pub fn run(scene: &Scene, options: Options, watch: &dyn Observer) -> Result<Repo
     rows.extend(exact::check(&mut bench, &costs, 0.15 * options.budget)?);
 
     let film = bench.film(schedule::comparable_pixels(&costs, 0.5 * options.budget));
-    let (grid, tails, probe_s) = probe(&bench, &pool, film)?;
+    let (left_out, ties) = pool.install(|| ties::pixels(scene, film, u64::from(options.seed)));
+    let (grid, tails, probe_s) = probe(&bench, &pool, film, &left_out)?;
+    rows.push(ties::row(scene, &grid, &ties));
     rows.push(lights::reach(scene, &tails.lights_nothing()));
     // The oracle traces as many rays as a probe. It gets a fifth.
     let oracle = Oracle::render(&bench, &pool, &grid, film, 0.2 * options.budget / probe_s)?;
+    if grid.pixels(grid.blocks()) + grid.pixels(grid.rims()) == 0.0 {
+        rows.push(Row::pass("means", "no pixel").judged(
+            Verdict::NoPower,
+            "there is nothing to compare: every pixel depends on faces that lie in one another",
+        ));
+    }
     let (series, other) = schedule::replicate(&mut bench, &costs, film, &grid)?;
 
     bench.announce("the verdicts")?;
@@ -167,7 +178,12 @@ pub fn run(scene: &Scene, options: Options, watch: &dyn Observer) -> Result<Repo
 }
 
 /// Probes for a twentieth of the budget, 16 passes at least. Also returns the seconds of a pass.
-fn probe(bench: &Bench<'_>, pool: &rayon::ThreadPool, film: FilmSize) -> Result<(Grid, Tails, f64), VerifyError> {
+fn probe(
+    bench: &Bench<'_>,
+    pool: &rayon::ThreadPool,
+    film: FilmSize,
+    left_out: &[bool],
+) -> Result<(Grid, Tails, f64), VerifyError> {
     bench.announce("tails")?;
     let probe = Probe::new(bench.scene, film);
     let started = Instant::now();
@@ -175,7 +191,7 @@ fn probe(bench: &Bench<'_>, pool: &rayon::ThreadPool, film: FilmSize) -> Result<
     let pass = |number: u64| pool.install(|| probe.pass(seed << 16 | number));
     let first: Vec<_> = (0..LEAST_PROBES).map(pass).collect();
     let pass_s = (started.elapsed().as_secs_f64() / LEAST_PROBES as f64).max(1e-9);
-    let grid = Grid::new(film, &rims::find(bench.scene, &probe, film, &first));
+    let grid = Grid::without(film, &rims::find(bench.scene, &probe, film, &first), left_out);
     let mut tails = Tails::new(grid.clone(), &probe);
     first.iter().for_each(|found| tails.add(found));
     let mut number = LEAST_PROBES;

@@ -51,6 +51,9 @@ impl Oracle {
             bench.announce("the oracle")?;
             let seed = u64::from(bench.settings.seed) << 8 | u64::from(part);
             let result = pool.install(|| reference::render(bench.scene, film, each, seed, &|_| {}));
+            for pixels in [&result.picture, &result.stderr] {
+                VerifyError::unless_finite("the oracle's", pixels, film.width)?;
+            }
             for (sum, (mean, stderr)) in pixels.iter_mut().zip(result.picture.iter().zip(&result.stderr)) {
                 for channel in 0..3 {
                     sum[channel].0 += mean[channel] / f64::from(PARTS);

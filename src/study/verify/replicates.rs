@@ -58,10 +58,15 @@ impl Series {
         };
         let looks = bench.render(settings, &[self.early_spp, self.spp])?;
         if let [early, last] = &looks[..] {
-            self.early.push(grid.means(&early.pixels));
-            self.add(grid, last);
+            self.take(grid, early, last);
         }
         Ok(())
+    }
+
+    /// Takes in one that was rendered elsewhere: its pictures at the early look and at the end.
+    pub fn take(&mut self, grid: &Grid, early: &Picture, last: &Picture) {
+        self.early.push(grid.means(&early.pixels));
+        self.add(grid, last);
     }
 
     fn add(&mut self, grid: &Grid, picture: &Picture) {

@@ -111,7 +111,7 @@ impl Tails {
         for event in found {
             let size = event.radiance.iter().fold(0.0_f64, |most, &x| most.max(x));
             let own = self.grid.block_of(event.pixel as usize);
-            let whole = (own != self.grid.rims()).then(|| self.grid.blocks());
+            let whole = (own < self.grid.blocks()).then(|| self.grid.blocks());
             let cells = std::iter::once(own).chain(whole);
             match event.way {
                 Way::Seen => cells.for_each(|cell| put(&mut self.seen[cell], event.radiance, size, 1.0)),

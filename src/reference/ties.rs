@@ -1,0 +1,300 @@
+//! Rays that single precision cannot answer in one way: they meet two shapes at one distance, or the edge of one.
+//!
+//! A renderer that works in `f32` knows a point no better than a few roundings of its coordinates. Where a ray meets two faces
+//! closer together than that, or passes the edge of a shape by less, which shape it names is a matter of its last bits: packets,
+//! single rays and other intersectors may differ, and none is wrong. Here this is decided in `f64`, from the scene's own
+//! coordinates: every shape that the ray may meet is given an interval of distances, and a tie is what the intervals leave open.
+
+use glam::DVec3;
+use rand_pcg::Pcg64;
+
+use super::Pinhole;
+use super::geometry::{Bounds, Ray, Shape};
+use super::stream;
+use super::world::{Sight, World};
+use crate::scene::{FilmSize, Scene};
+
+/// How far a coordinate may be off, relative to the largest one about, seen from the camera: 16 roundings of 2⁻²⁴. Corners,
+/// normals, edges and distances take about ten.
+const BOUND: f64 = 16.0 / (1 << 24) as f64;
+
+/// A ray of the renderer: positions are relative to the camera.
+#[derive(Clone, Copy, Debug)]
+pub struct Segment {
+    /// Where it starts.
+    pub origin: DVec3,
+    /// Its direction, of any length.
+    pub direction: DVec3,
+    /// Where it ends, in lengths of `direction`.
+    pub end: f64,
+}
+
+/// Two bodies between which a ray is undecided: spheres by their number in the scene, then meshes; the same twice where it is the
+/// edge of one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Tie(pub usize, pub usize);
+
+/// What a ray may meet, and between which distances.
+#[derive(Clone, Copy, Debug)]
+struct Candidate {
+    shape: u32,
+    low: f64,
+    high: f64,
+    /// Whether it is surely met, and not only its edge.
+    sure: bool,
+}
+
+/// A scene in which ties are looked for.
+#[derive(Debug)]
+pub struct Ties<'s> {
+    world: World<'s>,
+    camera: DVec3,
+    pinhole: Pinhole,
+    film: FilmSize,
+}
+
+impl<'s> Ties<'s> {
+    /// Sorts the scene.
+    pub fn new(scene: &'s Scene, film: FilmSize) -> Self {
+        Self {
+            world: World::new(scene),
+            camera: scene.camera().origin,
+            pinhole: Pinhole::new(scene.camera(), film),
+            film,
+        }
+    }
+
+    /// Whether a sample of the renderer is a tie: its camera ray, or one of the rays that go on from what this meets.
+    pub fn of_sample(&self, eye: Segment, onward: &[Segment]) -> Option<Tie> {
+        self.of(eye, None).or_else(|| {
+            let left = self.first(&self.ray(eye));
+            onward.iter().find_map(|&segment| self.of(segment, left))
+        })
+    }
+
+    /// A tie of two faces that lie in one another, on the way of one sample of a pixel by the oracle: to what the pixel shows, to
+    /// every emitter from there, and along its BRDF. Edges are left out: no area of the picture rests on them.
+    pub fn of_pixel(&self, pixel: usize, seed: u64) -> Option<Tie> {
+        let mut rng: Pcg64 = stream(seed ^ 0x71e5_0000_0000, pixel as u64);
+        let width = self.film.width as usize;
+        let eye = self
+            .pinhole
+            .eye((pixel % width) as f64, (pixel / width) as f64, &mut rng);
+        if let Some((tie, surely)) = self.along(&eye, f64::INFINITY, None) {
+            return (surely && self.matters(tie)).then_some(tie);
+        }
+        let Some(Sight::Reflector { shading, point }) = self.world.look(&eye) else {
+            return None;
+        };
+        let left = self.first(&eye);
+        let by_brdf = (shading.sample(&mut rng), f64::INFINITY);
+        let lights = self.world.emitters().iter();
+        let towards = lights.filter_map(|light| light.sample(point, self.world.shapes(), &mut rng));
+        let towards: Vec<(DVec3, f64)> = towards.map(|sample| (sample.wi, sample.distance)).collect();
+        std::iter::once(by_brdf).chain(towards).find_map(|(direction, end)| {
+            let ray = Ray {
+                origin: point,
+                direction,
+            };
+            let (tie, surely) = self.along(&ray, end, left)?;
+            (surely && self.matters(tie)).then_some(tie)
+        })
+    }
+
+    /// Whether the two look different: of faces that lie in one another and do the same, either will do.
+    fn matters(&self, Tie(a, b): Tie) -> bool {
+        a == b || !self.world.same_surface(a, b)
+    }
+
+    fn ray(&self, segment: Segment) -> Ray {
+        Ray {
+            origin: segment.origin + self.camera,
+            direction: segment.direction.normalize(),
+        }
+    }
+
+    fn of(&self, segment: Segment, left: Option<u32>) -> Option<Tie> {
+        let tie = self.along(&self.ray(segment), segment.end * segment.direction.length(), left);
+        tie.map(|(tie, _)| tie)
+    }
+
+    fn first(&self, ray: &Ray) -> Option<u32> {
+        self.world.nearest(ray).map(|(shape, _)| shape)
+    }
+
+    /// The tie of a ray that starts on shape `left` and ends at `end`, if it is one; and whether both of its shapes are surely met.
+    fn along(&self, ray: &Ray, end: f64, left: Option<u32>) -> Option<(Tie, bool)> {
+        let mut found: Vec<Candidate> = Vec::new();
+        let mut nearest = f64::INFINITY;
+        self.world
+            .near(ray, end, &|bounds| self.error(ray, bounds), &mut |shape| {
+                if Some(shape) != left
+                    && let Some(candidate) = self.candidate(ray, shape)
+                {
+                    if candidate.sure && candidate.low > 0.0 {
+                        nearest = nearest.min(candidate.high);
+                    }
+                    found.push(candidate);
+                }
+                nearest
+            });
+        let body = |candidate: &Candidate| self.world.body(candidate.shape);
+        let limit = nearest.min(end);
+        // Those that are surely met come first.
+        found.sort_by_key(|candidate| !candidate.sure);
+        let mut met = found.iter().filter(|candidate| candidate.low <= limit);
+        let first = met.next()?;
+        // The start of the ray, an edge, or a second shape.
+        let open = |candidate: &&Candidate| !candidate.sure || candidate.low <= 0.0;
+        match (met.next(), open(&first)) {
+            (Some(second), _) => {
+                let (a, b) = (body(first), body(second));
+                Some((Tie(a.min(b), a.max(b)), first.sure && second.sure))
+            }
+            (None, true) => {
+                let (a, b) = (body(first), left.map_or(body(first), |shape| self.world.body(shape)));
+                Some((Tie(a.min(b), a.max(b)), false))
+            }
+            (None, false) => None,
+        }
+    }
+
+    /// How far a point of what is in the box may be off.
+    fn error(&self, ray: &Ray, bounds: &Bounds) -> f64 {
+        let most = |v: DVec3| (v - self.camera).abs().max_element();
+        BOUND * most(bounds.min).max(most(bounds.max)).max(most(ray.origin))
+    }
+
+    fn candidate(&self, ray: &Ray, index: u32) -> Option<Candidate> {
+        let shape = self.world.shapes()[index as usize];
+        let error = self.error(ray, &shape.bounds());
+        let (low, high, sure) = match shape {
+            Shape::Sphere { center, radius } => sphere(ray, center, radius, error)?,
+            Shape::Triangle(corners) => triangle(ray, corners, error)?,
+        };
+        (high >= 0.0).then_some(Candidate {
+            shape: index,
+            low,
+            high,
+            sure,
+        })
+    }
+}
+
+/// Between which distances a ray may meet a sphere, and whether it surely does.
+fn sphere(ray: &Ray, center: DVec3, radius: f64, error: f64) -> Option<(f64, f64, bool)> {
+    let to_center = center - ray.origin;
+    let along = to_center.dot(ray.direction);
+    let beside = (to_center - along * ray.direction).length();
+    if beside > radius + error {
+        return None;
+    }
+    let chord = |radius: f64| ((radius - beside).max(0.0) * (radius + beside)).sqrt();
+    let (outer, inner) = (chord(radius + error), chord(radius - error));
+    if beside >= radius - error {
+        return Some((along - outer, along + outer, false));
+    }
+    let near = (along - outer - error, along - inner + error);
+    let far = (along + inner - error, along + outer + error);
+    let (low, high) = if near.1 > 0.0 { near } else { far };
+    Some((low, high, true))
+}
+
+/// Between which distances a ray may meet a triangle, and whether it surely does.
+fn triangle(ray: &Ray, [a, b, c]: [DVec3; 3], error: f64) -> Option<(f64, f64, bool)> {
+    let normal = (b - a).cross(c - a).try_normalize()?;
+    let (slope, above) = (normal.dot(ray.direction), normal.dot(a - ray.origin));
+    // A plane that the ray runs along is met anywhere or nowhere: what counts is how far it is beside.
+    let reach = error / slope.abs().max(1e-9);
+    let distance = above / slope;
+    if !distance.is_finite() {
+        return (above.abs() <= error).then_some((0.0, f64::INFINITY, false));
+    }
+    let met = ray.origin + distance * ray.direction;
+    let inside = [(a, b), (b, c), (c, a)].map(|(from, to)| normal.cross((to - from).normalize()).dot(met - from));
+    let least = inside.into_iter().fold(f64::INFINITY, f64::min);
+    let margin = reach + error;
+    (least >= -margin).then_some((distance - reach, distance + reach, least > margin))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    /// A camera above a floor of two meshes that share the line x = 0, under a second floor that lies in the right one.
+    fn scene() -> Scene {
+        let floor = |vertices: &str, material: &str| {
+            format!("[[meshes]]\nmaterial = \"{material}\"\nvertices = {vertices}\nfaces = [[0, 1, 2, 3]]\n")
+        };
+        let text = "[camera]\norigin = [0, 5, 0]\ntarget = [0, 0, 0]\nup = [0, 0, 1]\nfov_x = 40\n[film]\nwidth = 4\nheight = 4\n\
+                    [materials.a]\ndiffuse = [0.5, 0.5, 0.5]\n[materials.b]\ndiffuse = [0.1, 0.1, 0.1]\n\
+                    [[spheres]]\ncenter = [0, 9, 0]\nradius = 1\nemission = [1, 1, 1]\n"
+            .to_owned()
+            + &floor("[[-9, 0, -9], [-9, 0, 9], [0, 0, 9], [0, 0, -9]]", "a")
+            + &floor("[[0, 0, -9], [0, 0, 9], [9, 0, 9], [9, 0, -9]]", "a")
+            + &floor("[[3, 0, -9], [3, 0, 9], [9, 0, 9], [9, 0, -9]]", "b");
+        Scene::parse(&text, Path::new("ties.toml")).unwrap()
+    }
+
+    fn at(target: [f64; 3]) -> Segment {
+        Segment {
+            origin: DVec3::ZERO,
+            direction: DVec3::from(target) - DVec3::Y * 5.0,
+            end: f64::INFINITY,
+        }
+    }
+
+    #[test]
+    fn faces_that_touch_or_lie_in_one_another_are_ties_and_nothing_else_is() {
+        let scene = scene();
+        let ties = Ties::new(&scene, scene.film());
+        // Body 0 is the lamp.
+        assert_eq!(ties.of_sample(at([0.0, 0.0, 0.3]), &[]), Some(Tie(1, 2)));
+        assert_eq!(ties.of_sample(at([1e-7, 0.0, 0.3]), &[]), Some(Tie(1, 2)));
+        assert_eq!(ties.of_sample(at([1e-4, 0.0, 0.3]), &[]), None);
+        assert_eq!(ties.of_sample(at([5.0, 0.0, 0.3]), &[]), Some(Tie(2, 3)));
+        assert_eq!(ties.of_sample(at([-5.0, 0.0, 0.3]), &[]), None);
+    }
+
+    #[test]
+    fn shadow_rays_tie_at_rims_and_not_where_they_leave_their_surface() {
+        let scene = scene();
+        let ties = Ties::new(&scene, scene.film());
+        // From a point just off the floor to the lamp of radius 1, 9 above: into its middle, and along its rim.
+        let from = |aside: f64| Segment {
+            origin: DVec3::new(-1.0, -5.0 + 1e-6, 0.3),
+            direction: DVec3::new(1.0 + aside, 9.0, -0.3),
+            end: f64::INFINITY,
+        };
+        let eye = at([-1.0, 0.0, 0.3]);
+        assert_eq!(ties.of_sample(eye, &[from(0.0)]), None);
+        let (mut low, mut high) = (0.0, 5.0);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            let ray = ties.ray(from(middle));
+            if ties.first(&ray).is_some() {
+                low = middle
+            } else {
+                high = middle
+            }
+        }
+        assert_eq!(ties.of_sample(eye, &[from(low)]), Some(Tie(0, 1)));
+        assert_eq!(ties.of_sample(eye, &[from(low + 1e-3)]), None);
+    }
+
+    #[test]
+    fn pixels_of_coincident_floors_are_found_by_probing() {
+        let scene = scene();
+        let ties = Ties::new(&scene, scene.film());
+        let open = (0..16).filter(|&pixel| ties.of_pixel(pixel, 1).is_some()).count();
+        assert_eq!(open, 0, "the camera looks at less than 2 to each side");
+        let mut wide = scene.to_builder();
+        wide.camera.fov = crate::scene::Fov::X(120.0);
+        let wide = wide.build().unwrap();
+        let ties = Ties::new(&wide, wide.film());
+        let open: Vec<usize> = (0..16).filter(|&pixel| ties.of_pixel(pixel, 1).is_some()).collect();
+        assert!(!open.is_empty() && open.len() <= 8, "{open:?}");
+    }
+}

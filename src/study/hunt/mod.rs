@@ -1,0 +1,132 @@
+//! A hunt: random scenes, and what must hold of every one of them.
+//!
+//! A number and a seed make a recipe ([`draw`]), a recipe makes a scene file ([`recipe`]), and [`check`] looks at it: finite, the
+//! same bits in all widths and with every effect, the same through both intersectors and with culling or without, the same bits
+//! at other scales, and means that agree with the oracle. What fails is made smaller for as long as it fails ([`shrink`]).
+//!
+//! Bits have no false alarms but ties, which are told from faults in `f64` ([`crate::reference::ties`]). All comparisons of means
+//! of a hunt together raise one with a probability of [`FALSE_ALARMS`] at most: scenes share it equally, rows of a scene too, and
+//! values of a row by Šidák. Combinations of a scene and an estimator whose tails are too heavy to be judged are left out by rule:
+//! what as many samples may never have met is granted to every comparison, as in `verify` ([`crate::study::verify::tails`]).
+
+pub mod check;
+pub mod draw;
+pub mod recipe;
+pub mod shrink;
+
+use std::path::Path;
+
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+
+use crate::scene::{EstimatorKind, SamplerKind};
+use crate::study::verify::VerifyError;
+use check::{Effort, Fault};
+use draw::Kind;
+use recipe::Recipe;
+
+/// The probability that any comparison of means of a hunt fails where nothing is wrong.
+pub const FALSE_ALARMS: f64 = 1e-3;
+
+/// The most that scenes are scaled by, as a power of two: lengths of 2^30 and 2^-30 leave room for squares in `f32`.
+const SCALE: i32 = 30;
+
+/// Which scenes to look at.
+#[derive(Clone, Copy, Debug)]
+pub struct Options {
+    /// Ordinary or wild ones.
+    pub kind: Kind,
+    /// Seed of all of them.
+    pub seed: u64,
+    /// The number of the first.
+    pub first: u64,
+    /// How many.
+    pub scenes: u64,
+}
+
+/// A scene that breaks a rule.
+#[derive(Clone, Debug)]
+pub struct Catch {
+    /// Its number.
+    pub number: u64,
+    /// What it breaks.
+    pub faults: Vec<Fault>,
+    /// As it was drawn.
+    pub recipe: Recipe,
+    /// A small one that breaks the first of these rules.
+    pub small: Recipe,
+}
+
+/// What a hunt did.
+#[derive(Clone, Debug, Default)]
+pub struct Bag {
+    /// Scenes that were looked at.
+    pub scenes: u64,
+    /// Recipes that were no scene.
+    pub none: u64,
+    /// Scenes that break rules.
+    pub catches: Vec<Catch>,
+}
+
+/// How a scene of a hunt is looked at: drawn from its number, so that it can be looked at again.
+pub fn effort(options: &Options, number: u64) -> Effort {
+    let mut rng = Pcg64::seed_from_u64(options.seed ^ number.wrapping_mul(0xd134_2543_de82_ef95));
+    let estimators = EstimatorKind::ALL;
+    Effort {
+        kind: options.kind,
+        // Half of them as far as it goes.
+        scale: if rng.random() {
+            SCALE
+        } else {
+            rng.random_range(1..SCALE)
+        },
+        estimator: estimators[rng.random_range(0..estimators.len())],
+        sampler: SamplerKind::ALL[rng.random_range(0..2)],
+        seed: rng.random(),
+        alpha: FALSE_ALARMS / options.scenes.max(1) as f64,
+    }
+}
+
+/// Looks at scene after scene; `heard` is told of each, and of what it broke, and says whether to go on. `folder` holds the
+/// pictures of [`recipe::write_pictures`].
+///
+/// # Errors
+/// Where a render cannot start.
+pub fn hunt(
+    options: &Options,
+    folder: &Path,
+    mut heard: impl FnMut(u64, Option<&Catch>) -> bool,
+) -> Result<Bag, VerifyError> {
+    let mut bag = Bag::default();
+    for number in options.first..options.first + options.scenes {
+        let effort = effort(options, number);
+        let recipe = draw::recipe(options.kind, options.seed, number);
+        let faults = match check::check(&recipe, folder, effort)? {
+            None => {
+                bag.none += 1;
+                continue;
+            }
+            Some(faults) => faults,
+        };
+        bag.scenes += 1;
+        let caught = faults.first().map(|fault| {
+            let rule = fault.rule;
+            let small = shrink::shrink(&recipe, |simpler| {
+                let again = check::check(simpler, folder, effort);
+                matches!(again, Ok(Some(faults)) if faults.iter().any(|fault| fault.rule == rule))
+            });
+            Catch {
+                number,
+                faults: faults.clone(),
+                recipe,
+                small,
+            }
+        });
+        let go_on = heard(number, caught.as_ref());
+        bag.catches.extend(caught);
+        if !go_on {
+            break;
+        }
+    }
+    Ok(bag)
+}

@@ -1,0 +1,97 @@
+//! Faults of eight kinds, planted one at a time: `verify` on one small scene finds each of them.
+//!
+//! | kind | what is planted |
+//! | --- | --- |
+//! | coordinates | Embree's hits without `u`, `v`, as of triangles that are too small for it |
+//! | widths | packets whose contributions belong to the next lane's rays |
+//! | reflection | Phong's lobe without the cosine |
+//! | visibility | shadow rays that nothing blocks |
+//! | lights | one light that counts twice |
+//! | environment | a texel with the density of its neighbour |
+//! | normals | smooth normals with two corners exchanged |
+//! | culling | triangles left out for a tile when one corner is out of sight |
+//!
+//! The first is in no picture that the plan would choose for so small a scene: it is found since both intersectors are looked at.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use super::{Options, Verdict, run};
+use crate::mutant::Mutant;
+use crate::scene::Scene;
+use crate::study::hunt::recipe;
+
+const KINDS: [Mutant; 8] = [
+    Mutant::BarycentricsLost,
+    Mutant::LaneShift,
+    Mutant::MissingCosine,
+    Mutant::ShadowsSkipped,
+    Mutant::LightTwice,
+    Mutant::DensityOfTheNextTexel,
+    Mutant::CornersSwapped,
+    Mutant::OneCornerBehind,
+];
+
+/// A smooth, textured ridge on a polished floor, a ball, two lamps and a sun.
+const SCENE: &str = "\
+[camera]\norigin = [0.3, 2.5, 4]\ntarget = [0, 0.2, 0]\nup = [0, 1, 0]\nfov_x = 40\n[film]\nwidth = 24\nheight = 16\n\
+[materials.cloth]\ndiffuse = [0.8, 0.7, 0.6]\ntexture = \"hunt-cloth.exr\"\n\
+[materials.floor]\nphong = [0.6, 0.5, 0.4]\nexponent = 8\n[materials.grey]\ndiffuse = [0.5, 0.5, 0.5]\n\
+[[meshes]]\nmaterial = \"floor\"\nvertices = [[-9, 0, 9], [9, 0, 9], [9, 0, -9], [-9, 0, -9]]\nfaces = [[0, 1, 2, 3]]\n\
+[[meshes]]\nmaterial = \"cloth\"\nnormals = \"smooth\"\nvertices = [[-1.2, 0.1, 0.9], [0, 1, 0.7], [0.9, 0.1, 0.8], [-1.1, 0.1, -0.8], \
+[0.1, 0.9, -0.9], [1, 0.1, -0.7]]\nuvs = [[0, 0], [0.5, 0], [1, 0], [0, 1], [0.5, 1], [1, 1]]\nfaces = [[0, 1, 4, 3], [1, 2, 5, 4]]\n\
+[[spheres]]\nmaterial = \"grey\"\ncenter = [1.2, 0.4, 0.6]\nradius = 0.4\n\
+[[spheres]]\nemission = [9, 9, 9]\ncenter = [-1.5, 2.5, 1]\nradius = 0.4\n\
+[[spheres]]\nemission = [6, 5, 4]\ncenter = [2, 2, -1]\nradius = 0.5\n\
+[environment]\nfile = \"hunt-sun.exr\"\n";
+
+/// What fails on the scene. Also what a mutant's process runs; it then says which rows failed.
+#[test]
+fn the_scene_has_no_fault_of_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    recipe::write_pictures(folder.path()).unwrap();
+    let scene = Scene::parse(SCENE, &folder.path().join(Path::new("scene.toml"))).unwrap();
+    let options = Options {
+        budget: 3.0,
+        threads: 1,
+        seed: 3,
+    };
+    let report = run(&scene, options, &()).unwrap();
+    let failed = report.rows.iter().filter(|row| row.verdict == Verdict::Fail);
+    let failed: Vec<String> = failed.map(|row| format!("{} ({})", row.check, row.compared)).collect();
+    println!("\nfound by: {}", failed.join("; "));
+    assert!(failed.is_empty(), "{failed:?}");
+}
+
+#[test]
+fn every_kind_of_fault_is_found() {
+    let mut missed = Vec::new();
+    for some in KINDS.chunks(2) {
+        let running: Vec<_> = some
+            .iter()
+            .map(|mutant| {
+                let mut process = Command::new(std::env::current_exe().unwrap());
+                let name = "study::verify::planted::the_scene_has_no_fault_of_its_own";
+                process
+                    .args(["--exact", name, "--nocapture"])
+                    .env("OCTOLUX_MUTANT", format!("{mutant:?}"));
+                process.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+            })
+            .collect();
+        for (mutant, process) in some.iter().zip(running) {
+            let output = process.wait_with_output().unwrap();
+            let said = String::from_utf8_lossy(&output.stdout).into_owned();
+            let found = said
+                .lines()
+                .find_map(|line| line.strip_prefix("found by: "))
+                .unwrap_or("no answer");
+            println!("{mutant:?}: {found}");
+            // The fault of coordinates alone has to be seen where the plan would not look.
+            let by_intersectors = *mutant != Mutant::BarycentricsLost || found.contains("intersectors");
+            if found.is_empty() || found == "no answer" || !by_intersectors {
+                missed.push(format!("{mutant:?}: {found}"));
+            }
+        }
+    }
+    assert!(missed.is_empty(), "{}", missed.join("\n"));
+}

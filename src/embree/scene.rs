@@ -7,15 +7,15 @@ use super::aims;
 use super::device::{Device, EmbreeError};
 use super::ffi::{self, Functions};
 use super::packet::{Coherence, TraceLane};
-use super::spheres::{self, Balls};
-use crate::shape::{Aims, Ball, Hit, Ray};
+use super::spheres::{self, Spheres};
+use crate::shape::{Aims, Hit, Ray, Sphere};
 
 /// A scene that takes geometry; [`commit`](Self::commit) makes it one that answers.
 #[derive(Debug)]
 pub struct SceneBuilder {
     scene: Handle,
     geometries: u32,
-    spheres: Option<Arc<Balls>>,
+    spheres: Option<Arc<Spheres>>,
 }
 
 /// A committed scene: immutable, shared by all threads.
@@ -23,7 +23,7 @@ pub struct SceneBuilder {
 pub struct Accel {
     scene: Handle,
     /// The callbacks read it: alive as long as the scene, at one address.
-    _spheres: Option<Arc<Balls>>,
+    _spheres: Option<Arc<Spheres>>,
 }
 
 /// Owns one count of an Embree scene and of its device.
@@ -166,12 +166,13 @@ impl SceneBuilder {
     ///
     /// # Panics
     /// If it was called before.
-    pub fn set_spheres(&mut self, balls: Vec<Ball>) -> Result<u32, EmbreeError> {
+    pub fn set_spheres(&mut self, spheres: Vec<impl Into<Sphere>>) -> Result<u32, EmbreeError> {
         assert!(self.spheres.is_none(), "the spheres are set once");
+        let spheres = spheres.into_iter().map(Into::into).collect();
         let geometry = Geometry::new(&self.scene.device, ffi::RTC_GEOMETRY_TYPE_USER)?;
         let (handle, functions) = (geometry.handle, geometry.functions);
         // Behind a count, so that its address stays while the builder and the accelerator move.
-        let data = Arc::as_ptr(self.spheres.insert(Arc::new(balls)));
+        let data = Arc::as_ptr(self.spheres.insert(Arc::new(spheres)));
         // SAFETY: the geometry is alive. The user data outlives the scene (`Accel` holds both) and is only read by the callbacks.
         unsafe {
             functions.rtcSetGeometryUserPrimitiveCount(handle, (*data).len() as u32);

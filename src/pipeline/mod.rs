@@ -14,6 +14,7 @@ mod renderer;
 mod replay;
 mod rows;
 mod settings;
+mod space;
 mod stage;
 mod stream;
 mod texture;

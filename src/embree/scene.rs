@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::aims;
 use super::device::{Device, EmbreeError};
 use super::ffi::{self, Functions};
+use super::nearby::Buffers;
 use super::packet::{Coherence, TraceLane};
 use super::spheres::{self, Spheres};
 use crate::shape::{Aims, Hit, Ray, Sphere};
@@ -15,6 +16,7 @@ use crate::shape::{Aims, Hit, Ray, Sphere};
 pub struct SceneBuilder {
     scene: Handle,
     geometries: u32,
+    buffers: Vec<Option<Buffers>>,
     spheres: Option<Arc<Spheres>>,
 }
 
@@ -22,6 +24,8 @@ pub struct SceneBuilder {
 #[derive(Debug)]
 pub struct Accel {
     scene: Handle,
+    /// Of each geometry that is a mesh.
+    pub(super) buffers: Vec<Option<Buffers>>,
     /// The callbacks read it: alive as long as the scene, at one address.
     _spheres: Option<Arc<Spheres>>,
 }
@@ -37,6 +41,10 @@ struct Handle {
 unsafe impl Send for Handle {}
 // SAFETY: behind `&`, only queries of a committed scene are reachable, and Embree allows these from any thread.
 unsafe impl Sync for Handle {}
+// SAFETY: they point into buffers of the scene, which are only read once it is committed.
+unsafe impl Send for Buffers {}
+// SAFETY: as above.
+unsafe impl Sync for Buffers {}
 
 impl Drop for Handle {
     fn drop(&mut self) {
@@ -94,6 +102,7 @@ impl SceneBuilder {
                 device: device.clone(),
             },
             geometries: first,
+            buffers: Vec::new(),
             spheres: None,
         };
         let flags = if robust {
@@ -155,7 +164,14 @@ impl SceneBuilder {
                 functions.rtcSetGeometryOccludedFilterFunction(handle, Some(aims::let_pass));
             }
             functions.rtcCommitGeometry(handle);
-            Ok(self.attach(handle))
+            let id = self.attach(handle);
+            self.buffers.resize(id as usize + 1, None);
+            self.buffers[id as usize] = Some(Buffers {
+                vertices: v.cast(),
+                triangles: i.cast(),
+                count: triangles.len(),
+            });
+            Ok(id)
         }
     }
 
@@ -210,6 +226,7 @@ impl SceneBuilder {
         self.scene.device.check()?;
         Ok(Accel {
             scene: self.scene,
+            buffers: self.buffers,
             _spheres: self.spheres,
         })
     }

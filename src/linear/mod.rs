@@ -129,6 +129,14 @@ impl Line {
         set.balls.extend(0..self.spheres.len() as u32);
     }
 
+    /// Visits the triangles among the candidates: geometry and number, then corners.
+    pub fn visit(&self, set: &Candidates, visit: &mut dyn FnMut([u32; 2], [[f32; 3]; 3])) {
+        for &i in set.triangles.iter().chain(&set.lights) {
+            let Member { triangle, name, .. } = &self.triangles[i as usize];
+            visit(*name, triangle.corners);
+        }
+    }
+
     /// What active rays meet first among the candidates; of shapes at the same distance, the first in the line.
     #[inline(always)]
     pub fn intersect<L: Lane>(&self, set: &Candidates, active: L::Mask, ray: &Ray<L>) -> Hit<L> {

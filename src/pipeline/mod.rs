@@ -18,6 +18,7 @@ mod space;
 mod stage;
 mod stream;
 mod texture;
+mod ties;
 mod tracer;
 mod world;
 

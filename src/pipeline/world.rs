@@ -12,13 +12,13 @@ use super::space::Space;
 use super::texture::Textured;
 use crate::bsdf::phong;
 use crate::embree::{Accel, Device, EmbreeError, SceneBuilder};
-use crate::lane::Lane;
+use crate::lane::{Bits, Lane, Mask};
 use crate::light::{Environment, MeshLight, SphereLight, TriangleLight};
 use crate::linear::Line;
 use crate::math::Vec3;
 use crate::scene::{self, Bsdf, Camera, Effects, FilmSize, Fov, Mesh, Scene, Surface};
 use crate::settings::AccelKind;
-use crate::shape::{Ball, Sphere};
+use crate::shape::{Ball, Hit, Sphere};
 
 /// Everything that is the same for all rays.
 #[derive(Debug)]
@@ -49,6 +49,8 @@ pub struct World {
     pub environment: Option<Environment>,
     /// Eye rays.
     pub camera: CameraRays,
+    /// Of each mesh, whether faces of others lie in the planes of its own and cover them; empty if there are none.
+    pub overlaps: Vec<bool>,
     /// What lengths are here and in the scene.
     pub space: Space,
 }
@@ -129,6 +131,15 @@ fn by_content(light: &SphereLight) -> [f32; 7] {
     let [x, y, z] = light.center;
     let [r, g, b] = light.le;
     [x, y, z, light.radius, r, g, b]
+}
+
+fn overlaps(scene: &Scene) -> Vec<bool> {
+    let pairs = scene.overlapping_meshes();
+    let mut overlaps = vec![false; if pairs.is_empty() { 0 } else { scene.meshes.len() }];
+    for mesh in pairs.into_flattened() {
+        overlaps[mesh] = true;
+    }
+    overlaps
 }
 
 /// The sides of the smallest box that every triangle fits into, moved about.
@@ -239,8 +250,20 @@ impl World {
             mesh_lights: lamps.meshes,
             environment: emitters::beyond(scene),
             camera: CameraRays::of(&scene.camera, film, &space),
+            overlaps: overlaps(scene),
             space,
         })
+    }
+
+    /// Lanes that met a mesh whose faces others cover; `None` where there is no such mesh.
+    #[inline(always)]
+    pub fn covered<L: Lane>(&self, hit: &Hit<L>) -> Option<L::Mask> {
+        if self.overlaps.is_empty() {
+            return None;
+        }
+        let covered = |lane: &usize| self.overlaps.get(hit.geometry.lane(*lane) as usize) == Some(&true);
+        let bits = hit.found.lanes().filter(covered);
+        Some(L::Mask::from_bitmask(bits.fold(0, |bits, lane| bits | 1 << lane)))
     }
 
     /// Whether nothing but spheres emits.

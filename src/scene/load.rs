@@ -13,7 +13,8 @@ use super::files::{Files, Outside};
 use super::materials::Materials;
 use super::table::Table;
 use super::{
-    Environment, FilmSize, Mesh, RenderTable, Scene, SceneError, Sphere, Surface, environment, materials, shapes, view,
+    Environment, FilmSize, Material, Mesh, RenderTable, Scene, SceneError, Sphere, Surface, coincide, environment,
+    materials, shapes, view,
 };
 
 /// The longest scene file, in bytes. What needs more belongs into a mesh file, which takes a tenth of the room.
@@ -137,6 +138,7 @@ fn scene(text: &str, path: &Path, outside: Outside) -> Result<Scene, Fault> {
         }
     }
     let mut notes: Vec<String> = drop_hidden(&mut spheres).into_iter().collect();
+    notes.extend(coincide::drop_close(&mut spheres, camera.origin));
     let mut meshes = Vec::new();
     if let Some(value) = root.get("meshes") {
         for table in value.tables("mesh", shapes::MESH_KEYS)? {
@@ -147,6 +149,7 @@ fn scene(text: &str, path: &Path, outside: Outside) -> Result<Scene, Fault> {
     }
 
     notes.extend(drop_covered(&mut meshes, camera.origin));
+    notes.extend(coincident(&mut meshes, &materials, camera.origin));
     let environment = match root.get("environment") {
         Some(value) => {
             let table = value.table("[environment]".to_owned(), "environment", environment::KEYS)?;
@@ -179,6 +182,23 @@ fn scene(text: &str, path: &Path, outside: Outside) -> Result<Scene, Fault> {
         environment,
         notes,
     })
+}
+
+/// Leaves out faces that others hide for certain, and says which meshes have faces that others may hide.
+fn coincident(meshes: &mut Vec<Mesh>, materials: &[Material], origin: DVec3) -> Vec<String> {
+    let one_sided = |surface: &Surface| matches!(*surface, Surface::Material(i) if materials[i].one_sided);
+    let keep = |mesh: &mut Mesh, kept: &dyn Fn(usize) -> bool| {
+        let mut numbers = 0..;
+        mesh.triangles.retain(|_| numbers.next().is_some_and(kept));
+    };
+    let mut notes: Vec<String> = coincide::drop_twins(meshes, one_sided, keep).into_iter().collect();
+    let (pairs, all) = coincide::overlaps(meshes, origin);
+    notes.extend(coincide::note_overlaps(meshes, &pairs));
+    if !all {
+        notes.push("there are too many faces beside each other to ask all of them whether they coincide".to_owned());
+    }
+    meshes.retain(|mesh| !mesh.triangles.is_empty());
+    notes
 }
 
 /// Leaves out spheres that coincide with an earlier one, which hides them; returns a sentence if there are any.

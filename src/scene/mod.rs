@@ -7,6 +7,7 @@
 //! `materials` and `shapes` know the keys of the format. An error can then say "sphere radius must be positive", with
 //! the number as it was written, where a deserialiser only knows that some `f64` was not to its taste.
 
+mod coincide;
 mod effect;
 mod environment;
 mod error;
@@ -65,6 +66,14 @@ pub struct Scene {
     pub environment: Option<Environment>,
     /// What the user should be told about the scene: one sentence each, nothing that stops a render.
     pub notes: Vec<String>,
+}
+
+impl Scene {
+    /// Pairs of meshes, by their numbers, that have faces in one plane which cover each other: rays look again there. A mesh beside
+    /// itself has faces that lie back to back.
+    pub fn overlapping_meshes(&self) -> Vec<[usize; 2]> {
+        coincide::overlaps(&self.meshes, self.camera.origin).0
+    }
 }
 
 /// A camera: `origin != target`, `up` not parallel to the view, the angle in (0, 180) degrees.

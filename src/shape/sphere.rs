@@ -88,7 +88,7 @@ mod tests {
     /// Grounds of any radius lie at the distance that they have, to some ulp, and eight lanes have the bits of one.
     #[test]
     fn the_ground_is_a_large_sphere_where_it_should_be() {
-        for radius in [10.0, 1e3, 1e4, 1e6, 1e9] {
+        for radius in [1e2, 1e3, 1e4, 1e6, 1e9] {
             for height in [2.0, 1e-3, 1e-7, 0.0, -1e-7, -1e-3] {
                 let center = [0.1 * height, -(radius + height), 0.2 * height];
                 let sphere = Sphere::new(center, radius);

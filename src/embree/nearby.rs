@@ -45,10 +45,15 @@ const _: () = {
     assert!(offset_of!(RTCPointQuery, radius) == 16);
     assert!(size_of::<RTCPointQueryContext>() == 144 && align_of::<RTCPointQueryContext>() == 16);
     assert!(offset_of!(RTCPointQueryContext, inst2world) == 64 && offset_of!(RTCPointQueryContext, instID) == 128);
-    assert!(offset_of!(RTCPointQueryContext, instPrimID) == 132 && offset_of!(RTCPointQueryContext, instStackSize) == 136);
+    assert!(
+        offset_of!(RTCPointQueryContext, instPrimID) == 132 && offset_of!(RTCPointQueryContext, instStackSize) == 136
+    );
     assert!(size_of::<RTCPointQueryFunctionArguments>() == 48 && align_of::<RTCPointQueryFunctionArguments>() == 16);
     assert!(offset_of!(RTCPointQueryFunctionArguments, userPtr) == 8);
-    assert!(offset_of!(RTCPointQueryFunctionArguments, primID) == 16 && offset_of!(RTCPointQueryFunctionArguments, geomID) == 20);
+    assert!(
+        offset_of!(RTCPointQueryFunctionArguments, primID) == 16
+            && offset_of!(RTCPointQueryFunctionArguments, geomID) == 20
+    );
     assert!(offset_of!(RTCPointQueryFunctionArguments, context) == 24);
 };
 

@@ -1,14 +1,13 @@
 //! Scenes whose shapes are tiny, huge, far or in one place, as a hunt for wrong pictures left them, through the real binary. The truth
 //! is the same scene at an ordinary size, a closed form, or the oracle.
 
-mod cli_place;
-
 use std::fs;
 
-use cli_place::{Place, stderr};
 use octolux::film::read_picture;
 
-const BLOCKS: &[u8] = include_bytes!("coincidences/blocks.png");
+use crate::place::{Place, stderr};
+
+const BLOCKS: &[u8] = include_bytes!("../coincidences/blocks.png");
 
 /// The picture of a scene, and what was said.
 fn render(text: &str, options: &str) -> (Vec<[f32; 3]>, String) {

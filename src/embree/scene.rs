@@ -274,6 +274,7 @@ impl Accel {
 
 #[cfg(test)]
 mod tests {
+    use crate::shape::Ball;
     use std::cell::Cell;
     use std::ffi::c_void;
 

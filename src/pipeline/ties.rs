@@ -158,7 +158,8 @@ fn decide(origin: [f32; 3], direction: [f32; 3], met: Met, nearby: &dyn Nearby) 
     let normal = won.normal.normalize();
     Some(Won {
         name: won.name,
-        t: won.t as f32,
+        // In one plane with the one that was met first, it is as far away.
+        t: if won.parallel(&own) { met.t } else { won.t as f32 },
         u: u as f32,
         v: v.min(1.0 - u) as f32,
         normal: normal.to_array().map(|x| x as f32),
@@ -180,14 +181,10 @@ fn nearest(faces: &[Face], d: DVec3) -> Option<(Face, bool)> {
     let strictly = || faces.iter().filter(|face| face.inside(d) >= 0.0);
     let first = strictly().min_by(|a, b| a.along(d).total_cmp(&b.along(d)))?;
     let as_near = |face: &&Face| face.along(d) <= first.along(d) * (1.0 + SAME);
-    let parallel = |face: &&Face| {
-        face.normal.cross(first.normal).length_squared()
-            <= PARALLEL * face.normal.length_squared() * first.normal.length_squared()
-    };
     let looks_away = |face: &Face| face.normal.dot(d) > 0.0;
-    let alone = strictly().filter(as_near).all(|face| parallel(&face));
+    let alone = strictly().filter(as_near).all(|face| face.parallel(first));
     let won = strictly()
-        .filter(parallel)
+        .filter(|face| face.parallel(first))
         .min_by_key(|face| (looks_away(face), face.name))?;
     Some((*won, alone))
 }
@@ -210,6 +207,12 @@ impl Face {
         let largest = terms(a, b).max(terms(b, c)).max(terms(c, a)) * d.length();
         face.slack = (f64::from(EDGE) + f64::from(f32::EPSILON) * largest / total).min(0.1);
         (face.t.is_finite() && total > 0.0).then_some(face)
+    }
+
+    /// Whether another face lies in the same direction.
+    fn parallel(&self, other: &Self) -> bool {
+        self.normal.cross(other.normal).length_squared()
+            <= PARALLEL * self.normal.length_squared() * other.normal.length_squared()
     }
 
     /// Where a ray meets its plane.

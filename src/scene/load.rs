@@ -235,29 +235,34 @@ fn drop_covered(meshes: &mut Vec<Mesh>, origin: DVec3) -> Option<String> {
     (covered > 0).then(|| format!("{covered} triangles that emit lie on earlier ones, which hide them: left out"))
 }
 
-/// Squares of lengths and the volumes of corners leave single precision beyond this, and below one over it.
-const FARTHEST: f64 = 1e12;
+/// Shapes that are smaller than this part of the farthest distance are lost to single precision, whatever the unit of length: of
+/// meshes textures and smooth normals first, 2^-58.
+const SMALLEST: f64 = 1.0 / (1_u64 << 58) as f64;
 
-/// A sentence where the scene as a whole is so large or so small that packets lose it.
+/// A sentence where a shape is so small beside the scene that packets lose it.
 fn out_of_range(spheres: &[Sphere], meshes: &[Mesh], origin: DVec3) -> Option<String> {
-    let of_spheres = spheres.iter().map(|s| (s.center - origin).length() + s.radius);
-    let of_mesh = |mesh: &Mesh| {
-        let corners = mesh.triangles.iter().flatten();
-        let reach = corners.map(|&corner| (mesh.vertices[corner as usize] - origin).length());
-        reach.fold(0.0, f64::max)
-    };
-    let reach = of_spheres.chain(meshes.iter().map(of_mesh)).fold(0.0, f64::max);
-    let said = if reach > FARTHEST {
-        "give lengths in a larger unit, or bring in what is so far away"
-    } else if 0.0 < reach && reach < 1.0 / FARTHEST {
-        "give lengths in a smaller unit"
-    } else {
-        return None;
-    };
-    Some(format!(
-        "the scene reaches {reach:.1e} from the camera; beyond {FARTHEST:e} and below {:e} single precision loses shapes: {said}",
-        1.0 / FARTHEST
-    ))
+    let corners = |mesh: &Mesh, t: &[u32; 3]| t.map(|i| mesh.vertices[i as usize] - origin);
+    let of_spheres = spheres
+        .iter()
+        .map(|s| ((s.center - origin).length() + s.radius, 2.0 * s.radius));
+    let of_meshes = meshes.iter().map(|mesh| {
+        let faces = mesh.triangles.iter().map(|t| corners(mesh, t));
+        faces.fold((0.0_f64, 0.0_f64), |(reach, size), [a, b, c]| {
+            let side = (a.max(b).max(c) - a.min(b).min(c)).max_element();
+            (reach.max(a.length()).max(b.length()).max(c.length()), size.max(side))
+        })
+    });
+    let (reach, smallest) = of_spheres
+        .chain(of_meshes)
+        .fold((0.0_f64, f64::INFINITY), |(reach, smallest), (r, s)| {
+            (reach.max(r), smallest.min(s))
+        });
+    (smallest < SMALLEST * reach).then(|| {
+        format!(
+            "the scene reaches {reach:.1e} from the camera, and its smallest shape {smallest:.1e}: below {SMALLEST:.1e} of the reach \
+             single precision loses textures, smooth normals and shapes: bring in what is so far away, or leave out one of the two"
+        )
+    })
 }
 
 /// What the TOML reader says, in our form.

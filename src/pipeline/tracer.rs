@@ -2,6 +2,7 @@
 
 use super::columns::CAPACITY;
 use super::stream::HitStream;
+use super::ties;
 use super::world::World;
 use crate::embree::{Coherence, TraceLane};
 use crate::film::Tile;
@@ -103,12 +104,17 @@ impl Tracer for ByEmbree {
         ray: &Ray<L>,
         coherence: Coherence,
     ) -> Hit<L> {
-        world.accel.intersect(active, ray, coherence)
+        let mut hit = world.accel.intersect(active, ray, coherence);
+        let covered = world.covered(&hit);
+        ties::settle(&mut hit, ray, world.sphere_geometry, covered, |place, radius, visit| {
+            world.accel.nearby(place, radius, visit);
+        });
+        hit
     }
 
     #[inline(always)]
-    fn nearest_from_origin<L: TraceLane>(world: &World, _: &Candidates, active: L::Mask, ray: &Ray<L>) -> Hit<L> {
-        world.accel.intersect(active, ray, Coherence::Coherent)
+    fn nearest_from_origin<L: TraceLane>(world: &World, set: &Candidates, active: L::Mask, ray: &Ray<L>) -> Hit<L> {
+        Self::nearest(world, set, active, ray, Coherence::Coherent)
     }
 
     #[inline(always)]
@@ -142,12 +148,22 @@ impl Tracer for InLine {
 
     #[inline(always)]
     fn nearest<L: TraceLane>(world: &World, set: &Candidates, active: L::Mask, ray: &Ray<L>, _: Coherence) -> Hit<L> {
-        world.line.intersect(set, active, ray)
+        let mut hit = world.line.intersect(set, active, ray);
+        let covered = world.covered(&hit);
+        ties::settle(&mut hit, ray, world.sphere_geometry, covered, |_, _, visit| {
+            world.line.visit(set, visit)
+        });
+        hit
     }
 
     #[inline(always)]
     fn nearest_from_origin<L: TraceLane>(world: &World, set: &Candidates, active: L::Mask, ray: &Ray<L>) -> Hit<L> {
-        world.line.intersect_from_origin(set, active, ray)
+        let mut hit = world.line.intersect_from_origin(set, active, ray);
+        let covered = world.covered(&hit);
+        ties::settle(&mut hit, ray, world.sphere_geometry, covered, |_, _, visit| {
+            world.line.visit(set, visit)
+        });
+        hit
     }
 
     #[inline(always)]

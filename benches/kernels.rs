@@ -138,6 +138,7 @@ const LIGHT: SphereLight = SphereLight {
     radius: 0.3,
     le: [11.1, 11.1, 11.1],
     sphere: 0,
+    origin_power: None,
 };
 
 /// The floor below the light of a height of 4: points, directions towards the light with some scatter, and two words.

@@ -13,6 +13,8 @@ use std::mem::{align_of, offset_of, size_of};
 
 use libloading::os::unix::Library;
 
+use super::nearby;
+
 /// What a handle points at: only Embree knows.
 macro_rules! handle {
     ($($name:ident, $opaque:ident;)*) => {$(
@@ -385,4 +387,11 @@ functions! {
     fn rtcOccluded1(scene: RTCScene, ray: *mut RTCRay, args: *mut RTCOccludedArguments);
     fn rtcOccluded8(valid: *const c_int, scene: RTCScene, ray: *mut RTCRay8, args: *mut RTCOccludedArguments);
     fn rtcOccluded16(valid: *const c_int, scene: RTCScene, ray: *mut RTCRay16, args: *mut RTCOccludedArguments);
+    fn rtcPointQuery(
+        scene: RTCScene,
+        query: *mut nearby::RTCPointQuery,
+        context: *mut nearby::RTCPointQueryContext,
+        function: nearby::RTCPointQueryFunction,
+        userPtr: *mut c_void
+    ) -> bool;
 }

@@ -9,6 +9,7 @@ mod device;
 mod fences;
 mod ffi;
 mod library;
+mod nearby;
 mod packet;
 mod prefetch;
 mod scene;

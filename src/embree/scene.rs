@@ -6,24 +6,28 @@ use std::sync::Arc;
 use super::aims;
 use super::device::{Device, EmbreeError};
 use super::ffi::{self, Functions};
+use super::nearby::Buffers;
 use super::packet::{Coherence, TraceLane};
-use super::spheres::{self, Balls};
-use crate::shape::{Aims, Ball, Hit, Ray};
+use super::spheres::{self, Spheres};
+use crate::shape::{Aims, Hit, Ray, Sphere};
 
 /// A scene that takes geometry; [`commit`](Self::commit) makes it one that answers.
 #[derive(Debug)]
 pub struct SceneBuilder {
     scene: Handle,
     geometries: u32,
-    spheres: Option<Arc<Balls>>,
+    buffers: Vec<Option<Buffers>>,
+    spheres: Option<Arc<Spheres>>,
 }
 
 /// A committed scene: immutable, shared by all threads.
 #[derive(Debug)]
 pub struct Accel {
     scene: Handle,
+    /// Of each geometry that is a mesh.
+    pub(super) buffers: Vec<Option<Buffers>>,
     /// The callbacks read it: alive as long as the scene, at one address.
-    _spheres: Option<Arc<Balls>>,
+    _spheres: Option<Arc<Spheres>>,
 }
 
 /// Owns one count of an Embree scene and of its device.
@@ -37,6 +41,10 @@ struct Handle {
 unsafe impl Send for Handle {}
 // SAFETY: behind `&`, only queries of a committed scene are reachable, and Embree allows these from any thread.
 unsafe impl Sync for Handle {}
+// SAFETY: they point into buffers of the scene, which are only read once it is committed.
+unsafe impl Send for Buffers {}
+// SAFETY: as above.
+unsafe impl Sync for Buffers {}
 
 impl Drop for Handle {
     fn drop(&mut self) {
@@ -94,6 +102,7 @@ impl SceneBuilder {
                 device: device.clone(),
             },
             geometries: first,
+            buffers: Vec::new(),
             spheres: None,
         };
         let flags = if robust {
@@ -155,7 +164,14 @@ impl SceneBuilder {
                 functions.rtcSetGeometryOccludedFilterFunction(handle, Some(aims::let_pass));
             }
             functions.rtcCommitGeometry(handle);
-            Ok(self.attach(handle))
+            let id = self.attach(handle);
+            self.buffers.resize(id as usize + 1, None);
+            self.buffers[id as usize] = Some(Buffers {
+                vertices: v.cast(),
+                triangles: i.cast(),
+                count: triangles.len(),
+            });
+            Ok(id)
         }
     }
 
@@ -166,12 +182,13 @@ impl SceneBuilder {
     ///
     /// # Panics
     /// If it was called before.
-    pub fn set_spheres(&mut self, balls: Vec<Ball>) -> Result<u32, EmbreeError> {
+    pub fn set_spheres(&mut self, spheres: Vec<impl Into<Sphere>>) -> Result<u32, EmbreeError> {
         assert!(self.spheres.is_none(), "the spheres are set once");
+        let spheres = spheres.into_iter().map(Into::into).collect();
         let geometry = Geometry::new(&self.scene.device, ffi::RTC_GEOMETRY_TYPE_USER)?;
         let (handle, functions) = (geometry.handle, geometry.functions);
         // Behind a count, so that its address stays while the builder and the accelerator move.
-        let data = Arc::as_ptr(self.spheres.insert(Arc::new(balls)));
+        let data = Arc::as_ptr(self.spheres.insert(Arc::new(spheres)));
         // SAFETY: the geometry is alive. The user data outlives the scene (`Accel` holds both) and is only read by the callbacks.
         unsafe {
             functions.rtcSetGeometryUserPrimitiveCount(handle, (*data).len() as u32);
@@ -209,6 +226,7 @@ impl SceneBuilder {
         self.scene.device.check()?;
         Ok(Accel {
             scene: self.scene,
+            buffers: self.buffers,
             _spheres: self.spheres,
         })
     }
@@ -256,6 +274,7 @@ impl Accel {
 
 #[cfg(test)]
 mod tests {
+    use crate::shape::Ball;
     use std::cell::Cell;
     use std::ffi::c_void;
     use std::sync::LazyLock;

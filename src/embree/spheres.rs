@@ -8,7 +8,7 @@ use std::ffi::c_void;
 use super::ffi;
 use crate::lane::{Bits, F32x8, Lane, Mask, Mask8, U32x8, Word};
 use crate::math::Vec3;
-use crate::shape::Ball;
+use crate::shape::Sphere;
 
 /// Embree's rays of one packet, seen through the addresses of its columns: `N` rays, column `k` at `k * N`.
 ///
@@ -100,7 +100,7 @@ impl Packet {
     /// # Safety
     /// As [`Self::get`] for the columns of a ray.
     #[inline(always)]
-    unsafe fn test<L: PacketLane>(&self, ball: &Ball, first: usize) -> (L::Mask, L, Vec3<L>, Vec3<L>) {
+    unsafe fn test<L: PacketLane>(&self, sphere: &Sphere, first: usize) -> (L::Mask, L, Vec3<L>, Vec3<L>) {
         // SAFETY: by the caller's promise.
         unsafe {
             let vector = |column| Vec3 {
@@ -109,27 +109,27 @@ impl Packet {
                 z: self.get(column + 2, first),
             };
             let (origin, direction): (Vec3<L>, Vec3<L>) = (vector(0), vector(DIRECTION));
-            let (hit, t) = ball.intersect(origin, direction, self.get(TNEAR, first), self.get(TFAR, first));
+            let (hit, t) = sphere.intersect(origin, direction, self.get(TNEAR, first), self.get(TFAR, first));
             (hit, t, origin, direction)
         }
     }
 }
 
 /// The user data of the geometry: its spheres. Embree hands the address back to every callback.
-pub(crate) type Balls = Vec<Ball>;
+pub(crate) type Spheres = Vec<Sphere>;
 
 /// # Safety
 /// Embree calls it with the user data that [`super::scene`] set and a bounds structure to fill.
 pub(crate) unsafe extern "C" fn bounds(args: *const ffi::RTCBoundsFunctionArguments) {
-    // SAFETY: `args` and what it points at live during the call; the user data is a `Balls`.
-    let (args, balls) = unsafe { (&*args, &*(*args).geometryUserPtr.cast::<Balls>()) };
-    let Some(ball) = balls.get(args.primID as usize) else {
+    // SAFETY: `args` and what it points at live during the call; the user data is a `Spheres`.
+    let (args, spheres) = unsafe { (&*args, &*(*args).geometryUserPtr.cast::<Spheres>()) };
+    let Some(sphere) = spheres.get(args.primID as usize) else {
         return;
     };
     // One part in 2^20 more than the radius: the test above accepts points that rounding puts just outside.
     let corner = |i: usize, side: f32| {
-        let reach = ball.radius * (1.0 + 1e-6);
-        let c = ball.center[i];
+        let reach = sphere.ball.radius * (1.0 + 1e-6);
+        let c = sphere.ball.center[i];
         if side < 0.0 {
             (c - reach).next_down()
         } else {
@@ -146,8 +146,8 @@ pub(crate) unsafe extern "C" fn bounds(args: *const ffi::RTCBoundsFunctionArgume
 /// Embree calls it with a packet of `N` rays and hits and the user data that [`super::scene`] set.
 pub(crate) unsafe extern "C" fn intersect_packet(args: *const ffi::RTCIntersectFunctionNArguments) {
     // SAFETY: `args` and the user data live during the call.
-    let (args, balls) = unsafe { (&*args, &*args_balls((*args).geometryUserPtr)) };
-    let Some(ball) = balls.get(args.primID as usize) else {
+    let (args, spheres) = unsafe { (&*args, &*args_spheres((*args).geometryUserPtr)) };
+    let Some(sphere) = spheres.get(args.primID as usize) else {
         return;
     };
     let packet = Packet {
@@ -159,8 +159,8 @@ pub(crate) unsafe extern "C" fn intersect_packet(args: *const ffi::RTCIntersectF
         match packet.n {
             n @ (8 | 16) => (0..n)
                 .step_by(8)
-                .for_each(|first| nearest::<F32x8>(&packet, args, ball, first)),
-            n => (0..n).for_each(|lane| nearest::<f32>(&packet, args, ball, lane)),
+                .for_each(|first| nearest::<F32x8>(&packet, args, sphere, first)),
+            n => (0..n).for_each(|lane| nearest::<f32>(&packet, args, sphere, lane)),
         }
     }
 }
@@ -171,19 +171,19 @@ pub(crate) unsafe extern "C" fn intersect_packet(args: *const ffi::RTCIntersectF
 unsafe fn nearest<L: PacketLane>(
     packet: &Packet,
     args: &ffi::RTCIntersectFunctionNArguments,
-    ball: &Ball,
+    sphere: &Sphere,
     first: usize,
 ) {
     // SAFETY: by the caller's promise.
     unsafe {
         let valid = L::read_valid(args.valid.add(first));
-        let (hit, t, origin, direction) = packet.test::<L>(ball, first);
+        let (hit, t, origin, direction) = packet.test::<L>(sphere, first);
         let hit = hit & valid;
         if hit.none() {
             return;
         }
         packet.set(TFAR, first, t, hit);
-        let normal = direction.mul_add(t, origin - Vec3::splat(ball.center));
+        let normal = direction.mul_add(t, origin - Vec3::splat(sphere.ball.center));
         packet.set(HIT, first, normal.x, hit);
         packet.set(HIT + 1, first, normal.y, hit);
         packet.set(HIT + 2, first, normal.z, hit);
@@ -210,8 +210,8 @@ unsafe fn nearest<L: PacketLane>(
 /// Embree calls it with a packet of `N` rays and the user data that [`super::scene`] set.
 pub(crate) unsafe extern "C" fn occluded_packet(args: *const ffi::RTCOccludedFunctionNArguments) {
     // SAFETY: `args` and the user data live during the call.
-    let (args, balls) = unsafe { (&*args, &*args_balls((*args).geometryUserPtr)) };
-    let Some(ball) = balls.get(args.primID as usize) else {
+    let (args, spheres) = unsafe { (&*args, &*args_spheres((*args).geometryUserPtr)) };
+    let Some(sphere) = spheres.get(args.primID as usize) else {
         return;
     };
     let packet = Packet {
@@ -223,8 +223,8 @@ pub(crate) unsafe extern "C" fn occluded_packet(args: *const ffi::RTCOccludedFun
         match packet.n {
             n @ (8 | 16) => (0..n)
                 .step_by(8)
-                .for_each(|first| blocked::<F32x8>(&packet, args, ball, first)),
-            n => (0..n).for_each(|lane| blocked::<f32>(&packet, args, ball, lane)),
+                .for_each(|first| blocked::<F32x8>(&packet, args, sphere, first)),
+            n => (0..n).for_each(|lane| blocked::<f32>(&packet, args, sphere, lane)),
         }
     }
 }
@@ -235,7 +235,7 @@ pub(crate) unsafe extern "C" fn occluded_packet(args: *const ffi::RTCOccludedFun
 unsafe fn blocked<L: PacketLane>(
     packet: &Packet,
     args: &ffi::RTCOccludedFunctionNArguments,
-    ball: &Ball,
+    sphere: &Sphere,
     first: usize,
 ) {
     // SAFETY: by the caller's promise.
@@ -246,7 +246,7 @@ unsafe fn blocked<L: PacketLane>(
         if others.none() {
             return;
         }
-        let (hit, ..) = packet.test::<L>(ball, first);
+        let (hit, ..) = packet.test::<L>(sphere, first);
         let hit = hit & others;
         if hit.any() {
             packet.set(TFAR, first, L::splat(f32::NEG_INFINITY), hit);
@@ -255,8 +255,8 @@ unsafe fn blocked<L: PacketLane>(
 }
 
 /// The user data as it was set.
-fn args_balls(pointer: *mut c_void) -> *const Balls {
-    pointer.cast::<Balls>().cast_const()
+fn args_spheres(pointer: *mut c_void) -> *const Spheres {
+    pointer.cast::<Spheres>().cast_const()
 }
 
 // The callbacks rely on these: a lane's bits lie where Embree's numbers lie.

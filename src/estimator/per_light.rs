@@ -233,6 +233,7 @@ mod tests {
             radius: 0.5,
             le: [3e38; 3],
             sphere: 0,
+            origin_power: None,
         };
         let up = F32x8::from_fn(|lane| if lane % 2 == 0 { 1.0 } else { -1.0 });
         let n = Vec3::new(F32x8::zero(), up, F32x8::zero());

@@ -18,6 +18,9 @@ pub struct SphereLight {
     pub le: [f32; 3],
     /// Which sphere of the scene it is: it never blocks its own shadow rays.
     pub sphere: u32,
+    /// `|center|² - radius²`, rounded once from `f64`, where its surface passes close to the origin compared with its radius:
+    /// centre and radius alone say too little there of how far points are from it.
+    pub origin_power: Option<f32>,
 }
 
 /// The directions from a point to a light.
@@ -32,6 +35,10 @@ pub struct Cone<L: Lane> {
     /// Distance to the centre.
     center_distance: L,
     radius: L,
+    /// Of the point: `D^2 - R^2`.
+    power: L,
+    /// Whether it comes from [`SphereLight::origin_power`].
+    near: bool,
 }
 
 /// A light as seen from points, before anything is divided.
@@ -45,19 +52,31 @@ pub struct View<L: Lane> {
     pub distance: L,
     /// Radius.
     pub radius: L,
+    /// The power of the point, `D^2 - R^2`: below 0 inside.
+    power: L,
+    near: bool,
 }
 
 impl SphereLight {
     /// The light as seen from `p`.
     #[inline(always)]
     pub fn seen_from<L: Lane>(&self, p: Vec3<L>) -> View<L> {
-        let to_center = Vec3::splat(self.center) - p;
+        let center = Vec3::splat(self.center);
+        let to_center = center - p;
         let squared = to_center.length_squared();
+        let (distance, radius) = (squared.sqrt(), L::splat(self.radius));
+        let power = match self.origin_power {
+            // Its error grows with the distance from the origin, not with the radius.
+            Some(power) => p.dot(p - (center + center)) + L::splat(power),
+            None => (distance - radius) * (distance + radius),
+        };
         View {
             to_center,
             squared,
-            distance: squared.sqrt(),
-            radius: L::splat(self.radius),
+            distance,
+            radius,
+            power,
+            near: self.origin_power.is_some(),
         }
     }
 
@@ -73,7 +92,10 @@ impl SphereLight {
     pub fn may_meet<L: Lane>(&self, p: Vec3<L>, wi: Vec3<L>) -> L::Mask {
         let to_center = Vec3::splat(self.center) - p;
         let along = wi.dot(to_center);
-        let tangent = to_center.length_squared() - L::splat(self.radius * self.radius);
+        let tangent = match self.origin_power {
+            Some(_) => self.seen_from(p).power,
+            None => to_center.length_squared() - L::splat(self.radius * self.radius),
+        };
         let inside = tangent.le(L::zero());
         inside | (along.gt(L::zero()) & (along * along).ge(tangent * L::splat(1.0 - 1e-5)))
     }
@@ -83,7 +105,7 @@ impl<L: Lane> View<L> {
     /// Lanes inside the light or on it.
     #[inline(always)]
     pub fn inside(&self) -> L::Mask {
-        self.distance.le(self.radius)
+        self.power.le(L::zero())
     }
 
     /// The cone that the light subtends.
@@ -91,7 +113,7 @@ impl<L: Lane> View<L> {
     pub fn cone(&self) -> Cone<L> {
         let (d, radius, inside) = (self.distance, self.radius, self.inside());
         // cos = sqrt((D - R)(D + R)) / D and 1 - cos = sin^2 / (1 + cos): nothing cancels.
-        let tangent = ((d - radius) * (d + radius)).safe_sqrt();
+        let tangent = self.power.safe_sqrt();
         // 1 / D and 1 / (D + tangent) of one division.
         let sum = d + tangent;
         let both = L::one() / (d * sum);
@@ -110,6 +132,8 @@ impl<L: Lane> View<L> {
             omc,
             center_distance: d,
             radius,
+            power: self.power,
+            near: self.near,
             inside,
         }
     }
@@ -143,9 +167,16 @@ impl<L: Lane> Cone<L> {
         let (d, r) = (self.center_distance, self.radius);
         let two = L::splat(2.0);
         let chord = ((self.omc - t) * (two - self.omc - t)).safe_sqrt();
-        let outside = (d - r) * (d + r) / (d * (L::one() - t + chord));
+        let outside = self.power / (d * (L::one() - t + chord));
         if self.inside.none() {
             return outside;
+        }
+        if self.near {
+            // Of the two roots one is a sum without cancellation; their product is the power.
+            let along = d * (L::one() - t);
+            let root = (along * along - self.power).safe_sqrt();
+            let beyond = L::select(along.ge(L::zero()), along + root, self.power / (along - root));
+            return L::select(self.inside, beyond, outside);
         }
         let half_chord = (r * r - d * d * t * (two - t)).safe_sqrt();
         L::select(self.inside, d.mul_add(L::one() - t, half_chord), outside)

@@ -11,7 +11,7 @@ use shapes::Shapes;
 
 use crate::lane::{Bits, Lane, Mask};
 use crate::math::Vec3;
-use crate::shape::{Aims, Ball, FromOrigin, Hit, NO_SPHERE, Ray, Triangle};
+use crate::shape::{Aims, Ball, FromOrigin, Hit, NO_SPHERE, Ray, Sphere, Triangle};
 
 /// So few shapes are worth a look one by one before rays are asked for, whoever answers them.
 pub const FEW: usize = 32;
@@ -33,7 +33,7 @@ struct Member {
 #[derive(Clone, Debug, Default)]
 pub struct Line {
     triangles: Vec<Member>,
-    balls: Vec<Ball>,
+    spheres: Vec<Sphere>,
     /// The same for [`cull`].
     shapes: Shapes,
     /// The geometry that hits name for spheres.
@@ -74,9 +74,10 @@ impl Candidates {
 
 impl Line {
     /// Sets the spheres; hits name them as primitives of `sphere_geometry`.
-    pub fn set_spheres(&mut self, balls: Vec<Ball>, sphere_geometry: u32) {
+    pub fn set_spheres(&mut self, spheres: Vec<impl Into<Sphere>>, sphere_geometry: u32) {
+        self.spheres = spheres.into_iter().map(Into::into).collect();
+        let balls: Vec<Ball> = self.spheres.iter().map(|sphere| sphere.ball).collect();
         self.shapes.set_balls(&balls);
-        self.balls = balls;
         self.sphere_geometry = sphere_geometry;
     }
 
@@ -99,7 +100,7 @@ impl Line {
 
     /// How many shapes there are.
     pub fn len(&self) -> usize {
-        self.triangles.len() + self.balls.len()
+        self.triangles.len() + self.spheres.len()
     }
 
     /// Whether there is none.
@@ -125,7 +126,15 @@ impl Line {
         for i in 0..self.triangles.len() {
             self.take::<f32>(i, true, set);
         }
-        set.balls.extend(0..self.balls.len() as u32);
+        set.balls.extend(0..self.spheres.len() as u32);
+    }
+
+    /// Visits the triangles among the candidates: geometry and number, then corners.
+    pub fn visit(&self, set: &Candidates, visit: &mut dyn FnMut([u32; 2], [[f32; 3]; 3])) {
+        for &i in set.triangles.iter().chain(&set.lights) {
+            let Member { triangle, name, .. } = &self.triangles[i as usize];
+            visit(*name, triangle.corners);
+        }
     }
 
     /// What active rays meet first among the candidates; of shapes at the same distance, the first in the line.
@@ -183,15 +192,15 @@ impl Line {
             }
         }
         for &i in &set.balls {
-            let ball = &self.balls[i as usize];
-            let (met, t) = ball.intersect(ray.origin, ray.direction, L::zero(), ray.tfar);
+            let sphere = &self.spheres[i as usize];
+            let (met, t) = sphere.intersect(ray.origin, ray.direction, L::zero(), ray.tfar);
             let nearer = met & t.lt(hit.t);
             if nearer.none() {
                 continue;
             }
             hit.found = hit.found | nearer;
             hit.t = L::select(nearer, t, hit.t);
-            let outward = ray.direction.mul_add(t, ray.origin - Vec3::splat(ball.center));
+            let outward = ray.direction.mul_add(t, ray.origin - Vec3::splat(sphere.ball.center));
             hit.ng = Vec3::select(nearer, outward, hit.ng);
             hit.geometry = L::Bits::select(nearer, L::Bits::splat(self.sphere_geometry), hit.geometry);
             hit.primitive = L::Bits::select(nearer, L::Bits::splat(i), hit.primitive);
@@ -220,7 +229,7 @@ impl Line {
             }
         }
         for &i in &set.balls {
-            let (met, _) = self.balls[i as usize].intersect(ray.origin, ray.direction, L::zero(), ray.tfar);
+            let (met, _) = self.spheres[i as usize].intersect(ray.origin, ray.direction, L::zero(), ray.tfar);
             open = open & (!met | ray.aims_at.eq(L::Bits::splat(i)));
             if open.none() {
                 return active;

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::narrow::narrow;
+use super::space::Space;
 use crate::embree::EmbreeError;
 use crate::light::environment::{Constant, LatLong};
 use crate::light::{Environment, MeshLight, Triangle, TriangleLight};
@@ -29,7 +30,7 @@ impl Emitters {
     ///
     /// # Errors
     /// [`EmbreeError::TooManyLights`] if there are more triangles than rays have names for.
-    pub fn of(scene: &Scene) -> Result<Self, EmbreeError> {
+    pub fn of(scene: &Scene, space: &Space) -> Result<Self, EmbreeError> {
         let mut found = Self::default();
         let mut names = AimNames::default();
         for (geometry, mesh) in (0..).zip(scene.meshes()) {
@@ -44,14 +45,14 @@ impl Emitters {
             let aims = names.next(mesh.triangles.len(), !is_flat(mesh));
             let aims = aims.ok_or(EmbreeError::TooManyLights)?;
             found.aims.push(Some(aims));
-            found.add(mesh, scene.camera().origin, aims, narrow(le), geometry);
+            found.add(mesh, space, aims, narrow(le), geometry);
         }
         Ok(found)
     }
 
-    fn add(&mut self, mesh: &Mesh, origin: DVec3, aims: Aims, le: [f32; 3], geometry: u32) {
+    fn add(&mut self, mesh: &Mesh, space: &Space, aims: Aims, le: [f32; 3], geometry: u32) {
         let corners = |t: &[u32; 3]| t.map(|i| mesh.vertices[i as usize]);
-        let triangles: Vec<Triangle> = mesh.triangles.iter().map(|t| triangle(corners(t), origin)).collect();
+        let triangles: Vec<Triangle> = mesh.triangles.iter().map(|t| triangle(corners(t), space)).collect();
         let named = (0..).zip(&triangles).map(|(i, t)| (aims.of(i), *t));
         if Features::samples_each_triangle(mesh) {
             let lights = named.map(|(aim, triangle)| TriangleLight { triangle, le, aim });
@@ -98,12 +99,12 @@ fn area_vector([a, b, c]: [DVec3; 3]) -> DVec3 {
 }
 
 /// Its area is that of the file: beside a camera far away, `f64` loses a triangle of 1e-12 of the distance too.
-fn triangle(corners: [DVec3; 3], origin: DVec3) -> Triangle {
+fn triangle(corners: [DVec3; 3], space: &Space) -> Triangle {
     let vector = area_vector(corners);
     Triangle {
-        corners: corners.map(|corner| narrow(corner - origin)),
+        corners: corners.map(|corner| space.point(corner)),
         normal: narrow(vector.normalize_or_zero()),
-        area: vector.length() as f32,
+        area: space.area(vector.length()) as f32,
     }
 }
 

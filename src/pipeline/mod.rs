@@ -14,9 +14,11 @@ mod renderer;
 mod replay;
 mod rows;
 mod settings;
+mod space;
 mod stage;
 mod stream;
 mod texture;
+mod ties;
 mod tracer;
 mod world;
 

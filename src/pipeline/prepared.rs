@@ -3,8 +3,6 @@
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use glam::DVec3;
-
 use super::plan::{Machine, Plan};
 use super::replay::{Replay, replay};
 use super::settings::Settings;
@@ -44,8 +42,6 @@ pub struct Prepared {
     pub(super) pool: Arc<rayon::ThreadPool>,
     /// What threads work with, kept from chunk to chunk.
     pub(super) scratch: Arc<Mutex<Vec<Scratch>>>,
-    /// What the world is relative to, in the coordinates of the scene.
-    pub(super) camera_origin: DVec3,
     features: Features,
     machine: Machine,
     scene_hash: Arc<str>,
@@ -87,7 +83,6 @@ impl Prepared {
             world: Arc::new(world),
             pool: Arc::new(rayon::ThreadPoolBuilder::new().num_threads(settings.threads).build()?),
             scratch: Arc::default(),
-            camera_origin: scene.camera().origin,
             scene_hash: scene.hash().into(),
             build_time: begin.elapsed(),
             embree_version: device.version().into(),

@@ -143,7 +143,6 @@ impl RayQueries {
     fn answer(&self, rays: Rays, first: usize, answers: Answers) {
         let mut task = Task {
             world: &self.prepared.world,
-            camera: self.prepared.camera_origin,
             rays,
             first,
             answers,
@@ -170,8 +169,6 @@ enum Answers<'a> {
 /// Some rays of the arrays.
 struct Task<'a> {
     world: &'a World,
-    /// What the world is relative to.
-    camera: DVec3,
     rays: Rays<'a>,
     first: usize,
     answers: Answers<'a>,
@@ -235,20 +232,21 @@ fn vector<L: Lane>([x, y, z]: &[[f32; 16]; 3]) -> Vec3<L> {
 /// Loads rays; idle lanes hold a ray along `x`.
 #[inline(always)]
 fn packet<L: TraceLane>(task: &Task, at: usize, count: usize) -> (L::Mask, Ray<L>) {
-    let camera = task.camera.to_array();
+    let space = &task.world.space;
     let (mut origin, mut direction, mut tfar) = ([[0.0; 16]; 3], [[0.0; 16]; 3], [0.0; 16]);
     direction[0] = [1.0; 16];
     let mut active = 0;
     for lane in 0..count {
         let (o, d) = (task.rays.origins.get(at + lane), task.rays.directions.get(at + lane));
         let end = task.rays.tmax.map_or(f32::INFINITY, |tmax| tmax[at + lane]);
+        let o = space.point(DVec3::from(o.map(f64::from)));
         let sound = o.iter().chain(&d).all(|x| x.is_finite()) && d != [0.0; 3] && end >= 0.0;
         if sound {
             for k in 0..3 {
-                origin[k][lane] = (f64::from(o[k]) - camera[k]) as f32;
-                direction[k][lane] = d[k];
+                (origin[k][lane], direction[k][lane]) = (o[k], d[k]);
             }
-            tfar[lane] = end;
+            // Directions stay as they are: a distance in lengths of them grows as the space does.
+            tfar[lane] = space.length(f64::from(end)) as f32;
             active |= 1 << lane;
         }
     }
@@ -276,7 +274,7 @@ fn write<L: TraceLane>(world: &World, hit: &Hit<L>, ray: &Ray<L>, lane: usize, h
     // In f64 no normal of a small triangle underflows.
     let normal = DVec3::from(normal.map(f64::from)).normalize_or_zero();
     let facing = normal.dot(DVec3::from(direction.map(f64::from))) > 0.0;
-    hits.t[at] = hit.t.lane(lane);
+    hits.t[at] = world.space.to_scene(hit.t.lane(lane));
     hits.normals[at] = (if facing { -normal } else { normal }).to_array().map(|x| x as f32);
     hits.uv[at] = if sphere {
         [0.0; 2]

@@ -1,5 +1,9 @@
 //! Textures in lanes.
 
+use std::sync::Arc;
+
+use glam::DVec2;
+
 use crate::lane::Lane;
 use crate::math::Vec3;
 use crate::scene::{Texture, Wrap};
@@ -7,12 +11,33 @@ use crate::scene::{Texture, Wrap};
 /// Texture coordinates of a mesh and the picture on it.
 #[derive(Debug)]
 pub struct Textured {
-    /// Corners of each triangle.
-    pub triangles: Vec<[u32; 3]>,
-    /// Coordinates of the vertices.
-    pub uvs: Vec<[f32; 2]>,
+    /// Coordinates at the corners of each triangle.
+    triangles: Vec<[[f32; 2]; 3]>,
     /// The picture.
-    pub texture: std::sync::Arc<Texture>,
+    texture: Arc<Texture>,
+}
+
+impl Textured {
+    /// A picture on triangles, whose corners are indices into `uvs`.
+    pub fn new(triangles: &[[u32; 3]], uvs: &[DVec2], texture: Arc<Texture>) -> Self {
+        let corners = |triangle: &[u32; 3]| triangle.map(|i| uvs[i as usize]);
+        let rounded = |corners: [DVec2; 3]| corners.map(|uv| uv.to_array().map(|x| x as f32));
+        let triangles = match texture.wrap {
+            Wrap::Repeat => triangles.iter().map(|t| rounded(near_zero(corners(t)))).collect(),
+            Wrap::Clamp => triangles.iter().map(|t| rounded(corners(t))).collect(),
+        };
+        Self { triangles, texture }
+    }
+}
+
+/// Takes whole numbers off the coordinates of a triangle, the same for its three corners, so that it comes as close to 0 as it
+/// can. A picture that repeats looks the same, and coordinates of 1e7 keep their digits in `f32`. What crosses 0 stays.
+fn near_zero(corners: [DVec2; 3]) -> [DVec2; 3] {
+    let [a, b, c] = corners;
+    let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+    // One of the two is 0.
+    let whole = low.floor().max(DVec2::ZERO) + high.ceil().min(DVec2::ZERO);
+    corners.map(|uv| uv - whole)
 }
 
 /// Four texels around a point of each lane, and how far between them it lies. A lane without a texture shows 1.
@@ -35,7 +60,7 @@ impl Default for Fetched {
 impl Fetched {
     /// Fetches for a lane: the point with the weights `(b, c)` of the second and third corner of a triangle.
     pub fn fetch(&mut self, lane: usize, on: &Textured, triangle: u32, (b, c): (f32, f32)) {
-        let [p, q, r] = on.triangles[triangle as usize].map(|corner| on.uvs[corner as usize]);
+        let [p, q, r] = on.triangles[triangle as usize];
         let a = 1.0 - b - c;
         let [u, v] = std::array::from_fn(|k| a * p[k] + b * q[k] + c * r[k]);
         let Texture {
@@ -113,5 +138,30 @@ mod tests {
         let ((a, x), (b, y)) = (around(0.375, 4, Wrap::Repeat), around(-2.625, 4, Wrap::Repeat));
         assert_eq!((a, x), (b, y));
         assert_eq!(around(0.999_999_94, 1, Wrap::Repeat).0, [0, 0]);
+    }
+
+    /// Whole numbers come off each triangle alone: what has the same place on the picture has the same numbers, to the last bit.
+    #[test]
+    fn whole_numbers_come_off_before_rounding() {
+        let base = [[0.25, 0.5], [6.25, 0.5], [6.125, 6.75]].map(DVec2::from_array);
+        let texture = |wrap| {
+            Arc::new(Texture {
+                width: 1,
+                height: 1,
+                texels: vec![[1.0; 3]],
+                wrap,
+            })
+        };
+        let of = |by: DVec2, wrap| Textured::new(&[[0, 1, 2]], &base.map(|uv| uv + by), texture(wrap)).triangles[0];
+        let here = base.map(|uv| uv.to_array().map(|x| x as f32));
+        for by in [0.0, 1.0, 1e6, 1e7, 1e9] {
+            assert_eq!(of(DVec2::splat(by), Wrap::Repeat), here, "{by}");
+            assert_eq!(of(DVec2::new(by, 0.0), Wrap::Repeat), here, "{by}");
+            // From below, it ends at 0.
+            let below = of(DVec2::splat(-by - 7.0), Wrap::Repeat);
+            assert_eq!(below, here.map(|[u, v]| [u - 7.0, v - 7.0]), "-{by}");
+        }
+        assert_eq!(of(DVec2::splat(-3.0), Wrap::Repeat)[0], [-2.75, -2.5], "it crosses 0");
+        assert_eq!(of(DVec2::splat(1e7), Wrap::Clamp)[1][0], 10_000_006.0);
     }
 }

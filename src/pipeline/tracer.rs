@@ -2,6 +2,7 @@
 
 use super::columns::CAPACITY;
 use super::stream::HitStream;
+use super::ties;
 use super::world::World;
 use crate::embree::{Coherence, TraceLane};
 use crate::film::Tile;
@@ -104,7 +105,12 @@ impl Tracer for ByEmbree {
         coherence: Coherence,
     ) -> Hit<L> {
         let hit = world.accel.intersect(active, ray, coherence);
-        mutate!(hit, BarycentricsLost => Hit { u: L::zero(), v: L::zero(), ..hit })
+        let mut hit = mutate!(hit, BarycentricsLost => Hit { u: L::zero(), v: L::zero(), ..hit });
+        let covered = world.covered(&hit);
+        ties::settle(&mut hit, ray, world.sphere_geometry, covered, |place, radius, visit| {
+            world.accel.nearby(place, radius, visit);
+        });
+        hit
     }
 
     #[inline(always)]
@@ -143,12 +149,22 @@ impl Tracer for InLine {
 
     #[inline(always)]
     fn nearest<L: TraceLane>(world: &World, set: &Candidates, active: L::Mask, ray: &Ray<L>, _: Coherence) -> Hit<L> {
-        world.line.intersect(set, active, ray)
+        let mut hit = world.line.intersect(set, active, ray);
+        let covered = world.covered(&hit);
+        ties::settle(&mut hit, ray, world.sphere_geometry, covered, |_, _, visit| {
+            world.line.visit(set, visit)
+        });
+        hit
     }
 
     #[inline(always)]
     fn nearest_from_origin<L: TraceLane>(world: &World, set: &Candidates, active: L::Mask, ray: &Ray<L>) -> Hit<L> {
-        world.line.intersect_from_origin(set, active, ray)
+        let mut hit = world.line.intersect_from_origin(set, active, ray);
+        let covered = world.covered(&hit);
+        ties::settle(&mut hit, ray, world.sphere_geometry, covered, |_, _, visit| {
+            world.line.visit(set, visit)
+        });
+        hit
     }
 
     #[inline(always)]

@@ -1,23 +1,24 @@
 //! The scene as the streams see it: `f32`, relative to the camera, in tables.
 //!
 //! Positions are made relative to the pinhole in `f64` before they are rounded, so a scene far from the origin is as
-//! good as one around it, and what the camera sees close by has the most digits.
+//! good as one around it, and what the camera sees close by has the most digits. Their unit is that of [`Space`].
 
 use std::collections::HashSet;
 
 use super::emitters::{self, Emitters};
 use super::intersector::Intersector;
 use super::narrow::narrow;
+use super::space::Space;
 use super::texture::Textured;
 use crate::bsdf::phong;
 use crate::embree::{Accel, Device, EmbreeError, SceneBuilder};
-use crate::lane::Lane;
+use crate::lane::{Bits, Lane, Mask};
 use crate::light::{Environment, MeshLight, SphereLight, TriangleLight};
 use crate::linear::Line;
 use crate::math::Vec3;
-use crate::scene::{Bsdf, Camera, Effects, FilmSize, Fov, Mesh, Scene, Sphere, Surface};
+use crate::scene::{self, Bsdf, Camera, Effects, FilmSize, Fov, Mesh, Scene, Surface};
 use crate::settings::AccelKind;
-use crate::shape::Ball;
+use crate::shape::{Ball, Hit, Sphere};
 
 /// Everything that is the same for all rays.
 #[derive(Debug)]
@@ -48,6 +49,10 @@ pub struct World {
     pub environment: Option<Environment>,
     /// Eye rays.
     pub camera: CameraRays,
+    /// Of each mesh, whether faces of others lie in the planes of its own and cover them; empty if there are none.
+    pub overlaps: Vec<bool>,
+    /// What lengths are here and in the scene.
+    pub space: Space,
 }
 
 /// What a surface does.
@@ -65,11 +70,17 @@ pub struct SurfaceRecord {
     pub effects: Effects,
     /// Radiance where it emits.
     pub le: Option<[f32; 3]>,
-    /// The sphere that it is, or one of no size at the camera.
+    /// The sphere that points are put back onto, or one of no size at the camera.
     pub ball: Ball,
     /// How far one of its shapes reaches along each axis, at most: the largest box around a triangle, or the radius.
     pub extent: [f32; 3],
 }
+
+/// The ball of what no point is put back onto.
+const NOWHERE: Ball = Ball {
+    center: [0.0; 3],
+    radius: 0.0,
+};
 
 /// Of each triangle, the unit normals at its corners. Side by side and not by way of the vertices: a hit on a mesh of a
 /// million triangles waits for one line of the cache, not for four.
@@ -92,20 +103,17 @@ pub struct CameraRays {
 }
 
 /// The spheres relative to the camera. Of spheres that coincide once they are rounded, the first hides the others.
-fn distinct_spheres(scene: &Scene) -> Vec<(u32, &Sphere, Ball)> {
+fn distinct_spheres<'s>(scene: &'s Scene, space: &Space) -> Vec<(u32, &'s scene::Sphere, Sphere)> {
     let mut seen = HashSet::new();
     let narrowed = (0..).zip(scene.spheres()).map(|(number, sphere)| {
-        let ball = Ball {
-            center: narrow(sphere.center - scene.camera().origin),
-            radius: sphere.radius as f32,
-        };
-        (number, sphere, ball)
+        let center = space.from_camera(sphere.center).to_array();
+        (number, sphere, Sphere::new(center, space.length(sphere.radius)))
     });
     narrowed
-        .filter(|(_, _, ball)| {
+        .filter(|(_, _, Sphere { ball, origin_power })| {
             // The sum makes one zero of the two.
             let place = ball.center.map(|x| (x + 0.0).to_bits());
-            seen.insert((place, ball.radius.to_bits()))
+            seen.insert((place, ball.radius.to_bits(), origin_power.map(f32::to_bits)))
         })
         .collect()
 }
@@ -115,11 +123,7 @@ fn textured(scene: &Scene, mesh: &Mesh) -> Option<Textured> {
         return None;
     };
     let (texture, uvs) = (scene.material(index).texture.clone()?, mesh.uvs.as_ref()?);
-    Some(Textured {
-        triangles: mesh.triangles.clone(),
-        uvs: uvs.iter().map(|uv| uv.to_array().map(|x| x as f32)).collect(),
-        texture,
-    })
+    Some(Textured::new(&mesh.triangles, uvs, texture))
 }
 
 /// What orders lights; any order will do that depends on nothing else.
@@ -127,6 +131,15 @@ fn by_content(light: &SphereLight) -> [f32; 7] {
     let [x, y, z] = light.center;
     let [r, g, b] = light.le;
     [x, y, z, light.radius, r, g, b]
+}
+
+fn overlaps(scene: &Scene) -> Vec<bool> {
+    let pairs = scene.overlapping_meshes();
+    let mut overlaps = vec![false; if pairs.is_empty() { 0 } else { scene.meshes().len() }];
+    for &mesh in pairs.as_flattened() {
+        overlaps[mesh] = true;
+    }
+    overlaps
 }
 
 /// The sides of the smallest box that every triangle fits into, moved about.
@@ -154,15 +167,15 @@ impl World {
         robust: bool,
         film: FilmSize,
     ) -> Result<Self, EmbreeError> {
-        let (origin, accel) = (scene.camera().origin, intersector.accel);
+        let (space, accel) = (Space::of(scene), intersector.accel);
         let mut builder = SceneBuilder::new(device, robust)?;
         let mut line = Line::default();
         let in_line = intersector.lists_shapes();
-        let lamps = Emitters::of(scene)?;
+        let lamps = Emitters::of(scene, &space)?;
         let mut surfaces = Vec::with_capacity(scene.meshes().len() + scene.spheres().len());
         let mut normals = Vec::with_capacity(scene.meshes().len());
         for (mesh, &aims) in scene.meshes().iter().zip(&lamps.aims) {
-            let vertices: Vec<[f32; 3]> = mesh.vertices.iter().map(|&v| narrow(v - origin)).collect();
+            let vertices: Vec<[f32; 3]> = mesh.vertices.iter().map(|&v| space.point(v)).collect();
             if in_line {
                 line.add_mesh(normals.len() as u32, &vertices, &mesh.triangles, aims);
             }
@@ -172,20 +185,27 @@ impl World {
                 (AccelKind::Linear, _) => {}
             }
             let extent = largest_box(&vertices, &mesh.triangles);
-            let none = Ball {
-                center: [0.0; 3],
-                radius: 0.0,
-            };
-            surfaces.push(SurfaceRecord::new(scene, &mesh.surface, mesh.effects(), none, extent));
+            surfaces.push(SurfaceRecord::new(
+                scene,
+                &mesh.surface,
+                mesh.effects(),
+                NOWHERE,
+                extent,
+            ));
             normals.push(mesh.normals.as_ref().map(|normals| {
                 let corners = |triangle: &[u32; 3]| triangle.map(|i| narrow(normals[i as usize]));
                 mesh.triangles.iter().map(corners).collect()
             }));
         }
-        let spheres = distinct_spheres(scene);
+        let spheres = distinct_spheres(scene, &space);
         let mut lights = Vec::new();
-        for (i, (_, sphere, ball)) in spheres.iter().enumerate() {
-            let record = SurfaceRecord::new(scene, &sphere.surface, sphere.effects(), *ball, [ball.radius; 3]);
+        for (i, (_, sphere, Sphere { ball, origin_power })) in spheres.iter().enumerate() {
+            // By its power the ground is where it is to the rounding of the point, and centre and radius say less.
+            let (put_onto, extent) = match origin_power {
+                Some(_) => (NOWHERE, [0.0; 3]),
+                None => (*ball, [ball.radius; 3]),
+            };
+            let record = SurfaceRecord::new(scene, &sphere.surface, sphere.effects(), put_onto, extent);
             if let Some(le) = record.le
                 && le.iter().any(|&x| x > 0.0)
             {
@@ -194,6 +214,7 @@ impl World {
                     radius: ball.radius,
                     le,
                     sphere: i as u32,
+                    origin_power: *origin_power,
                 });
             }
             surfaces.push(record);
@@ -208,12 +229,12 @@ impl World {
         });
         let sphere_geometry = scene.meshes().len() as u32;
         let sphere_numbers = spheres.iter().map(|(number, ..)| *number).collect();
-        let balls: Vec<Ball> = spheres.into_iter().map(|(.., ball)| ball).collect();
+        let spheres: Vec<Sphere> = spheres.into_iter().map(|(.., sphere)| sphere).collect();
         if in_line {
-            line.set_spheres(balls.clone(), sphere_geometry);
+            line.set_spheres(spheres.clone(), sphere_geometry);
         }
         if accel == AccelKind::Embree {
-            builder.set_spheres(balls)?;
+            builder.set_spheres(spheres)?;
         }
         Ok(Self {
             accel: builder.commit()?,
@@ -228,8 +249,21 @@ impl World {
             triangle_lights: lamps.triangles,
             mesh_lights: lamps.meshes,
             environment: emitters::beyond(scene),
-            camera: CameraRays::of(scene.camera(), film),
+            camera: CameraRays::of(scene.camera(), film, &space),
+            overlaps: overlaps(scene),
+            space,
         })
+    }
+
+    /// Lanes that met a mesh whose faces others cover; `None` where there is no such mesh.
+    #[inline(always)]
+    pub fn covered<L: Lane>(&self, hit: &Hit<L>) -> Option<L::Mask> {
+        if self.overlaps.is_empty() {
+            return None;
+        }
+        let covered = |lane: &usize| self.overlaps.get(hit.geometry.lane(*lane) as usize) == Some(&true);
+        let bits = hit.found.lanes().filter(covered);
+        Some(L::Mask::from_bitmask(bits.fold(0, |bits, lane| bits | 1 << lane)))
     }
 
     /// Whether nothing but spheres emits.
@@ -302,7 +336,7 @@ impl CameraRays {
         (origin, (film * L::splat(self.focus) - origin).normalize())
     }
 
-    fn of(camera: &Camera, FilmSize { width, height }: FilmSize) -> Self {
+    fn of(camera: &Camera, FilmSize { width, height }: FilmSize, space: &Space) -> Self {
         let (w, h) = (f64::from(width), f64::from(height));
         let forward = (camera.target - camera.origin).normalize();
         let right = forward.cross(camera.up).normalize();
@@ -318,9 +352,9 @@ impl CameraRays {
             right: narrow(right * pixel),
             down: narrow(down * pixel),
             lens: camera.lens.map_or([[0.0; 3]; 2], |lens| {
-                [right * lens.radius, down * lens.radius].map(narrow)
+                [right * lens.radius, down * lens.radius].map(|axis| narrow(space.vector(axis)))
             }),
-            focus: camera.lens.map_or(1.0, |lens| lens.focus as f32),
+            focus: camera.lens.map_or(1.0, |lens| space.length(lens.focus) as f32),
         }
     }
 }
@@ -347,7 +381,7 @@ mod tests {
             }),
         };
         let film = FilmSize { width: 30, height: 20 };
-        let rays = CameraRays::of(&camera, film);
+        let rays = CameraRays::of(&camera, film, &Space::UNIT);
         let forward = (camera.target - camera.origin).normalize();
         let wide = |v: Vec3<f32>| DVec3::new(v.x.into(), v.y.into(), v.z.into());
         for (x, y) in [(0.0, 0.0), (15.0, 10.0), (29.5, 3.0)] {

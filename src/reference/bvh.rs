@@ -38,10 +38,14 @@ impl Bvh {
     }
 
     /// The index and meeting of the shape that the ray meets first, nearer than `far`, leaving `except` out.
+    ///
+    /// Of shapes that are as near as each other to the error of a distance, one that looks at the ray wins, then the first in the
+    /// scene.
     pub fn nearest(&self, shapes: &[Shape], ray: &Ray, far: f64, except: Option<u32>) -> Option<(u32, Meeting)> {
         let inverse = ray.direction.recip();
         let enter = |node: u32, far| self.nodes[node as usize].bounds.enter(ray.origin, inverse, far);
         let mut best: Option<(u32, Meeting)> = None;
+        let end = far;
         let mut far = far;
         let mut todo = Vec::with_capacity(64);
         todo.extend(enter(0, far).map(|distance| (0, distance)));
@@ -54,8 +58,10 @@ impl Bvh {
                     for &index in &self.order[first as usize..(first + count) as usize] {
                         if Some(index) != except
                             && let Some(meeting) = shapes[index as usize].meet(ray, far)
+                            && best.is_none_or(|first| wins(shapes, ray, (index, meeting), first))
                         {
-                            far = meeting.distance;
+                            // What is a little farther may still be as near.
+                            far = (meeting.distance + error(&shapes[index as usize], &meeting)).min(end);
                             best = Some((index, meeting));
                         }
                     }
@@ -104,6 +110,21 @@ impl Bvh {
             }
         }
     }
+}
+
+/// How far a distance may be off.
+fn error(shape: &Shape, meeting: &Meeting) -> f64 {
+    shape.offset() + 1e-12 * meeting.distance
+}
+
+/// Whether a meeting comes before another one.
+fn wins(shapes: &[Shape], ray: &Ray, (index, new): (u32, Meeting), (first, old): (u32, Meeting)) -> bool {
+    let (shape, other) = (&shapes[index as usize], &shapes[first as usize]);
+    if (new.distance - old.distance).abs() > error(shape, &new).max(error(other, &old)) {
+        return new.distance < old.distance;
+    }
+    let looks_away = |shape: &Shape, meeting| shape.normal(shape.point(ray, meeting)).dot(ray.direction) > 0.0;
+    (looks_away(shape, &new), index) < (looks_away(other, &old), first)
 }
 
 /// Appends the subtree of `order`, whose first element is number `first` of the whole.

@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use super::invalid::InvalidScene;
 use super::parts::{Camera, Environment, FilmSize, Material, MaterialId, Mesh, RenderTable, Sphere};
-use super::{Scene, check, covered};
+use super::{Scene, check, coincide, covered};
 
 /// A scene in the making: [`Scene::builder`] begins a new one, [`Scene::to_builder`] a changed one.
 ///
@@ -114,8 +114,9 @@ impl SceneBuilder {
 
     /// Checks everything, leaves out what can never be seen (the notes of the scene say so), and makes the scene.
     ///
-    /// Left out are triangles without area, spheres that coincide with an earlier one, and triangles that emit and lie exactly on
-    /// earlier ones that emit. So a place in a list of the scene may be before that in the builder's.
+    /// Left out are triangles without area, spheres that coincide with an earlier one, spheres that single precision does not tell
+    /// from one around or inside them, which the camera sees instead, and triangles that lie exactly on earlier ones which hide them.
+    /// So a place in a list of the scene may be before that in the builder's.
     ///
     /// # Errors
     /// The first thing that a scene cannot have: a number that is not finite or that single precision cannot hold, a negative
@@ -123,16 +124,21 @@ impl SceneBuilder {
     pub fn build(mut self) -> Result<Scene, InvalidScene> {
         check::all(&self)?;
         let mut notes = self.notes.clone();
+        let origin = self.camera.origin;
         covered::drop_spheres(&mut self.spheres, &mut notes);
+        notes.extend(coincide::drop_close(&mut self.spheres, origin));
         for (index, mesh) in self.meshes.iter_mut().enumerate() {
             covered::drop_flat(index, mesh, &mut notes)?;
         }
-        covered::drop_triangles(&mut self.meshes, self.camera.origin, &mut notes);
+        covered::drop_triangles(&mut self.meshes, origin, &mut notes);
+        covered::drop_twins(&mut self.meshes, &self.materials, &mut notes);
+        let overlaps = covered::note_overlaps(&mut self.meshes, origin, &mut notes);
         covered::note_reach(&self, &mut notes);
         covered::note_darkness(&self, &mut notes);
         Ok(Scene {
             parts: self,
             notes,
+            overlaps,
             hash: OnceLock::new(),
         })
     }

@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::SceneBuilder;
 use super::invalid::{InvalidScene, Subject, Wrong};
 use super::mesh::has_area;
-use super::parts::{Environment, Mesh, Sphere, Surface};
+use super::parts::{Environment, Material, Mesh, Sphere, Surface};
+use super::{SceneBuilder, coincide};
 
 /// Leaves out triangles whose corners lie on one line.
 ///
@@ -94,30 +94,67 @@ pub fn drop_triangles(meshes: &mut Vec<Arc<Mesh>>, origin: DVec3, notes: &mut Ve
     }
 }
 
-/// Squares of lengths and the volumes of corners leave single precision beyond this, and below one over it.
-const FARTHEST: f64 = 1e12;
+/// Leaves out faces that lie exactly on earlier ones which hide them for certain.
+pub fn drop_twins(meshes: &mut Vec<Arc<Mesh>>, materials: &[Material], notes: &mut Vec<String>) {
+    let one_sided = |surface: &Surface| matches!(*surface, Surface::Material(id) if materials[id.index()].one_sided);
+    let keep = |mesh: &mut Arc<Mesh>, kept: &dyn Fn(usize) -> bool| {
+        let mut numbers = 0..;
+        let triangles = &mut Arc::make_mut(mesh).triangles;
+        triangles.retain(|_| numbers.next().is_some_and(kept));
+    };
+    notes.extend(coincide::drop_twins(meshes, one_sided, keep));
+}
 
-/// Says where the scene as a whole is so large or so small that packets lose it.
+/// Says which meshes have faces in one plane that cover each other, and returns their pairs. Meshes of which nothing is left go
+/// after the notes, which count them; the pairs are of those that stay.
+pub fn note_overlaps(meshes: &mut Vec<Arc<Mesh>>, origin: DVec3, notes: &mut Vec<String>) -> Vec<[usize; 2]> {
+    let (mut pairs, all) = coincide::overlaps(meshes, origin);
+    notes.extend(coincide::note_overlaps(meshes, &pairs));
+    if !all {
+        notes.push("there are too many faces beside each other to ask all of them whether they coincide".to_owned());
+    }
+    // Where a mesh will be once those before it that are empty are gone.
+    let mut places = Vec::with_capacity(meshes.len());
+    let mut place = 0;
+    for mesh in meshes.iter() {
+        places.push(place);
+        place += usize::from(!mesh.triangles.is_empty());
+    }
+    pairs.iter_mut().flatten().for_each(|mesh| *mesh = places[*mesh]);
+    meshes.retain(|mesh| !mesh.triangles.is_empty());
+    pairs
+}
+
+/// Shapes that are smaller than this part of the farthest distance are lost to single precision, whatever the unit of length: of
+/// meshes textures and smooth normals first, 2^-58.
+const SMALLEST: f64 = 1.0 / (1_u64 << 58) as f64;
+
+/// Says where a shape is so small beside the scene that packets lose it.
 pub fn note_reach(scene: &SceneBuilder, notes: &mut Vec<String>) {
     let origin = scene.camera.origin;
-    let of_spheres = scene.spheres.iter().map(|s| (s.center - origin).length() + s.radius);
-    let of_mesh = |mesh: &Arc<Mesh>| {
-        let corners = mesh.triangles.iter().flatten();
-        let reach = corners.map(|&corner| (mesh.vertices[corner as usize] - origin).length());
-        reach.fold(0.0, f64::max)
-    };
-    let reach = of_spheres.chain(scene.meshes.iter().map(of_mesh)).fold(0.0, f64::max);
-    let said = if reach > FARTHEST {
-        "give lengths in a larger unit, or bring in what is so far away"
-    } else if 0.0 < reach && reach < 1.0 / FARTHEST {
-        "give lengths in a smaller unit"
-    } else {
-        return;
-    };
-    notes.push(format!(
-        "the scene reaches {reach:.1e} from the camera; beyond {FARTHEST:e} and below {:e} single precision loses shapes: {said}",
-        1.0 / FARTHEST
-    ));
+    let corners = |mesh: &Mesh, t: &[u32; 3]| t.map(|i| mesh.vertices[i as usize] - origin);
+    let of_spheres = scene
+        .spheres
+        .iter()
+        .map(|s| ((s.center - origin).length() + s.radius, 2.0 * s.radius));
+    let of_meshes = scene.meshes.iter().map(|mesh| {
+        let faces = mesh.triangles.iter().map(|t| corners(mesh, t));
+        faces.fold((0.0_f64, 0.0_f64), |(reach, size), [a, b, c]| {
+            let side = (a.max(b).max(c) - a.min(b).min(c)).max_element();
+            (reach.max(a.length()).max(b.length()).max(c.length()), size.max(side))
+        })
+    });
+    let (reach, smallest) = of_spheres
+        .chain(of_meshes)
+        .fold((0.0_f64, f64::INFINITY), |(reach, smallest), (r, s)| {
+            (reach.max(r), smallest.min(s))
+        });
+    if smallest < SMALLEST * reach {
+        notes.push(format!(
+            "the scene reaches {reach:.1e} from the camera, and its smallest shape {smallest:.1e}: below {SMALLEST:.1e} of the reach \
+             single precision loses textures, smooth normals and shapes: bring in what is so far away, or leave out one of the two"
+        ));
+    }
 }
 
 /// Says that nothing emits.

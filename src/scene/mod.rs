@@ -10,6 +10,7 @@
 
 mod builder;
 mod check;
+mod coincide;
 mod covered;
 mod effect;
 mod environment;
@@ -60,6 +61,7 @@ pub use texture::{Texture, Wrap};
 pub struct Scene {
     parts: SceneBuilder,
     notes: Vec<String>,
+    overlaps: Vec<[usize; 2]>,
     hash: OnceLock<String>,
 }
 
@@ -125,6 +127,12 @@ impl Scene {
     /// What the user should be told about the scene: one sentence each, nothing that stops a render.
     pub fn notes(&self) -> &[String] {
         &self.notes
+    }
+
+    /// Pairs of meshes, by their numbers, that have faces in one plane which cover each other: rays look again there. A mesh beside
+    /// itself has faces that lie back to back.
+    pub fn overlapping_meshes(&self) -> &[[usize; 2]] {
+        &self.overlaps
     }
 
     /// SHA-256, in hexadecimal, of all that decides a picture but its size and the settings of the render: camera, shapes with

@@ -2,8 +2,10 @@
 
 mod ball;
 mod ray;
+mod sphere;
 mod triangle;
 
 pub use ball::Ball;
 pub use ray::{AimNames, Aims, Hit, NO_SPHERE, Ray};
+pub use sphere::Sphere;
 pub use triangle::{FromOrigin, Triangle};

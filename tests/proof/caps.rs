@@ -27,6 +27,7 @@ fn place<L: Lane>(sine: f64, height: f64) -> (ShadingPoint<L>, SphereLight) {
         radius: (3.0 * sine) as f32,
         le: [2.0, 3.0, 5.0],
         sphere: 0,
+        origin_power: None,
     };
     (point, light)
 }

@@ -41,6 +41,7 @@ pub fn light<L: Lane>(point: &ShadingPoint<L>, sine: f64, off: f64, dip: f64) ->
         radius: (5.0 * sine) as f32,
         le: [2.0, 3.0, 5.0],
         sphere: 0,
+        origin_power: None,
     }
 }
 

@@ -167,6 +167,7 @@ fn cones_of_lights_give_the_bits_of_one_lane() {
                 radius: 0.5,
                 le: [1.0; 3],
                 sphere: 0,
+                origin_power: None,
             };
             let cone = light.cone(vector(x));
             let t = cone.t(vector(&x[3..]).normalize());

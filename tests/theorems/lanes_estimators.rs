@@ -150,18 +150,21 @@ fn estimators_give_the_bits_of_one_lane_under_partial_masks() {
             radius: 1.0,
             le: [3.0, 2.0, 1.0],
             sphere: 0,
+            origin_power: None,
         },
         SphereLight {
             center: [0.0, 0.1, 0.0],
             radius: 0.8,
             le: [3.0, 2.0, 1.0],
             sphere: 1,
+            origin_power: None,
         },
         SphereLight {
             center: [9.0, -40.0, 3.0],
             radius: 1e-3,
             le: [1e6, 2.0, 1e-6],
             sphere: 2,
+            origin_power: None,
         },
     ];
     // Wide, touched by some points, and tiny.

@@ -69,7 +69,8 @@ impl Vectors<'_> {
 }
 
 /// Rays in the units and the coordinates of the scene. They start at their origins and end after `tmax` lengths of their directions,
-/// which need not be unit. A ray meets nothing if its direction is 0, or if a number of it is not finite (`tmax` may be infinite).
+/// which need not be unit. A ray meets nothing if its direction is 0, if a number of it is not finite (`tmax` may be infinite), or if
+/// it starts farther from the camera than 2^98 times the farthest shape: single precision cannot hold that.
 #[derive(Clone, Copy, Debug)]
 pub struct Rays<'a> {
     pub(super) origins: Vectors<'a>,

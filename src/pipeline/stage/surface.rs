@@ -128,7 +128,8 @@ pub fn shading_point<L: TraceLane, T: Tracer, const HELD: u32>(
             L::from_fn(|lane| ball(lane).center[2]),
         );
         let radius = L::from_fn(|lane| ball(lane).radius);
-        p = Vec3::select(surfaces.spheres, ng.mul_add(radius, center), p);
+        let put_back = surfaces.spheres & radius.gt(L::zero());
+        p = Vec3::select(put_back, ng.mul_add(radius, center), p);
     }
     ng = face(ng, wo);
     let n = if surfaces.call::<HELD>(Effect::SmoothNormals) {

@@ -21,6 +21,7 @@ fn sphere(center: [f32; 3], radius: f32) -> SphereLight {
         radius,
         le: [1.0; 3],
         sphere: 0,
+        origin_power: None,
     }
 }
 

@@ -165,5 +165,6 @@ pub fn light(center: [f64; 3], radius: f64, sphere: u32) -> SphereLight {
         radius: radius as f32,
         le: [1.0; 3],
         sphere,
+        origin_power: None,
     }
 }

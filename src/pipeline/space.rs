@@ -1,0 +1,119 @@
+//! Where shapes are for the packets: the camera at 0, and lengths in units that suit `f32` and Embree.
+//!
+//! Lengths are multiplied by a power of two, so that the farthest shape is 2^28 to 2^29 away. That changes exponents alone: no
+//! digit of a picture depends on the unit of a scene. It matters to Embree 4.4.0, whose test of triangles sets barycentric
+//! coordinates to 0 where twice the projected area is below 1e-18: at edges of 1e-9 units, whatever else is in the scene. Now
+//! that happens at edges of 2^-58 of the farthest distance. Fourth powers of lengths still fit into `f32`.
+
+use glam::DVec3;
+
+use super::narrow::narrow;
+use crate::scene::Scene;
+
+/// Distance of the farthest shape, as a power of two.
+const FARTHEST: i32 = 28;
+
+/// The smallest and largest exponent that `f64` holds with room for a product.
+const EXPONENTS: i32 = 500;
+
+/// From the lengths of a scene to those of its packets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Space {
+    origin: DVec3,
+    /// A power of two.
+    scale: f64,
+}
+
+impl Space {
+    /// The camera at the origin, lengths as they are.
+    #[cfg(test)]
+    pub const UNIT: Self = Self {
+        origin: DVec3::ZERO,
+        scale: 1.0,
+    };
+
+    /// The space of a scene.
+    pub fn of(scene: &Scene) -> Self {
+        let origin = scene.camera().origin;
+        let of_spheres = scene
+            .spheres()
+            .iter()
+            .map(|s| (s.center - origin).abs().max_element() + s.radius);
+        let corners = scene
+            .meshes()
+            .iter()
+            .flat_map(|mesh| mesh.triangles.iter().flatten().map(|&i| mesh.vertices[i as usize]));
+        let of_corners = corners.map(|corner| (corner - origin).abs().max_element());
+        let reach = of_spheres.chain(of_corners).fold(0.0, f64::max);
+        let scale = if reach > 0.0 {
+            let exponent = reach.log2().floor() as i32;
+            2.0_f64.powi((FARTHEST - exponent).clamp(-EXPONENTS, EXPONENTS))
+        } else {
+            1.0
+        };
+        Self { origin, scale }
+    }
+
+    /// A point.
+    pub fn point(&self, p: DVec3) -> [f32; 3] {
+        narrow(self.vector(p - self.origin))
+    }
+
+    /// A vector or a position that is relative to the camera.
+    pub fn vector(&self, v: DVec3) -> DVec3 {
+        v * self.scale
+    }
+
+    /// From the camera to a point, in double precision.
+    pub fn from_camera(&self, p: DVec3) -> DVec3 {
+        self.vector(p - self.origin)
+    }
+
+    /// A length.
+    pub fn length(&self, x: f64) -> f64 {
+        x * self.scale
+    }
+
+    /// An area.
+    pub fn area(&self, x: f64) -> f64 {
+        x * self.scale * self.scale
+    }
+
+    /// A length in the units of the scene.
+    pub fn to_scene(&self, x: f32) -> f32 {
+        (f64::from(x) / self.scale) as f32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    fn scene(scale: f64) -> Scene {
+        let text = format!(
+            "[camera]\norigin = [{}, 0, 0]\ntarget = [0, 0, 0]\nup = [0, 1, 0]\nfov_x = 40\n[film]\nwidth = 4\nheight = 4\n\
+             [[spheres]]\ncenter = [0, {}, 0]\nradius = {}\nemission = [1, 1, 1]\n",
+            3.0 * scale,
+            5.0 * scale,
+            0.1 * scale
+        );
+        Scene::parse(&text, Path::new("s.toml")).unwrap()
+    }
+
+    /// A space changes no digit, and any unit of length leads to the same numbers.
+    #[test]
+    fn units_of_length_leave_no_trace() {
+        let base = Space::of(&scene(1.0));
+        assert_eq!(base.scale.log2().fract(), 0.0);
+        let p = DVec3::new(0.3, -0.7, 1.1);
+        for exponent in [-100, -30, -1, 1, 30, 60] {
+            let unit = 2.0_f64.powi(exponent);
+            let other = Space::of(&scene(unit));
+            assert_eq!(other.point(p * unit), base.point(p), "2^{exponent}");
+            assert_eq!(other.area(0.3 * unit * unit), base.area(0.3));
+            assert_eq!(other.to_scene(7.0), base.to_scene(7.0) * unit as f32);
+        }
+    }
+}

@@ -158,7 +158,7 @@
 //! estimators, and a film collects the sums.
 //!
 //! Layers, lowest first; a module uses only those before it, and `tests/layers.rs` keeps that true:
-//! [`cpu`], [`about`], [`machine`] and [`settings`] · [`lane`] · [`math`] · [`sampling`] · [`bsdf`] and [`light`] · [`shape`] · [`embree`] and
+//! [`cpu`], [`about`], [`machine`], [`settings`] and [`texels`] · [`lane`] · [`math`] · [`sampling`] · [`bsdf`] and [`light`] · [`shape`] · [`embree`] and
 //! [`linear`] · [`scene`] ·
 //! [`estimator`] · [`film`] and [`pipeline`] · [`run`] · [`mod@reference`] (of scene data alone) · [`study`] · [`cli`].
 //!
@@ -208,6 +208,7 @@ pub mod settings;
 #[doc(hidden)]
 pub mod shape;
 pub mod study;
+pub mod texels;
 
 pub use pipeline::rays;
 pub use run::{RenderError, RenderOptions, render};

@@ -16,11 +16,12 @@ enum Uses {
 use Uses::{Below, Only};
 
 /// Module, layer, what it may use: the line of `src/lib.rs` that starts with "Layers", in its order.
-const TABLE: [(&str, u32, Uses); 20] = [
+const TABLE: [(&str, u32, Uses); 21] = [
     ("cpu", 0, Below),
     ("about", 0, Below),
     ("machine", 0, Below),
     ("settings", 0, Below),
+    ("texels", 0, Below),
     ("lane", 1, Below),
     ("math", 2, Below),
     ("sampling", 3, Below),
@@ -31,7 +32,7 @@ const TABLE: [(&str, u32, Uses); 20] = [
     ("embree", 6, Only(&["lane", "math", "shape"])),
     ("linear", 6, Only(&["lane", "math", "shape"])),
     // Scene data is for the oracle too: nothing of the fast path may leak into it.
-    ("scene", 7, Only(&["settings"])),
+    ("scene", 7, Only(&["settings", "texels"])),
     // Functions of points, directions and numbers: no scene, no accelerator.
     ("estimator", 8, Only(&["bsdf", "light", "sampling", "math", "lane"])),
     ("film", 9, Below),

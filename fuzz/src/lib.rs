@@ -22,6 +22,19 @@ pub fn mesh(ending: &str, bytes: &[u8]) {
     load(&text, &folder.join("scene.toml"));
 }
 
+/// Reads `bytes` as a picture with this ending, as a texture and as an environment.
+pub fn picture(ending: &str, bytes: &[u8]) {
+    let folder = folder();
+    fs::write(folder.join(format!("picture.{ending}")), bytes).expect("the folder takes files");
+    let view = "[camera]\norigin = [0, 0, 0]\ntarget = [0, 0, 1]\nup = [0, 1, 0]\nfov_x = 40\n\
+        [film]\nwidth = 4\nheight = 4\n";
+    let texture = format!("{view}[materials.m]\ndiffuse = [1, 1, 1]\ntexture = \"picture.{ending}\"\n");
+    let environment = format!("{view}[environment]\nfile = \"picture.{ending}\"\n");
+    for text in [texture, environment] {
+        load(&text, &folder.join("scene.toml"));
+    }
+}
+
 /// A folder of this process; in memory where the system has such a place.
 fn folder() -> PathBuf {
     let shared = Path::new("/dev/shm");

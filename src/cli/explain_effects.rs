@@ -51,7 +51,9 @@ fn evidence(scene: &Scene, features: &Features, effect: Effect) -> String {
             of(materials, scene.materials().len(), "materials")
         ),
         Effect::Spheres | Effect::SphereLights => of(count, scene.spheres().len(), "spheres"),
-        Effect::Meshes | Effect::MeshLights | Effect::SmoothNormals => of(count, scene.meshes().len(), "meshes"),
+        Effect::Meshes | Effect::MeshLights | Effect::SmoothNormals | Effect::SmoothTerminator => {
+            of(count, scene.meshes().len(), "meshes")
+        }
         Effect::Lens => {
             let lens = scene.camera().lens.map_or((0.0, 0.0), |lens| (lens.radius, lens.focus));
             format!("radius {}, in focus at {}", lens.0, lens.1)

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use clap::Parser;
 use toml::{Table, Value};
 
+use super::inputs::Inputs;
 use super::options::switch;
 use super::outputs;
 use super::request::Request;
@@ -75,7 +76,9 @@ pub fn read(path: &Path) -> Result<Vec<Request>, CliError> {
         let of_entry = entry_of(entry, defaults, folder);
         wanted.extend(of_entry.map_err(|what| bad(format!("[[pictures]] {number}: {what}")))?);
     }
-    outputs::look(wanted.iter().map(|one| &one.targets))?;
+    let mut inputs = Inputs::named_by(wanted.iter().map(|one| &one.scene));
+    inputs.add(Inputs::of("this batch", [path.to_owned(), notes_beside(path)]));
+    outputs::look(wanted.iter().map(|one| &one.targets), &inputs)?;
     Ok(wanted)
 }
 
@@ -120,6 +123,7 @@ fn entry_of(entry: &Table, defaults: &Table, folder: &Path) -> Result<Vec<Reques
             .args;
         let (stats, checkpoint) = (args.stats.as_deref(), args.checkpoint.as_deref());
         let targets = outputs::of_scene(&args.scenes[0], &args.outputs, stats, checkpoint);
+        let targets = targets.with_snapshots(args.snapshots);
         Ok(args.requests(vec![targets]))
     };
     let requests = scenes.into_iter().map(one).collect::<Result<Vec<_>, String>>()?;

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::inputs::{Inputs, keeps_checkpoints};
 use super::options;
 use super::{CliError, Exit, report};
 use crate::film::{Film, check_output, sums_file, write_picture};
@@ -51,8 +52,11 @@ struct Part {
 /// # Errors
 /// Parts that are damaged, do not belong together, overlap or are missing; pictures that cannot be written.
 pub fn run(args: &Args) -> Result<Exit, CliError> {
+    let parts = Inputs::of("merge", args.parts.iter().cloned());
+    parts.are_kept_by(args.outputs.iter().map(PathBuf::as_path))?;
     for path in &args.outputs {
         check_output(path).map_err(|error| CliError::bad_path(&error))?;
+        keeps_checkpoints(path)?;
     }
     let parts = in_order(args)?;
     let mut film: Option<Film> = None;

@@ -10,6 +10,7 @@ mod error;
 mod explain;
 mod explain_effects;
 mod hunt;
+mod inputs;
 mod interrupt;
 mod looker;
 mod manifest;

@@ -1,10 +1,11 @@
 //! Which files a render writes, known and checked before it starts.
 
-use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use super::CliError;
+use super::inputs::{Inputs, keeps_checkpoints};
 use crate::film::{check_output, replace};
+use crate::run::MOST_SPP;
 
 /// Stands for the scene's name in `--output` and `--stats`.
 const NAME: &str = "{name}";
@@ -18,6 +19,27 @@ pub struct Targets {
     pub stats: Option<PathBuf>,
     /// The state of the render.
     pub checkpoint: Option<PathBuf>,
+    /// Pictures on the way.
+    pub snapshots: Vec<PathBuf>,
+}
+
+impl Targets {
+    /// With the pictures that `--snapshots` may write.
+    #[must_use]
+    pub fn with_snapshots(mut self, wanted: bool) -> Self {
+        let pictures = self.pictures.iter().filter(|path| wanted && !is_sums(path));
+        let passes = (0..=MOST_SPP.ilog2()).map(|power| 1 << power);
+        self.snapshots = pictures
+            .flat_map(|path| passes.clone().map(|passes| snapshot(path, passes)))
+            .collect();
+        self
+    }
+
+    /// Every file that may be written.
+    pub fn all(&self) -> impl Iterator<Item = &Path> {
+        let others = self.stats.iter().chain(&self.checkpoint).chain(&self.snapshots);
+        self.pictures.iter().chain(others).map(PathBuf::as_path)
+    }
 }
 
 /// The files of every scene, in the order of the scenes.
@@ -29,6 +51,7 @@ pub fn plan(
     outputs: &[PathBuf],
     stats: Option<&Path>,
     checkpoint: Option<&Path>,
+    snapshots: bool,
 ) -> Result<Vec<Targets>, CliError> {
     if let Some(path) = stats
         && path.extension().is_none_or(|ending| ending != "json")
@@ -47,27 +70,18 @@ pub fn plan(
         let what = format!("{}: one file for {} scenes", path.display(), scenes.len());
         return Err(CliError::usage(what).with_help("write {name} where the scene's name goes, as in out/{name}.exr"));
     }
-    let of_scene = |scene: &PathBuf| of_scene(scene, outputs, stats, checkpoint);
+    let of_scene = |scene: &PathBuf| of_scene(scene, outputs, stats, checkpoint).with_snapshots(snapshots);
     let targets: Vec<Targets> = scenes.iter().map(of_scene).collect();
-    look(targets.iter())?;
+    look(targets.iter(), &Inputs::named_by(scenes))?;
     Ok(targets)
 }
 
-/// Looks whether all these files can be written.
+/// Looks whether all these files can be written without taking the place of an input.
 ///
 /// # Errors
 /// The first that cannot, or would be written twice.
-pub fn look<'a>(targets: impl Iterator<Item = &'a Targets> + Clone) -> Result<(), CliError> {
-    let mut seen = HashSet::new();
-    for path in targets
-        .clone()
-        .flat_map(|target| target.pictures.iter().chain(&target.stats).chain(&target.checkpoint))
-    {
-        if !seen.insert(path) {
-            let what = format!("{}: would be written twice", path.display());
-            return Err(CliError::usage(what).with_help("give each scene and each picture its own name"));
-        }
-    }
+pub fn look<'a>(targets: impl Iterator<Item = &'a Targets> + Clone, inputs: &Inputs) -> Result<(), CliError> {
+    inputs.are_kept_by(targets.clone().flat_map(Targets::all))?;
     for target in targets {
         let (sums, pictures): (Vec<_>, Vec<_>) = target.pictures.iter().partition(|path| is_sums(path));
         for path in pictures {
@@ -75,6 +89,9 @@ pub fn look<'a>(targets: impl Iterator<Item = &'a Targets> + Clone) -> Result<()
         }
         for path in sums.into_iter().chain(&target.stats).chain(&target.checkpoint) {
             replace::check(path).map_err(|error| CliError::bad_path(&error))?;
+        }
+        for path in target.pictures.iter().chain(&target.stats).chain(&target.snapshots) {
+            keeps_checkpoints(path)?;
         }
     }
     Ok(())
@@ -101,6 +118,7 @@ pub fn of_scene(scene: &Path, outputs: &[PathBuf], stats: Option<&Path>, checkpo
         pictures,
         stats: stats.map(|path| fill(path, &name)),
         checkpoint: checkpoint.map(|path| fill(path, &name)),
+        snapshots: Vec::new(),
     }
 }
 
@@ -128,10 +146,17 @@ mod tests {
     #[test]
     fn names_are_filled_in_for_every_scene() {
         let scenes = ["a/veach.toml".into(), "b.v2.toml".into()];
-        let targets = plan(&scenes, &[], None, None).unwrap();
+        let targets = plan(&scenes, &[], None, None, false).unwrap();
         assert_eq!(targets[0].pictures, [PathBuf::from("veach.exr"), "veach.png".into()]);
         assert_eq!(targets[1].pictures, [PathBuf::from("b.v2.exr"), "b.v2.png".into()]);
-        let targets = plan(&scenes, &["{name}-x.npy".into()], Some(Path::new("{name}.json")), None).unwrap();
+        let targets = plan(
+            &scenes,
+            &["{name}-x.npy".into()],
+            Some(Path::new("{name}.json")),
+            None,
+            false,
+        )
+        .unwrap();
         assert_eq!(targets[1].pictures, [PathBuf::from("b.v2-x.npy")]);
         assert_eq!(targets[1].stats, Some("b.v2.json".into()));
     }
@@ -140,7 +165,7 @@ mod tests {
     fn names_that_clash_are_refused() {
         let says = |scenes: &[&str], outputs: &[&str]| {
             let paths = |list: &[&str]| list.iter().map(PathBuf::from).collect::<Vec<_>>();
-            plan(&paths(scenes), &paths(outputs), None, None)
+            plan(&paths(scenes), &paths(outputs), None, None, false)
                 .unwrap_err()
                 .to_string()
         };

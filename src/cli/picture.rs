@@ -7,6 +7,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use super::inputs::Inputs;
 use super::interrupt::Interrupt;
 use super::overall::Overall;
 use super::progress::Bar;
@@ -51,6 +52,7 @@ impl<'a> Job<'a> {
     fn set_up(self) -> Result<Option<(Render<'a>, Run)>, CliError> {
         let (request, started) = (self.request, Instant::now());
         let scene = request.load()?;
+        Inputs::of_scene(&scene).are_kept_by(request.targets.all())?;
         let load_time = started.elapsed();
         options::check_size(request.options.size)?;
         let (settings, goal) = (request.settings(&scene), request.goal(scene.render().spp));

@@ -7,6 +7,7 @@ use clap::builder::RangedU64ValueParser;
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::ThreadPoolBuilder;
 
+use super::inputs::{Inputs, keeps_checkpoints};
 use super::reading::Reading;
 use super::{CliError, Exit, options, report};
 use crate::film::{Attributes, Picture, Value, check_output, write_picture};
@@ -57,8 +58,10 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     }
     for path in [&args.output, &stderr_path] {
         check_output(path).map_err(|error| CliError::bad_path(&error))?;
+        keeps_checkpoints(path)?;
     }
     let scene = args.reading.load(&args.scene)?;
+    Inputs::of_scene(&scene).are_kept_by([args.output.as_path(), &stderr_path])?;
     let film = args.size.unwrap_or(scene.film());
     // 0 stands for as many as the machine offers.
     let threads = ThreadPoolBuilder::new().num_threads(args.threads.unwrap_or(0)).build();

@@ -154,6 +154,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
         &args.outputs,
         args.stats.as_deref(),
         args.checkpoint.as_deref(),
+        args.snapshots,
     )?;
     let interrupt = Interrupt::listen(args.quiet)?;
     let requests = args.requests(targets);

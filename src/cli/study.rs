@@ -5,6 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use super::inputs::{Inputs, keeps_checkpoints};
 use super::interrupt::Interrupt;
 use super::looker::Looker;
 use super::options::Options;
@@ -70,6 +71,11 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     let interrupt = Interrupt::listen(true)?;
     let started = Instant::now();
     let scene = args.options.reading.load(&args.scene)?;
+    if let Some(folder) = &args.output {
+        let files: Vec<PathBuf> = page::NAMES.iter().map(|name| folder.join(name)).collect();
+        Inputs::of_scene(&scene).are_kept_by(files.iter().map(PathBuf::as_path))?;
+        files.iter().try_for_each(|file| keeps_checkpoints(file))?;
+    }
     let load_s = started.elapsed().as_secs_f64();
     let settings = args.options.settings(&scene)?;
     let scene = SceneBuilder {

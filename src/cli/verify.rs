@@ -6,12 +6,14 @@ use std::path::{Path, PathBuf};
 
 use clap::builder::RangedU64ValueParser;
 
+use super::inputs::{Inputs, keeps_checkpoints};
 use super::interrupt::Interrupt;
 use super::looker::Looker;
 use super::reading::Reading;
 use super::verify_report::{self, Circumstances};
 use super::{CliError, Exit, options, report};
 use crate::film::{Attributes, Value, replace, write_picture};
+use crate::scene::Scene;
 use crate::study::verify::{self, Options, Report, Verdict, VerifyError};
 
 const EXAMPLES: &str = "\
@@ -79,6 +81,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     check_targets(args)?;
     let interrupt = Interrupt::listen(true)?;
     let scene = args.reading.load(&args.scene)?;
+    keeps_inputs(args, &scene)?;
     let options = Options {
         budget: args.budget,
         threads: args.threads.unwrap_or_else(crate::pipeline::all_threads),
@@ -137,6 +140,27 @@ fn check_targets(args: &Args) -> Result<(), CliError> {
         } else {
             // It is created only if something fails; whether it could be shows its own folder.
             replace::check(folder).map_err(|error| CliError::bad_path(&error))?;
+        }
+    }
+    Ok(())
+}
+
+/// What fails is known only afterwards: no input may have a name that evidence could have.
+fn keeps_inputs(args: &Args, scene: &Scene) -> Result<(), CliError> {
+    let inputs = Inputs::of_scene(scene);
+    inputs.are_kept_by(args.stats.as_deref())?;
+    args.stats.as_deref().map_or(Ok(()), keeps_checkpoints)?;
+    let Some(folder) = &args.output else {
+        return Ok(());
+    };
+    let evidence = |name: &str| {
+        let bytes = name.as_bytes();
+        let numbered = bytes.iter().take_while(|byte| byte.is_ascii_digit()).count() >= 2;
+        numbered && (name.ends_with(".exr") || name.ends_with(".png"))
+    };
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        if evidence(&entry.file_name().to_string_lossy()) {
+            inputs.are_kept_by([entry.path().as_path()])?;
         }
     }
     Ok(())

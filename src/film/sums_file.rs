@@ -72,6 +72,13 @@ pub fn read_about<A: DeserializeOwned>(path: &Path) -> Result<(A, u32), PictureE
     Ok((about, crc))
 }
 
+/// Whether a file is one that [`write()`] has written, whole or not.
+pub fn is_one(path: &Path) -> bool {
+    let mut magic = [0; MAGIC.len()];
+    let is_file = std::fs::metadata(path).is_ok_and(|found| found.is_file());
+    is_file && File::open(path).is_ok_and(|mut file| file.read_exact(&mut magic).is_ok() && magic == *MAGIC)
+}
+
 fn damaged(path: &Path, error: &io::Error) -> PictureError {
     let what = match error.kind() {
         io::ErrorKind::UnexpectedEof => "is cut short".to_owned(),

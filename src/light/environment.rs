@@ -3,11 +3,15 @@
 //! Both say for a direction what radiance comes from there and one over the density with which they draw it.
 
 use std::f32::consts::FRAC_1_PI;
+use std::sync::Arc;
+
+use rayon::prelude::*;
 
 use crate::lane::{Bits, Lane, Mask};
 use crate::math::elementary::{angle, sin_cos_turn};
 use crate::math::{Frame, Vec3};
 use crate::sampling::{Discrete, Pair, warp};
+use crate::texels::Texels;
 
 /// Light from beyond the scene.
 pub trait Beyond {
@@ -71,7 +75,7 @@ pub struct LatLong {
     width: usize,
     height: usize,
     /// Radiance of the centres, row by row from the top.
-    texels: Vec<[f32; 3]>,
+    texels: Arc<Texels>,
     rows: Discrete,
     /// The columns of each row; none in a row that is black.
     columns: Vec<Option<Discrete>>,
@@ -86,34 +90,35 @@ pub struct LatLong {
 impl LatLong {
     /// From texels row by row from the top, whose middle looks against the third of `axes`; `None` where all are black. Neither
     /// side may be 0.
-    pub fn new(width: usize, height: usize, texels: Vec<[f32; 3]>, axes: [[f32; 3]; 3]) -> Option<Self> {
+    pub fn new(width: usize, height: usize, texels: Arc<Texels>, axes: [[f32; 3]; 3]) -> Option<Self> {
         let cosine = |row: usize| (std::f64::consts::PI * row as f64 / height as f64).cos();
-        let luminance: Vec<f64> = texels.iter().map(luminance).collect();
-        let (mut columns, mut of_rows, mut weights) = (Vec::with_capacity(height), Vec::with_capacity(height), vec![]);
-        for row in 0..height {
-            let solid_angle = std::f64::consts::TAU / width as f64 * (cosine(row) - cosine(row + 1));
-            weights.clear();
-            weights.extend((0..width).map(|column| mean(&luminance, width, height, row, column) * solid_angle));
-            of_rows.push(weights.iter().sum());
-            columns.push(Discrete::new(&weights));
-        }
+        let solid_angle = |row: usize| std::f64::consts::TAU / width as f64 * (cosine(row) - cosine(row + 1));
+        let luminance = |row: usize| -> Vec<f64> {
+            let of_row = row * width..(row + 1) * width;
+            of_row.map(|index| luminance(&texels.at(index))).collect()
+        };
+        // Rows side by side: each sums by itself, so threads change no bit.
+        let rows = (0..height).into_par_iter().map(|row| {
+            let near = [row.saturating_sub(1), row, (row + 1).min(height - 1)].map(luminance);
+            let (mut weights, solid_angle) = (mean(&near), solid_angle(row));
+            weights.iter_mut().for_each(|weight| *weight *= solid_angle);
+            (weights.iter().sum::<f64>(), Discrete::new(&weights))
+        });
+        let (of_rows, columns): (Vec<f64>, Vec<Option<Discrete>>) = rows.unzip();
         let rows = Discrete::new(&of_rows)?;
-        let mut inverse = Vec::with_capacity(texels.len());
-        for (row, columns) in columns.iter().enumerate() {
-            let solid_angle = std::f64::consts::TAU / width as f64 * (cosine(row) - cosine(row + 1));
-            let chance = |column| {
-                let of_row = columns.as_ref().map_or(0.0, |c: &Discrete| f64::from(c.chance(column)));
-                f64::from(rows.chance(row as u32)) * of_row
+        let mut inverse = vec![0.0; width * height];
+        inverse.par_chunks_mut(width).enumerate().for_each(|(row, inverse)| {
+            let (solid_angle, of_row) = (solid_angle(row), f64::from(rows.chance(row as u32)));
+            let Some(columns) = &columns[row] else {
+                return;
             };
-            let one_over = |chance: f64| {
+            for (column, inverse) in (0..).zip(inverse) {
+                let chance = of_row * f64::from(columns.chance(column));
                 if chance > 0.0 {
-                    (solid_angle / chance) as f32
-                } else {
-                    0.0
+                    *inverse = (solid_angle / chance) as f32;
                 }
-            };
-            inverse.extend((0..width as u32).map(|column| one_over(chance(column))));
-        }
+            }
+        });
         let edge = |row: usize| {
             // 1 - cos = 2 sin^2 of the half, from the nearer pole.
             let from_pole = row.min(height - row) as f64 * std::f64::consts::PI / height as f64;
@@ -159,10 +164,10 @@ impl LatLong {
         let (left, right) = (column(left as i64), column(left as i64 + 1));
         let (top, bottom) = (row(top as i64), row(top as i64 + 1));
         let corners = [
-            (&self.texels[top + left], (1.0 - across) * (1.0 - down)),
-            (&self.texels[top + right], across * (1.0 - down)),
-            (&self.texels[bottom + left], (1.0 - across) * down),
-            (&self.texels[bottom + right], across * down),
+            (self.texels.at(top + left), (1.0 - across) * (1.0 - down)),
+            (self.texels.at(top + right), across * (1.0 - down)),
+            (self.texels.at(bottom + left), (1.0 - across) * down),
+            (self.texels.at(bottom + right), across * down),
         ];
         let mut sum = [0.0; 3];
         for (texel, weight) in corners {
@@ -237,15 +242,18 @@ fn luminance([r, g, b]: &[f32; 3]) -> f64 {
     0.2126 * f64::from(*r) + 0.7152 * f64::from(*g) + 0.0722 * f64::from(*b)
 }
 
-/// The mean of the interpolated picture over a texel: three quarters of its own value and an eighth of each neighbour's, in both
-/// directions.
-fn mean(values: &[f64], width: usize, height: usize, row: usize, column: usize) -> f64 {
-    let columns = [(column + width - 1) % width, column, (column + 1) % width];
-    let rows = [row.saturating_sub(1), row, (row + 1).min(height - 1)];
+/// The means of the interpolated picture over the texels of a row, from its neighbours above and below: three quarters of a texel's
+/// own value and an eighth of each neighbour's, in both directions.
+fn mean(rows: &[Vec<f64>; 3]) -> Vec<f64> {
+    let width = rows[1].len();
     let shares = [0.125, 0.75, 0.125];
-    let across = |row: usize| -> f64 {
-        let of = columns.iter().zip(shares);
-        of.map(|(column, share)| share * values[row * width + column]).sum()
+    let of_column = |column: usize| {
+        let columns = [(column + width - 1) % width, column, (column + 1) % width];
+        let across = |row: &Vec<f64>| -> f64 {
+            let of = columns.iter().zip(shares);
+            of.map(|(&column, share)| share * row[column]).sum()
+        };
+        rows.iter().zip(shares).map(|(row, share)| share * across(row)).sum()
     };
-    rows.iter().zip(shares).map(|(&row, share)| share * across(row)).sum()
+    (0..width).map(of_column).collect()
 }

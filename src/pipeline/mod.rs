@@ -1,5 +1,6 @@
 //! From a scene to a film: streams, queues and stages.
 
+mod camera;
 mod columns;
 mod emitters;
 mod intersector;

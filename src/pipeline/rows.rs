@@ -50,6 +50,17 @@ const EYE: &[(Effects, Row)] = eye_rows![
         OneSided,
         Textures,
         Environment,
+        SmoothTerminator
+    ],
+    [
+        Diffuse,
+        Phong,
+        SmoothNormals,
+        Blend,
+        OneSided,
+        Textures,
+        Environment,
+        SmoothTerminator,
         Lens
     ],
 ];

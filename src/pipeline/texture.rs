@@ -71,8 +71,8 @@ impl Fetched {
         (self.x[lane], self.y[lane]) = (x, y);
         for (corner, texel) in self.texels.iter_mut().enumerate() {
             let at = rows[corner / 2] as usize * width as usize + columns[corner % 2] as usize;
-            for (k, channel) in texel.iter_mut().enumerate() {
-                channel[lane] = on.texture.texels[at][k];
+            for (channel, x) in texel.iter_mut().zip(on.texture.texels.at(at)) {
+                channel[lane] = x;
             }
         }
     }
@@ -121,6 +121,7 @@ fn around(s: f32, size: u32, wrap: Wrap) -> ([u32; 2], f32) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::texels::Texels;
 
     #[test]
     fn middles_have_their_own_texel_and_edges_are_wrapped() {
@@ -148,7 +149,7 @@ mod tests {
             Arc::new(Texture {
                 width: 1,
                 height: 1,
-                texels: vec![[1.0; 3]],
+                texels: Texels::Single(vec![[1.0; 3]]),
                 wrap,
             })
         };

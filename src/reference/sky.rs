@@ -113,7 +113,7 @@ fn place(picture: &LatLong, wi: DVec3) -> (f64, f64) {
 fn texel(picture: &LatLong, x: i64, y: i64) -> DVec3 {
     let (width, height) = (i64::from(picture.width), i64::from(picture.height));
     let index = y.clamp(0, height - 1) * width + x.rem_euclid(width);
-    DVec3::from_array(picture.texels[index as usize].map(f64::from))
+    DVec3::from_array(picture.texels.at(index as usize).map(f64::from))
 }
 
 /// Steradians of a texel in a row.

@@ -150,9 +150,15 @@ impl<'s> World<'s> {
                         alpha,
                     },
                 };
+                let lift = self.lift(body, index, &meeting, surface_point, n);
                 Sight::Reflector {
-                    shading: Shading { bsdf, wo, n, ng },
-                    point: surface_point + shape.offset() * ng,
+                    shading: Shading {
+                        bsdf,
+                        wo,
+                        n,
+                        ng: if lift.is_some() { n } else { ng },
+                    },
+                    point: surface_point + shape.offset() * ng + lift.unwrap_or_default(),
                 }
             }
         })
@@ -219,7 +225,7 @@ impl<'s> World<'s> {
                     Wrap::Clamp => (at as i64).clamp(0, size - 1),
                 };
                 let at = inside(row, height) * width + inside(column, width);
-                sum += share * DVec3::from_array(texture.texels[at as usize].map(f64::from));
+                sum += share * DVec3::from_array(texture.texels.at(at as usize).map(f64::from));
             }
         }
         sum
@@ -233,6 +239,27 @@ impl<'s> World<'s> {
         let [a, b, c] = corners.map(|corner| normals[corner as usize]);
         let [v, w] = meeting.weights;
         ((1.0 - v - w) * a + v * b + w * c).try_normalize()
+    }
+
+    /// How far off its triangle a point is lit, where its mesh has a smooth terminator: toward the planes that its corners span with
+    /// their normals, as far as it lies below each, weighed as the normals are.
+    fn lift(&self, body: usize, index: u32, meeting: &Meeting, point: DVec3, n: DVec3) -> Option<DVec3> {
+        let mesh = &self.scene.meshes()[self.bodies[body].mesh?];
+        let smooth = self
+            .smooth_normal(body, index, meeting)
+            .filter(|_| mesh.smooth_terminator)?;
+        let side = n.dot(smooth).signum();
+        let corners = mesh.triangles[(index - self.starts[body]) as usize];
+        let [v, w] = meeting.weights;
+        let mut lift = DVec3::ZERO;
+        for (corner, weight) in corners.into_iter().zip([1.0 - v - w, v, w]) {
+            let normal = side * mesh.normals.as_ref()?[corner as usize];
+            let height = (mesh.vertices[corner as usize] - point).dot(normal);
+            if height > 0.0 {
+                lift += weight * height * normal;
+            }
+        }
+        Some(lift)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Scenes in the making.
 
 use std::ops::{Index, IndexMut};
+use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
 use super::invalid::InvalidScene;
@@ -56,6 +57,8 @@ pub struct SceneBuilder {
     pub environment: Option<Environment>,
     /// What the user should be told about it: the first of the notes of the scene. It decides nothing.
     pub notes: Vec<String>,
+    /// The files that it was read from, the scene file first; the command line replaces none of them. It decides nothing.
+    pub files: Vec<PathBuf>,
 }
 
 /// A sphere of a builder.
@@ -79,6 +82,7 @@ impl SceneBuilder {
             meshes: Vec::new(),
             environment: None,
             notes: Vec::new(),
+            files: Vec::new(),
         }
     }
 

@@ -3,12 +3,14 @@
 //! The words are those of [`rule`](super::rule), so that a scene file and a builder hear the same.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::invalid::{InvalidScene, Property, Subject, Wrong};
 use super::parts::{Bsdf, Camera, Environment, FilmSize, Fov, LatLong, Material, Mesh, RenderTable, Surface};
 use super::rule::{EXPONENT, FINITE, NOT_NEGATIVE, POSITIVE, Rule, VIEW_ANGLE};
 use super::texture::Texture;
 use super::{SceneBuilder, memory};
+use crate::texels::Texels;
 
 /// The longest side of a picture, in pixels.
 pub const LONGEST_SIDE: u32 = 65536;
@@ -201,7 +203,7 @@ fn material(material: &Material) -> Checked {
 }
 
 /// Whether a list of texels is a picture of this size, and all of them finite and not negative.
-fn picture(key: &'static str, width: u32, height: u32, texels: &[[f32; 3]]) -> Checked {
+fn picture(key: &'static str, width: u32, height: u32, texels: &Texels) -> Checked {
     let wrong = |problem: String, remedy| Err(Wrong::new(format!("has a {key} {problem}"), remedy));
     if width == 0 || height == 0 {
         return wrong(
@@ -217,11 +219,11 @@ fn picture(key: &'static str, width: u32, height: u32, texels: &[[f32; 3]]) -> C
             remedy,
         );
     }
-    let sound = |texel: &[f32; 3]| texel.iter().all(|x| x.is_finite() && *x >= 0.0);
-    match texels.iter().position(|texel| !sound(texel)) {
+    let sound = |at: usize| texels.at(at).iter().all(|x| x.is_finite() && *x >= 0.0);
+    match (0..texels.len()).into_par_iter().position_first(|at| !sound(at)) {
         None => Ok(()),
         Some(at) => {
-            let (x, y, [r, g, b]) = (at % width as usize, at / width as usize, texels[at]);
+            let (x, y, [r, g, b]) = (at % width as usize, at / width as usize, texels.at(at));
             let remedy = "every texel must be finite and not negative: mend the picture";
             wrong(format!("with [{r}, {g}, {b}] at ({x}, {y})"), remedy)
         }
@@ -276,7 +278,9 @@ fn mesh(mesh: &Mesh) -> Checked {
         as_many("uvs", "pairs", uvs.len(), count)?;
         list("uvs", uvs.iter().map(|uv| uv.to_array()), &FINITE)?;
     }
-    let Some(normals) = &mesh.normals else { return Ok(()) };
+    let Some(normals) = &mesh.normals else {
+        return terminator_without_normals(mesh.smooth_terminator);
+    };
     as_many("normals", "vectors", normals.len(), count)?;
     list("normals", normals.iter().map(DVec3::to_array), &FINITE)?;
     match normals.iter().position(|n| (n.length() - 1.0).abs() > NORMAL_LENGTH) {
@@ -293,6 +297,14 @@ fn mesh(mesh: &Mesh) -> Checked {
             Err(wrong.of(property, shown_vector(normals[at])))
         }
     }
+}
+
+fn terminator_without_normals(smooth: bool) -> Checked {
+    if !smooth {
+        return Ok(());
+    }
+    let remedy = "`Mesh::smooth` gives the mesh normals; or leave it out: a flat mesh is lit as it is";
+    Err(Wrong::new("belongs to smooth normals", remedy).of(single("shadow_terminator"), "\"smooth\""))
 }
 
 fn as_many(key: &'static str, what: &str, found: usize, count: usize) -> Checked {
@@ -316,7 +328,7 @@ fn environment(environment: &Environment) -> Checked {
                 height,
                 texels,
                 to_scene,
-            } = &**sky;
+            } = sky;
             picture("picture", *width, *height, texels)?;
             let away = (to_scene.transpose() * *to_scene - glam::DMat3::IDENTITY).to_cols_array();
             if away.iter().all(|x| x.abs() <= NORMAL_LENGTH) && to_scene.determinant() > 0.0 {

@@ -32,11 +32,13 @@ pub enum Effect {
     MeshLights,
     /// Light from beyond the scene.
     Environment,
+    /// Meshes that are lit as if they were as smooth as their normals.
+    SmoothTerminator,
 }
 
 impl Effect {
     /// All of them.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Diffuse,
         Self::Phong,
         Self::Blend,
@@ -49,6 +51,7 @@ impl Effect {
         Self::SphereLights,
         Self::MeshLights,
         Self::Environment,
+        Self::SmoothTerminator,
     ];
 
     /// Its name.
@@ -66,6 +69,7 @@ impl Effect {
             Self::SphereLights => "sphere lights",
             Self::MeshLights => "mesh lights",
             Self::Environment => "environment",
+            Self::SmoothTerminator => "smooth terminator",
         }
     }
 }

@@ -1,5 +1,6 @@
 //! The files that a scene names: where they may be, and how they are read.
 
+use std::cell::RefCell;
 use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::{Component, Path, PathBuf};
@@ -25,6 +26,8 @@ const BYTES_PER_BYTE: u64 = 6;
 pub(super) struct Files {
     folder: PathBuf,
     outside: Outside,
+    /// The scene file and every file that was read, as paths that can be opened.
+    read: RefCell<Vec<PathBuf>>,
 }
 
 impl Files {
@@ -33,6 +36,7 @@ impl Files {
         Self {
             folder: path.parent().unwrap_or(Path::new("")).to_owned(),
             outside,
+            read: vec![path.to_owned()].into(),
         }
     }
 
@@ -99,7 +103,13 @@ impl Files {
         if !memory::fits(length.saturating_mul(BYTES_PER_BYTE)) {
             return Err(fault("is too large for the memory that is free", "use a smaller one"));
         }
+        self.read.borrow_mut().push(path.clone());
         Ok((File::open(&path).map_err(unreadable)?, length))
+    }
+
+    /// The scene file and every file that was read.
+    pub fn all_read(self) -> Vec<PathBuf> {
+        self.read.into_inner()
     }
 
     /// Whether `name` stays in the folder by its words, and behind symbolic links too where there is something.

@@ -1,14 +1,19 @@
 //! What a scene is, as a hash: all that decides a picture of it, and nothing else.
 
 use bytemuck::{NoUninit, must_cast_slice};
+use half::f16;
 use sha2::{Digest, Sha256};
 
 use super::SceneBuilder;
 use super::parts::{Bsdf, Environment, Fov, Material, Surface};
 use super::texture::Wrap;
+use crate::texels::Texels;
 
 /// To be changed where the same values come to mean another picture.
 const REVISION: &[u8] = b"Octolux scene 1";
+
+/// Texels that are made single precision at a time.
+const PIECE: usize = 1 << 12;
 
 /// SHA-256 in hexadecimal of camera, shapes with their materials, and environment.
 ///
@@ -46,6 +51,7 @@ pub fn of(scene: &SceneBuilder) -> String {
         hash.list(&mesh.vertices);
         hash.list(&mesh.triangles);
         hash.option(mesh.normals.as_deref(), Content::list);
+        hash.count(usize::from(mesh.smooth_terminator));
         hash.option(mesh.uvs.as_deref(), Content::list);
         surface(&mut hash, mesh.surface);
     }
@@ -54,7 +60,7 @@ pub fn of(scene: &SceneBuilder) -> String {
         Environment::Picture(sky) => {
             hash.variant(1, &sky.to_scene.to_cols_array());
             hash.count(sky.width as usize);
-            hash.list(&sky.texels);
+            hash.texels(&sky.texels);
         }
     });
     hash.0.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
@@ -82,7 +88,7 @@ fn material(material: &Material) -> [u8; 32] {
             Wrap::Clamp => 1,
         });
         hash.count(texture.width as usize);
-        hash.list(&texture.texels);
+        hash.texels(&texture.texels);
     });
     hash.0.finalize().into()
 }
@@ -102,6 +108,20 @@ impl Content {
     fn list<T: NoUninit>(&mut self, items: &[T]) {
         self.count(items.len());
         self.0.update(must_cast_slice::<T, u8>(items));
+    }
+
+    /// As single precision: a picture in half precision shows the same.
+    fn texels(&mut self, texels: &Texels) {
+        match texels {
+            Texels::Single(texels) => self.list(texels),
+            Texels::Half(halves) => {
+                self.count(halves.len());
+                for piece in halves.chunks(PIECE) {
+                    let singles: Vec<[f32; 3]> = piece.iter().map(|texel| texel.map(f16::to_f32)).collect();
+                    self.0.update(must_cast_slice::<_, u8>(&singles));
+                }
+            }
+        }
     }
 
     /// One of several forms of a thing, with its numbers.

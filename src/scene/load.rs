@@ -141,8 +141,11 @@ fn scene(text: &str, path: &Path, outside: Outside) -> Result<Scene, Fault> {
     }
     if let Some(value) = root.get("environment") {
         let table = value.table("[environment]".to_owned(), "environment", environment::KEYS)?;
-        scene.environment(environment::environment(&table, &files)?);
+        let (environment, said) = environment::environment(&table, &files)?;
+        scene.environment(environment);
+        scene.notes.extend(said);
     }
+    scene.files = files.all_read();
     scene.build().map_err(placed)
 }
 

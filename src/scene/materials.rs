@@ -19,6 +19,7 @@ pub(super) const KEYS: &[&str] = &[
     "brdf_params",
     "one_sided",
     "texture",
+    "layer",
     "wrap",
 ];
 
@@ -37,7 +38,8 @@ impl<'t> Materials<'t> {
     pub fn read(value: Value<'t>, files: &Files, scene: &mut SceneBuilder) -> Result<Self, Fault> {
         let mut read = Self::default();
         for (name, table) in value.named_tables("material", KEYS)? {
-            let material = material(name, &table, files)?;
+            let (material, said) = material(name, &table, files)?;
+            scene.notes.extend(said);
             let textured = material.texture.is_some();
             let id = scene.material(material);
             read.places.insert(name, id);
@@ -64,7 +66,8 @@ impl<'t> Materials<'t> {
     }
 }
 
-fn material(name: &str, table: &Table<'_>, files: &Files) -> Result<Material, Fault> {
+/// A material, and what should be said of its texture.
+fn material(name: &str, table: &Table<'_>, files: &Files) -> Result<(Material, Vec<String>), Fault> {
     let mut models = ["diffuse", "phong", "brdf_params"]
         .into_iter()
         .filter_map(|key| table.get(key));
@@ -114,32 +117,34 @@ fn material(name: &str, table: &Table<'_>, files: &Files) -> Result<Material, Fa
             }
         }
     };
-    Ok(Material {
+    let (texture, notes) = texture(table, files)?;
+    let material = Material {
         name: name.to_owned(),
         bsdf,
         one_sided: match table.get("one_sided") {
             Some(value) => value.truth()?,
             None => false,
         },
-        texture: texture(table, files)?,
-    })
+        texture,
+    };
+    Ok((material, notes))
 }
 
-fn texture(table: &Table<'_>, files: &Files) -> Result<Option<Arc<Texture>>, Fault> {
-    let wrap = table.get("wrap");
+fn texture(table: &Table<'_>, files: &Files) -> Result<(Option<Arc<Texture>>, Vec<String>), Fault> {
     let Some(file) = table.get("texture") else {
-        return match wrap {
-            Some(wrap) => Err(wrap.fault("belongs to a texture", "add texture = \"picture.png\", or leave it out")),
-            None => Ok(None),
+        return match ["wrap", "layer"].into_iter().find_map(|key| table.get(key)) {
+            Some(key) => Err(key.fault("belongs to a texture", "add texture = \"picture.png\", or leave it out")),
+            None => Ok((None, Vec::new())),
         };
     };
-    let wrap = match wrap {
+    let wrap = match table.get("wrap") {
         Some(wrap) => wrap.choice(&Wrap::ALL, Wrap::name)?,
         None => Wrap::Repeat,
     };
+    let layer = table.get("layer").map(|value| value.string()).transpose()?;
     let (span, label) = file.place();
-    let read = texture::read(files, file.string()?, wrap).map_err(|fault| fault.at(span, label))?;
-    Ok(Some(Arc::new(read)))
+    let read = texture::read(files, file.string()?, layer, wrap).map_err(|fault| fault.at(span, label))?;
+    Ok((Some(Arc::new(read.0)), read.1))
 }
 
 fn exponent(table: &Table<'_>) -> Result<f64, Fault> {

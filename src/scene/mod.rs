@@ -23,8 +23,10 @@ mod load;
 mod materials;
 mod memory;
 mod mesh;
+mod named;
 mod nearest;
 mod parts;
+mod picture;
 mod places;
 mod reach;
 mod rule;
@@ -38,9 +40,11 @@ mod view;
 #[cfg(test)]
 mod tests;
 
+use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
 pub use crate::settings::{EstimatorKind, SamplerKind};
+pub use crate::texels::Texels;
 pub use builder::{MeshId, SceneBuilder, SphereId};
 pub use effect::{Effect, Effects};
 pub use error::SceneError;
@@ -122,6 +126,11 @@ impl Scene {
     /// What rays see that leave the scene; black where it is `None`.
     pub fn environment(&self) -> Option<&Environment> {
         self.parts.environment.as_ref()
+    }
+
+    /// The files that it was read from, the scene file first; none where a program made it. No output may replace one of them.
+    pub fn files(&self) -> &[PathBuf] {
+        &self.parts.files
     }
 
     /// What the user should be told about the scene: one sentence each, nothing that stops a render.

@@ -7,6 +7,7 @@ use glam::{DMat3, DVec2, DVec3};
 
 use super::texture::Texture;
 use super::{Effect, Effects, EstimatorKind, SamplerKind};
+use crate::texels::Texels;
 
 /// A camera: `origin != target`, `up` not parallel to the view, the angle in (0, 180) degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,7 +90,7 @@ pub enum Environment {
     /// The same radiance from every direction; finite and not negative.
     Constant(DVec3),
     /// A picture of all directions.
-    Picture(Arc<LatLong>),
+    Picture(LatLong),
 }
 
 /// A picture of all directions by longitude and latitude: its top row is up (+y), its middle column is forward (-z), and columns
@@ -102,7 +103,7 @@ pub struct LatLong {
     /// Rows, at least 1.
     pub height: u32,
     /// Radiance at the centres, row by row from the top; finite and not negative.
-    pub texels: Vec<[f32; 3]>,
+    pub texels: Arc<Texels>,
     /// Turns directions of the picture into those of the scene.
     pub to_scene: DMat3,
 }
@@ -278,6 +279,13 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// With smooth shading: a unit normal for each vertex (same length as `vertices`).
     pub normals: Option<Vec<DVec3>>,
+    /// Whether light reaches it as if it were as smooth as its normals, which it must have.
+    ///
+    /// The point `p` of a triangle with the corners `v`, their unit normals `n` and the barycentric weights `w` is lit at
+    /// `p + sum of w max(0, dot(n, v - p)) n`, and the horizon there is that of the shading normal alone (after Hanika,
+    /// "Hacking the Shadow Terminator", Ray Tracing Gems II, 2021, chapter 4). Where the shading normal is turned to the side of the
+    /// eye, all `n` are.
+    pub smooth_terminator: bool,
     /// Texture coordinates for each vertex, finite; `v` points up.
     pub uvs: Option<Vec<DVec2>>,
     /// What it does.
@@ -296,6 +304,7 @@ impl Mesh {
             vertices: vertices.into_iter().map(Into::into).collect(),
             triangles,
             normals: None,
+            smooth_terminator: false,
             uvs: None,
             surface: surface.into(),
         }
@@ -310,6 +319,7 @@ impl Mesh {
     pub fn effects(&self) -> Effects {
         let smooth = self.normals.is_some() && matches!(self.surface, Surface::Material(_));
         let plain = self.surface.effects(Effect::Meshes, Effect::MeshLights);
-        plain.with(Effect::SmoothNormals, smooth)
+        let plain = plain.with(Effect::SmoothNormals, smooth);
+        plain.with(Effect::SmoothTerminator, smooth && self.smooth_terminator)
     }
 }

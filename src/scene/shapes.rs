@@ -16,6 +16,7 @@ pub(super) const MESH_KEYS: &[&str] = &[
     "faces",
     "uvs",
     "normals",
+    "shadow_terminator",
     "transform",
     "emission",
     "material",
@@ -38,7 +39,14 @@ pub(super) fn mesh(table: &Table<'_>, materials: &Materials<'_>, files: &Files) 
         None => Normals::Flat,
         Some(value) => value.choice(&Normals::ALL, Normals::name)?,
     };
-
+    let smooth_terminator = match table.get("shadow_terminator") {
+        None => false,
+        Some(value) if normals == Normals::Flat => {
+            let help = "add normals = \"smooth\", or leave it out: a flat mesh is lit as it is";
+            return Err(value.fault("belongs to smooth normals", help));
+        }
+        Some(value) => value.choice(&[false, true], |smooth| if smooth { "smooth" } else { "facets" })?,
+    };
     let wanted = Wanted {
         uvs: materials.textured(surface),
         normals: normals == Normals::Smooth,
@@ -67,7 +75,12 @@ pub(super) fn mesh(table: &Table<'_>, materials: &Materials<'_>, files: &Files) 
         }
     };
     let (span, label) = place.place();
-    mesh::finish(raw, transform, normals, surface, title).map_err(|fault| fault.at(span, label))
+    let (mesh, notes) = mesh::finish(raw, transform, normals, surface, title).map_err(|fault| fault.at(span, label))?;
+    let mesh = Mesh {
+        smooth_terminator,
+        ..mesh
+    };
+    Ok((mesh, notes))
 }
 
 /// What the surface of a shape does: exactly one of `material` and `emission`.

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use glam::{DMat3, DVec2, DVec3};
+use half::f16;
 
 use super::*;
 
@@ -16,7 +17,7 @@ fn room() -> SceneBuilder {
     let texture = Texture {
         width: 2,
         height: 1,
-        texels: vec![[0.25; 3], [0.5; 3]],
+        texels: Texels::Single(vec![[0.25; 3], [0.5; 3]]),
         wrap: Wrap::Repeat,
     };
     let tiles = scene.material(Material {
@@ -43,6 +44,10 @@ fn floor(scene: &mut SceneBuilder) -> &mut Mesh {
     Arc::make_mut(&mut scene.meshes[0])
 }
 
+fn tiles(scene: &mut SceneBuilder) -> &mut Texture {
+    Arc::make_mut(scene.materials[1].texture.as_mut().unwrap())
+}
+
 type Change = fn(&mut SceneBuilder);
 
 fn changed(change: Change) -> SceneBuilder {
@@ -53,7 +58,7 @@ fn changed(change: Change) -> SceneBuilder {
 
 #[test]
 fn what_cannot_be_is_named_with_its_value() {
-    let cases: [(Change, &str); 30] = [
+    let cases: [(Change, &str); 31] = [
         (
             |s| s.camera.origin.x = f64::NAN,
             "camera origin must be finite, got NaN",
@@ -118,11 +123,11 @@ fn what_cannot_be_is_named_with_its_value() {
             "material \"tiles\" exponent must be above 1 and finite, got 1",
         ),
         (
-            |s| Arc::make_mut(s.materials[1].texture.as_mut().unwrap()).texels[1][2] = f32::INFINITY,
+            |s| tiles(s).texels = Texels::Single(vec![[0.25; 3], [0.5, 0.5, f32::INFINITY]]),
             "material \"tiles\" has a texture with [0.5, 0.5, inf] at (1, 0)",
         ),
         (
-            |s| Arc::make_mut(s.materials[1].texture.as_mut().unwrap()).height = 2,
+            |s| tiles(s).height = 2,
             "material \"tiles\" has a texture of 2 x 2 texels and 2 values for them",
         ),
         (
@@ -169,6 +174,10 @@ fn what_cannot_be_is_named_with_its_value() {
             |s| floor(s).normals = Some(vec![DVec3::Y * 2.0; 4]),
             "mesh 1 normals[0] must have length 1, got [0, 2, 0]",
         ),
+        (
+            |s| (floor(s).normals, floor(s).smooth_terminator) = (None, true),
+            "mesh 1 shadow_terminator belongs to smooth normals, got \"smooth\"",
+        ),
         (|s| floor(s).triangles.clear(), "mesh 1 has no faces"),
         (
             |s| floor(s).triangles = vec![[0, 1, 1]],
@@ -187,10 +196,10 @@ fn what_cannot_be_is_named_with_its_value() {
                 let sky = LatLong {
                     width: 1,
                     height: 1,
-                    texels: vec![[1.0; 3]],
+                    texels: Arc::new(Texels::Single(vec![[1.0; 3]])),
                     to_scene: DMat3::from_diagonal(DVec3::new(1.0, 1.0, -1.0)),
                 };
-                s.environment(Environment::Picture(Arc::new(sky)));
+                s.environment(Environment::Picture(sky));
             },
             "environment must be turned by a rotation",
         ),
@@ -214,7 +223,7 @@ fn what_cannot_be_is_named_with_its_value() {
 #[test]
 fn what_decides_the_picture_makes_another_scene() {
     let mut hashes = vec![room().build().unwrap().hash().to_owned()];
-    let changes: [Change; 20] = [
+    let changes: [Change; 21] = [
         |s| s.camera.origin.x = 1e-9,
         |s| s.camera.target.x = 1e-9,
         |s| s.camera.up.x = 1e-9,
@@ -229,14 +238,15 @@ fn what_decides_the_picture_makes_another_scene() {
         |s| s.materials[0] = Material::phong("grey", [0.5; 3], 2.0),
         |s| s.materials[0] = Material::phong("grey", [0.5; 3], 3.0),
         |s| s.materials[0].one_sided = true,
-        |s| Arc::make_mut(s.materials[1].texture.as_mut().unwrap()).texels[0][0] = 0.0,
-        |s| Arc::make_mut(s.materials[1].texture.as_mut().unwrap()).wrap = Wrap::Clamp,
+        |s| tiles(s).texels = Texels::Single(vec![[0.0, 0.25, 0.25], [0.5; 3]]),
+        |s| tiles(s).wrap = Wrap::Clamp,
         |s| s.spheres[0].radius = 1.5,
         |s| s.spheres[0].center.y = 0.5,
         |s| s.spheres[1].surface = Surface::emission([5.0, 5.0, 6.0]),
         |s| floor(s).vertices[3].y = -1.0000001,
         |s| floor(s).triangles.swap(0, 1),
         |s| floor(s).normals = None,
+        |s| floor(s).smooth_terminator = true,
         |s| floor(s).uvs.as_mut().unwrap()[0].x = 0.125,
         |s| s.environment = None,
         |s| _ = s.environment(Environment::Constant(DVec3::splat(0.5))),
@@ -246,11 +256,11 @@ fn what_decides_the_picture_makes_another_scene() {
         let sky = LatLong {
             width,
             height,
-            texels: vec![[1.0; 3]; 6],
+            texels: Arc::new(Texels::Single(vec![[1.0; 3]; 6])),
             to_scene: DMat3::IDENTITY,
         };
         let mut scene = room();
-        scene.environment(Environment::Picture(Arc::new(sky)));
+        scene.environment(Environment::Picture(sky));
         scene.build().unwrap().hash().to_owned()
     };
     hashes.extend([sky(2, 3), sky(3, 2)]);
@@ -262,8 +272,10 @@ fn what_decides_the_picture_makes_another_scene() {
 #[test]
 fn what_decides_no_picture_makes_no_other_scene() {
     let scene = room().build().unwrap();
-    let changes: [Change; 6] = [
+    let changes: [Change; 8] = [
         |_| (),
+        |s| s.files.push("room.toml".into()),
+        |s| tiles(s).texels = Texels::Half(vec![[f16::from_f32(0.25); 3], [f16::from_f32(0.5); 3]]),
         |s| (s.film.width, s.render.seed) = (9, Some(3)),
         |s| s.name = "another".to_owned(),
         |s| (floor(s).name, s.materials[0].name) = ("a floor".to_owned(), "a material".to_owned()),

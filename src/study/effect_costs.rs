@@ -53,7 +53,14 @@ fn without(scene: &Scene, effect: Effect) -> Option<Scene> {
             }
         }),
         Effect::OneSided => scene.materials.iter_mut().for_each(|m| m.one_sided = false),
-        Effect::SmoothNormals => scene.meshes.iter_mut().for_each(|m| Arc::make_mut(m).normals = None),
+        Effect::SmoothNormals => scene.meshes.iter_mut().map(Arc::make_mut).for_each(|m| {
+            m.normals = None;
+            m.smooth_terminator = false;
+        }),
+        Effect::SmoothTerminator => {
+            let meshes = scene.meshes.iter_mut().map(Arc::make_mut);
+            meshes.for_each(|m| m.smooth_terminator = false);
+        }
         Effect::Textures => scene.materials.iter_mut().for_each(|m| m.texture = None),
         Effect::Lens => scene.camera.lens = None,
         Effect::Environment => scene.environment = None,

@@ -7,6 +7,7 @@ mod compare;
 mod embree;
 mod explain;
 mod faults;
+mod inputs;
 #[cfg(target_os = "linux")]
 mod losses;
 mod not_a_number;

@@ -1,12 +1,13 @@
 //! Pictures that surround a scene: directions, densities and radiance against the same picture in `f64`.
 
 use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 use octolux::lane::{Bits, Lane, Mask};
 use octolux::light::environment::{Beyond, LatLong};
 use octolux::sampling::PassBlock;
-use octolux::scene::SamplerKind;
+use octolux::scene::{SamplerKind, Texels};
 
 use super::Family;
 use super::places::{narrow, wide};
@@ -86,7 +87,8 @@ pub fn directions<L: Lane>(family: &mut Family, seed: u32, draws: u32) {
         let to_scene = DMat3::from_rotation_z(0.4) * DMat3::from_rotation_x(-1.1) * DMat3::from_rotation_y(2.0);
         let texels = texels(width, height);
         let axes = to_scene.to_cols_array_2d().map(|axis| axis.map(|x| x as f32));
-        let light = LatLong::new(width, height, texels.clone(), axes).expect("a picture with light in it");
+        let light = LatLong::new(width, height, Arc::new(Texels::Single(texels.clone())), axes)
+            .expect("a picture with light in it");
         let sky = Sky {
             width,
             height,

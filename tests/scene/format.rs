@@ -173,5 +173,5 @@ fn an_environment_is_one_radiance_or_a_picture_that_is_scaled_and_turned() {
         DVec3::NEG_X,
         "the middle turns to the left"
     );
-    assert_eq!(turned.texels[9], plain.texels[9].map(|x| 2.0 * x));
+    assert_eq!(turned.texels.at(9), plain.texels.at(9).map(|x| 2.0 * x));
 }

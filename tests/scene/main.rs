@@ -6,3 +6,4 @@ mod film_files;
 mod format;
 mod fuzz_corpus;
 mod meshes;
+mod pictures;

@@ -25,13 +25,19 @@ fn matt(scene: &mut SceneBuilder) {
     }
 }
 
-const TAKEN: [Taking; 6] = [
+const TAKEN: [Taking; 7] = [
     ("veach-mis.toml", Effect::Phong, matt),
     ("knot.toml", Effect::SmoothNormals, |scene| {
         scene
             .meshes
             .iter_mut()
             .for_each(|mesh| Arc::make_mut(mesh).normals = None);
+    }),
+    ("terminator.toml", Effect::SmoothTerminator, |scene| {
+        scene
+            .meshes
+            .iter_mut()
+            .for_each(|mesh| Arc::make_mut(mesh).smooth_terminator = false);
     }),
     ("lens.toml", Effect::Lens, |scene| scene.camera.lens = None),
     ("one-sided.toml", Effect::OneSided, |scene| {

@@ -64,6 +64,11 @@ fn textures_show_what_the_oracle_sees_in_them() {
 }
 
 #[test]
+fn a_smooth_terminator_shows_what_the_oracle_sees() {
+    agrees("terminator.toml", "agree-terminator");
+}
+
+#[test]
 fn all_effects_at_once_are_what_the_oracle_sees() {
     agrees("still-life.toml", "agree-still-life");
 }

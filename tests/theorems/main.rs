@@ -29,6 +29,7 @@ mod samplers;
 mod selftest;
 mod statistics;
 mod strategies;
+mod terminator;
 mod triangles;
 mod verify_right;
 mod warps;

@@ -145,11 +145,17 @@ pub fn shading_point<L: TraceLane, T: Tracer, const HELD: u32>(
     } else {
         Bsdf::diffuse(n, surfaces.rho)
     };
-    ShadingPoint {
+    let mut point = ShadingPoint {
         p: leave(p, ng, surfaces.extent),
         ng,
         bsdf,
+    };
+    if surfaces.call::<HELD>(Effect::SmoothTerminator) {
+        let (lifted, by) = lift(world, hit, surfaces, p, n);
+        point.p = Vec3::select(lifted, point.p + by, point.p);
+        point.ng = Vec3::select(lifted, n, ng);
     }
+    point
 }
 
 /// How far a shading point leaves its surface, in the unit that [`leave`] says.
@@ -222,4 +228,41 @@ fn smooth_normal<L: Lane>(world: &World, hit: &Hit<L>, surfaces: &Surfaces<L>, n
     let usable = L::Mask::from_bitmask(smooth) & sum.length_squared().gt(L::splat(1e-12));
     let normal = sum.normalize();
     Vec3::select(usable, mutate!(face(normal, ng), NormalNotFaced => normal), ng)
+}
+
+/// Lanes whose mesh has a smooth terminator, and how far the shading point moves there: see
+/// [`Mesh::smooth_terminator`](crate::scene::Mesh::smooth_terminator).
+#[inline(always)]
+fn lift<L: Lane>(world: &World, hit: &Hit<L>, surfaces: &Surfaces<L>, p: Vec3<L>, n: Vec3<L>) -> (L::Mask, Vec3<L>) {
+    let (mut normals, mut corners) = ([[0.0_f32; 16]; 9], [[0.0_f32; 16]; 9]);
+    let mut smooth = 0_u32;
+    for lane in (hit.found & !surfaces.spheres).lanes() {
+        let (mesh, triangle) = (surfaces.index.lane(lane) as usize, hit.primitive.lane(lane) as usize);
+        if let (Some(of_normals), Some(of_corners)) = (&world.normals[mesh], &world.corners[mesh]) {
+            for k in 0..9 {
+                normals[k][lane] = of_normals[triangle].as_flattened()[k];
+                corners[k][lane] = of_corners[triangle].as_flattened()[k];
+            }
+            smooth |= 1 << lane;
+        }
+    }
+    let column = |columns: &[[f32; 16]; 9], i: usize| {
+        let [x, y, z] = [0, 1, 2].map(|k: usize| L::load(&columns[3 * i + k]));
+        Vec3::new(x, y, z)
+    };
+    let weights = [L::one() - hit.u - hit.v, hit.u, hit.v];
+    let (mut sum, mut by) = (Vec3::zero(), Vec3::zero());
+    for (i, weight) in weights.into_iter().enumerate() {
+        sum = sum + column(&normals, i) * weight;
+    }
+    // The interpolated normal may have been turned to the side of the eye: then those of the corners are too.
+    let turned = sum.dot(n).lt(L::zero());
+    for (i, weight) in weights.into_iter().enumerate() {
+        let normal = column(&normals, i).negated(turned);
+        let below = normal.dot(column(&corners, i) - p).max(L::zero());
+        by = by + normal * (below * weight);
+    }
+    // As in `smooth_normal`: where normals cancel, the triangle is flat.
+    let usable = L::Mask::from_bitmask(smooth) & sum.length_squared().gt(L::splat(1e-12));
+    (usable, by)
 }

@@ -9,6 +9,7 @@ fn mesh(vertices: &[[f64; 3]], triangles: &[[u32; 3]], surface: Surface) -> Mesh
         vertices: vertices.iter().copied().map(DVec3::from_array).collect(),
         triangles: triangles.to_vec(),
         normals: None,
+        smooth_terminator: false,
         uvs: None,
         surface,
     }

@@ -20,6 +20,7 @@ use super::error::Fault;
 use super::{Mesh, Surface};
 
 pub(super) use clean::has_area;
+pub(super) use gltf::name as buffer_name;
 pub(super) use inline::inline;
 pub(super) use source::read;
 pub(super) use transform::{rotations, transform};
@@ -103,6 +104,7 @@ impl RawMesh {
             vertices: self.vertices,
             triangles: self.triangles,
             normals: self.normals,
+            smooth_terminator: false,
             uvs: self.uvs,
             surface,
         }
@@ -131,6 +133,7 @@ impl Mesh {
         let normals = normals::smooth(&mut raw);
         Self {
             normals: Some(normals),
+            smooth_terminator: self.smooth_terminator,
             ..raw.into_mesh(self.name, self.surface)
         }
     }

@@ -48,7 +48,16 @@ pub struct Circumstances {
     pub load: Option<f64>,
 }
 
-/// All files of a report: names and text.
+/// The names of a report's files.
+pub const NAMES: [&str; 5] = [
+    "study.html",
+    "study.csv",
+    "study.json",
+    "error-over-time.svg",
+    "same-picture.svg",
+];
+
+/// All files of a report: [`NAMES`] and text.
 ///
 /// # Errors
 /// None that is known: everything is put together in memory.
@@ -97,13 +106,14 @@ pub fn files(
         ),
         ("harmless", words::exact_percent(crate::study::cost::price::HARMLESS)),
     ]);
-    Ok(vec![
-        ("study.html", page),
-        ("study.csv", export::csv(study)),
-        ("study.json", export::json(study, circumstances)?),
-        ("error-over-time.svg", chart::alone(&error)),
-        ("same-picture.svg", chart::alone(&same)),
-    ])
+    let texts = [
+        page,
+        export::csv(study),
+        export::json(study, circumstances)?,
+        chart::alone(&error),
+        chart::alone(&same),
+    ];
+    Ok(NAMES.into_iter().zip(texts).collect())
 }
 
 /// Settings whose pictures differ from those of the defaults, and those that only compute the same otherwise; the defaults

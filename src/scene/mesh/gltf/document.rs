@@ -219,7 +219,7 @@ pub fn buffers<'b>(
 }
 
 /// The name of a file: a URI without a scheme, whose percent signs stand for bytes.
-fn name(uri: &str) -> Result<String, Problem> {
+pub(in crate::scene) fn name(uri: &str) -> Result<String, Problem> {
     let unreadable = || {
         Problem::new(
             "names a buffer in an unreadable way",

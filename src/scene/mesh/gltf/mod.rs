@@ -13,6 +13,7 @@ use gltf::{Document, Node, Semantic};
 
 use super::super::memory;
 use super::{NO_NORMAL, NO_UV, Problem, RawMesh, Wanted, transform};
+pub(in crate::scene) use document::name;
 use numbers::Numbers;
 
 const DAMAGED: &str = "the file is damaged or cut short: export it again";

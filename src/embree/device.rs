@@ -2,6 +2,7 @@
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
+use std::env;
 use std::ffi::{CStr, CString, c_char, c_void};
 use std::path::{Path, PathBuf};
 use std::ptr::{self, NonNull};
@@ -16,6 +17,9 @@ const OLDEST: isize = 40300;
 
 /// More build threads than any machine gains by; it bounds what Embree allocates per thread.
 const MAX_THREADS: usize = 1024;
+
+/// The environment variable with further settings of Embree's, in its own words.
+const SETTINGS: &str = "OCTOLUX_EMBREE";
 
 /// Why Embree cannot be used, or what it objected to.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -121,15 +125,17 @@ impl EmbreeError {
 
 impl Device {
     /// Opens a device whose builds use `threads` threads (at most 1024; 0 leaves the number to Embree). Queries always
-    /// run on the caller's thread.
+    /// run on the caller's thread. The environment variable `OCTOLUX_EMBREE` may add settings in Embree's own words, such as
+    /// `isa=avx2`.
     ///
     /// # Errors
     /// [`EmbreeError::Missing`] without a library, [`EmbreeError::TooOld`] before version 4.3, [`EmbreeError::NoDevice`] if
     /// Embree refuses.
     pub fn new(threads: usize) -> Result<Self, EmbreeError> {
         // Affinity stays off: pinned build threads would crowd the cores that rayon's threads are on.
+        let more = env::var(SETTINGS).unwrap_or_default();
         Self::configured(
-            &format!("threads={},set_affinity=0", threads.min(MAX_THREADS)),
+            &format!("threads={},set_affinity=0,{more}", threads.min(MAX_THREADS)),
             embree()?,
         )
     }
@@ -178,8 +184,8 @@ impl Device {
         format!("{}.{}.{}", version / 10000, version / 100 % 100, version % 100)
     }
 
-    /// The widths of packets that the library has kernels for on this processor. The settings of `.embree4`, in the home
-    /// folder or beside the program, count too.
+    /// The widths of packets that the library has kernels for on this processor. Settings such as `isa=avx2`
+    /// count too.
     pub fn packets(&self) -> Packets {
         Packets {
             eight: self.property(ffi::RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) != 0,

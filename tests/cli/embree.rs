@@ -71,8 +71,11 @@ fn a_folder_of_embree_without_a_library_is_named() {
 fn a_width_is_taken_that_embree_has() {
     let place = Place::new();
     let with_isa = |isa: &str, arguments: &str| {
-        fs::write(place.path().join(".embree4"), format!("isa={isa}\n")).unwrap();
-        place.command(arguments).env("HOME", place.path()).output().unwrap()
+        place
+            .command(arguments)
+            .env("OCTOLUX_EMBREE", format!("isa={isa}"))
+            .output()
+            .unwrap()
     };
     for (isa, together) in [("avx2", 8), ("sse2", 1)] {
         let output = with_isa(isa, &format!("{RENDER} --json"));
@@ -110,10 +113,13 @@ fn a_width_is_taken_that_embree_has() {
 #[test]
 fn without_packets_of_embree_all_widths_have_the_same_bits() {
     let place = Place::new();
-    fs::write(place.path().join(".embree4"), "isa=sse2\n").unwrap();
     for lanes in [1, 8] {
         let arguments = format!("render in/small.toml --accel embree --lanes {lanes} -o lanes{lanes}.npy");
-        let output = place.command(&arguments).env("HOME", place.path()).output().unwrap();
+        let output = place
+            .command(&arguments)
+            .env("OCTOLUX_EMBREE", "isa=sse2")
+            .output()
+            .unwrap();
         assert!(output.status.success(), "{}", stderr(&output));
     }
     let bytes = |name: &str| fs::read(place.path().join(name)).unwrap();

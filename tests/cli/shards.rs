@@ -219,7 +219,8 @@ fn a_checkpoint_of_something_else_is_refused_and_left_alone() {
         "estimator is mis here and light there",
     );
     let text = fs::read_to_string(place.path().join("in/small.toml")).unwrap();
-    fs::write(place.path().join("in/small.toml"), format!("{text}# a word more\n")).unwrap();
+    let more = "[[spheres]]\ncenter = [0, 9, 0]\nradius = 0.1\nemission = [1, 1, 1]\n";
+    fs::write(place.path().join("in/small.toml"), format!("{text}{more}")).unwrap();
     says(
         &format!("{begin} --resume"),
         "state: belongs to another render: scene is ",

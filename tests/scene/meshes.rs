@@ -119,11 +119,13 @@ fn a_pyramid_is_the_same_in_every_format() {
         let mesh = load(name, &bytes, "").unwrap();
         assert_eq!(corners(&mesh), pyramid(), "{name}");
         assert_eq!(mesh.vertices.len(), 5, "{name}");
-        assert_eq!(
-            load(&format!("{name}.gz"), &packed(&bytes), "").unwrap(),
-            mesh,
-            "{name}.gz"
-        );
+        let packed = load(&format!("{name}.gz"), &packed(&bytes), "").unwrap();
+        // Its name is that of its file.
+        let name_aside = Mesh {
+            name: mesh.name.clone(),
+            ..packed
+        };
+        assert_eq!(name_aside, mesh, "{name}.gz");
     }
     let back = "transform = { scale = 0.5, translate = [-2, 0, 0] }\n";
     assert_eq!(corners(&load("p.glb", &glb(), back).unwrap()), pyramid());

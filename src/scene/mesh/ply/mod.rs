@@ -3,9 +3,11 @@
 
 mod header;
 mod payload;
+mod strips;
 
 use std::collections::HashMap;
 use std::io::BufRead;
+use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 
@@ -59,6 +61,8 @@ struct Ply {
     /// Polygons that stand before the vertices: where their triangles begin, and their corners.
     waiting: Vec<(u64, Vec<u32>, Vec<f64>)>,
     short: usize,
+    /// Where the triangles of each strip are.
+    strips: Vec<Range<usize>>,
 }
 
 impl Ply {
@@ -214,7 +218,9 @@ impl Ply {
             }
             for strip in corners.split(|&corner| corner < 0.0) {
                 let strip: Vec<_> = strip.iter().map(|&corner| corner as u32).collect();
+                let first = self.raw.triangles.len();
                 self.raw.triangles.extend(super::strip(&strip));
+                self.strips.push(first..self.raw.triangles.len());
             }
         }
         Ok(())
@@ -229,6 +235,13 @@ impl Ply {
             return Err(Problem::new(
                 "has no face with 3 corners or more",
                 "save the mesh with its faces",
+            ));
+        }
+        let turned = strips::face_outwards(&self.strips, &mut raw.triangles, &raw.vertices);
+        if turned > 0 {
+            let all = self.strips.len();
+            raw.notes.push(format!(
+                "{turned} of its {all} strips face into the closed surface: they are turned round"
             ));
         }
         raw.notes.extend(super::short_faces(self.short));

@@ -325,10 +325,8 @@ mod tests {
         let [a, b] = [Device::new(1).unwrap(), Device::new(1).unwrap()];
         let misuse_of_buffer = |device: &Device| {
             // SAFETY: the device is alive; no property has this number, and Embree answers 0 and an error.
-            assert_eq!(
-                unsafe { device.functions().rtcGetDeviceProperty(device.handle(), 9999) },
-                0
-            );
+            let answer = unsafe { device.functions().rtcGetDeviceProperty(device.handle(), 9999) };
+            assert_eq!(answer, 0);
         };
         misuse(&a);
         misuse_of_buffer(&b);

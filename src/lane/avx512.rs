@@ -14,7 +14,7 @@ pub trait Work {
     fn run(self);
 }
 
-/// Whether this processor has what [`with_avx512`] needs, and [`AVX512`] is not `off`.
+/// Whether this processor has what `with_avx512` needs, and [`AVX512`] is not `off`.
 pub fn has_avx512() -> bool {
     static HAS: LazyLock<bool> = LazyLock::new(|| {
         is_x86_feature_detected!("avx512f")

@@ -274,7 +274,7 @@ fn write<L: TraceLane>(world: &World, hit: &Hit<L>, ray: &Ray<L>, lane: usize, h
     // In f64 no normal of a small triangle underflows.
     let normal = DVec3::from(normal.map(f64::from)).normalize_or_zero();
     let facing = normal.dot(DVec3::from(direction.map(f64::from))) > 0.0;
-    hits.t[at] = world.space.to_scene(hit.t.lane(lane));
+    hits.t[at] = world.space.in_scene(hit.t.lane(lane));
     hits.normals[at] = (if facing { -normal } else { normal }).to_array().map(|x| x as f32);
     hits.uv[at] = if sphere {
         [0.0; 2]

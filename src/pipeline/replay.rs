@@ -148,7 +148,7 @@ pub(super) fn replay(plan: &Plan, world: &World, settings: &Settings, tile: &Til
             scratch.hits[model].packet::<f32, Diffuse>(0)
         };
         point = Some(Point {
-            p: at.p.lane(0).map(|x| world.space.to_scene(x)),
+            p: at.p.lane(0).map(|x| world.space.in_scene(x)),
             ng: at.ng.lane(0),
             n: at.bsdf.n.lane(0),
             rho: at.bsdf.rho.lane(0),
@@ -211,7 +211,7 @@ fn met<T: Tracer>(world: &World, origin: Vec3<f32>, direction: Vec3<f32>) -> Opt
         Coherence::Coherent,
     );
     hit.found.then_some(Met {
-        distance: world.space.to_scene(hit.t),
+        distance: world.space.in_scene(hit.t),
         geometry: hit.geometry.0,
         primitive: hit.primitive.0,
         barycentric: [hit.u, hit.v],
@@ -237,7 +237,7 @@ fn directions<T: Tracer>(
             cos_theta,
             shape: lobe.shape,
             brdf_pdf: lobe.pdf,
-            distance: world.space.to_scene(distance),
+            distance: world.space.in_scene(distance),
             ld: ld.lane(0),
             occluded,
         }

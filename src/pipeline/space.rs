@@ -65,7 +65,7 @@ impl Space {
     }
 
     /// From the camera to a point, in double precision.
-    pub fn from_camera(&self, p: DVec3) -> DVec3 {
+    pub fn relative(&self, p: DVec3) -> DVec3 {
         self.vector(p - self.origin)
     }
 
@@ -80,7 +80,7 @@ impl Space {
     }
 
     /// A length in the units of the scene.
-    pub fn to_scene(&self, x: f32) -> f32 {
+    pub fn in_scene(&self, x: f32) -> f32 {
         (f64::from(x) / self.scale) as f32
     }
 }
@@ -113,7 +113,7 @@ mod tests {
             let other = Space::of(&scene(unit));
             assert_eq!(other.point(p * unit), base.point(p), "2^{exponent}");
             assert_eq!(other.area(0.3 * unit * unit), base.area(0.3));
-            assert_eq!(other.to_scene(7.0), base.to_scene(7.0) * unit as f32);
+            assert_eq!(other.in_scene(7.0), base.in_scene(7.0) * unit as f32);
         }
     }
 }

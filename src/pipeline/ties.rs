@@ -246,8 +246,11 @@ impl Face {
 mod tests {
     use super::*;
 
+    /// What takes a face by its name and its corners.
+    type Visit<'a> = &'a mut dyn FnMut([u32; 2], [[f32; 3]; 3]);
+
     /// Faces around everything, whatever the point.
-    fn around(faces: &[[[f32; 3]; 3]]) -> impl Fn([f32; 3], f32, &mut dyn FnMut([u32; 2], [[f32; 3]; 3])) {
+    fn around(faces: &[[[f32; 3]; 3]]) -> impl Fn([f32; 3], f32, Visit<'_>) {
         let faces = faces.to_vec();
         move |_, _, visit| {
             for (i, &corners) in (0..).zip(&faces) {

@@ -95,7 +95,7 @@ pub type Corners = Vec<[[f32; 3]; 3]>;
 fn distinct_spheres<'s>(scene: &'s Scene, space: &Space) -> Vec<(u32, &'s scene::Sphere, Sphere)> {
     let mut seen = HashSet::new();
     let narrowed = (0..).zip(scene.spheres()).map(|(number, sphere)| {
-        let center = space.from_camera(sphere.center).to_array();
+        let center = space.relative(sphere.center).to_array();
         (number, sphere, Sphere::new(center, space.length(sphere.radius)))
     });
     narrowed

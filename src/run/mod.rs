@@ -1,6 +1,6 @@
 //! Runs: how far a prepared scene is rendered, who looks on, and what is kept to go on later.
 //!
-//! A [`Prepared`] scene never changes. A [`Run`] is one render of it: it goes on step by step until its [`Goal`] is reached or it is
+//! A [`Prepared`](crate::pipeline::Prepared) scene never changes. A [`Run`] is one render of it: it goes on step by step until its [`Goal`] is reached or it is
 //! stopped, and then it has ended for good, so no loop over its steps can spin.
 
 mod checkpoint;

@@ -95,7 +95,7 @@ pub fn drop_triangles(meshes: &mut Vec<Arc<Mesh>>, origin: DVec3, notes: &mut Ve
 }
 
 /// Leaves out faces that lie exactly on earlier ones which hide them for certain.
-pub fn drop_twins(meshes: &mut Vec<Arc<Mesh>>, materials: &[Material], notes: &mut Vec<String>) {
+pub fn drop_twins(meshes: &mut [Arc<Mesh>], materials: &[Material], notes: &mut Vec<String>) {
     let one_sided = |surface: &Surface| matches!(*surface, Surface::Material(id) if materials[id.index()].one_sided);
     let keep = |mesh: &mut Arc<Mesh>, kept: &dyn Fn(usize) -> bool| {
         let mut numbers = 0..;

@@ -36,7 +36,7 @@ impl Sphere {
                 center: center.map(|x| x as f32),
                 radius: radius as f32,
             },
-            origin_power: near.then(|| ((distance - radius) * (distance + radius)) as f32),
+            origin_power: near.then_some(((distance - radius) * (distance + radius)) as f32),
         }
     }
 

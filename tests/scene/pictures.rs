@@ -203,13 +203,11 @@ fn luminance_and_chroma_are_colours_again() {
             near(texel, [0.8, 0.4, 0.1].map(|x| x * luminance / unit), tolerance);
         }
     }
-    for name in ["b44"] {
-        let error = texture(Path::new("tests/pictures"), &format!("chroma-{name}.exr"), "").unwrap_err();
-        assert!(
-            error.contains("has channels of fewer samples than pixels, compressed by"),
-            "{error}"
-        );
-    }
+    let error = texture(Path::new("tests/pictures"), "chroma-b44.exr", "").unwrap_err();
+    assert!(
+        error.contains("has channels of fewer samples than pixels, compressed by"),
+        "{error}"
+    );
 }
 
 #[test]

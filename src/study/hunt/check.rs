@@ -10,7 +10,7 @@ use crate::reference::probe::Probe;
 use crate::scene::{EstimatorKind, Features, SamplerKind, Scene};
 use crate::settings::{AccelKind, Lanes};
 use crate::study::family::Family;
-use crate::study::verify::agreement::{Judge, TESTS_OF_A_PAIR};
+use crate::study::verify::agreement::{Judge, TESTS_OF_A_PAIR, Verdicts};
 use crate::study::verify::blocks::Grid;
 use crate::study::verify::oracle::Oracle;
 use crate::study::verify::replicates::Series;
@@ -204,7 +204,7 @@ fn means(bench: &mut Bench<'_>, effort: Effort) -> Result<Vec<Fault>, VerifyErro
         .map(|&estimator| replicates(bench, &grid, estimator))
         .collect();
     let series = series?;
-    let mut family: Family<Box<dyn Fn(&Judge<'_>) -> Vec<Row> + '_>> = Family::new(effort.alpha);
+    let mut family: Family<Verdicts<'_>> = Family::new(effort.alpha);
     // The best one is the last.
     if let Some((best, others)) = series.split_last() {
         for one in others {

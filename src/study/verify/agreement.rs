@@ -25,6 +25,9 @@ pub struct Judge<'a> {
     pub width: u32,
 }
 
+/// What makes the rows of a member of the family, once its share of false alarms is known.
+pub type Verdicts<'a> = Box<dyn Fn(&Judge<'_>) -> Vec<Row> + 'a>;
+
 impl Judge<'_> {
     /// All values of some cells.
     fn family(&self, cells: impl Iterator<Item = usize>, estimate: impl Fn(usize, usize) -> Estimate) -> Judgement {

@@ -49,7 +49,7 @@ use crate::reference::probe::Probe;
 use crate::run::Observer;
 use crate::scene::{EstimatorKind, FilmSize, SamplerKind, Scene};
 use crate::study::family::Family;
-use agreement::{Judge, TESTS_OF_A_PAIR};
+use agreement::{Judge, TESTS_OF_A_PAIR, Verdicts};
 use blocks::Grid;
 use oracle::Oracle;
 use tails::Tails;
@@ -140,7 +140,7 @@ pub fn run(scene: &Scene, options: Options, watch: &dyn Observer) -> Result<Repo
 
     bench.announce("the verdicts")?;
     let best = &series[series.len() - 1];
-    let mut family: Family<Box<dyn Fn(&Judge<'_>) -> Vec<Row> + '_>> = Family::new(FALSE_ALARMS);
+    let mut family: Family<Verdicts<'_>> = Family::new(FALSE_ALARMS);
     for (i, a) in series.iter().enumerate() {
         for b in &series[i + 1..] {
             family.add_several(TESTS_OF_A_PAIR, Box::new(move |judge| judge.estimators(a, b)));

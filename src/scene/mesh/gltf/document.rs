@@ -36,8 +36,11 @@ const COMPRESSION: [(&str, &str); 2] = [
     ("_meshopt_compression", "meshopt"),
 ];
 
+/// A document, and the buffer that comes with it.
+type WithBuffer<'a> = (Document, Option<Cow<'a, [u8]>>);
+
 /// The document in these bytes, and the buffer that comes with it.
-pub fn document(bytes: &[u8]) -> Result<(Document, Option<Cow<'_, [u8]>>), Problem> {
+pub fn document(bytes: &[u8]) -> Result<WithBuffer<'_>, Problem> {
     let (json, blob) = if bytes.starts_with(b"glTF") {
         check_length(bytes)?;
         let glb = Glb::from_slice(bytes).map_err(problem)?;

@@ -300,7 +300,7 @@ fn sparse_and_quantized_numbers() {
         .flat_map(|x| x.to_le_bytes())
         .collect();
     assert_eq!(
-        one(&strided(5123, false), &[shorts.clone()]).unwrap()[1..],
+        one(&strided(5123, false), std::slice::from_ref(&shorts)).unwrap()[1..],
         [[65_535., 0., 0.], [0., 13_107., 0.]]
     );
     assert_eq!(
@@ -309,7 +309,7 @@ fn sparse_and_quantized_numbers() {
     );
     let bytes = vec![0, 0, 0, 127, 0, 0, 0x80, 0x81, 0];
     assert_eq!(
-        one(&strided(5120, true), &[bytes.clone()]).unwrap()[1..],
+        one(&strided(5120, true), std::slice::from_ref(&bytes)).unwrap()[1..],
         [[1., 0., 0.], [-1., -1., 0.]]
     );
     assert_eq!(

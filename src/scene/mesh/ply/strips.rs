@@ -11,26 +11,26 @@ use glam::DVec3;
 /// Each strip's place among the triangles.
 type Strips = [Range<usize>];
 
-/// Turns the strips of a closed surface that face inwards; returns how many. Strips that do not close a surface, or only one that
-/// has no outside, stay as they are.
+/// Turns the strips that face inwards, where strips close a surface; returns how many. Strips that close none, or one that has no
+/// outside, stay as they are.
 pub fn face_outwards(strips: &Strips, triangles: &mut [[u32; 3]], vertices: &[DVec3]) -> usize {
-    let Some(turned) = sides(strips, triangles) else {
+    let Some(sides) = sides(strips, triangles) else {
         return 0;
     };
-    let volume = |range: &Range<usize>| {
+    let six_times_volume = |range: &Range<usize>| {
         let corner = |i: u32| vertices.get(i as usize).copied().unwrap_or_default();
-        let six_times = |[a, b, c]: [u32; 3]| corner(a).dot(corner(b).cross(corner(c)));
-        triangles[range.clone()].iter().map(|&t| six_times(t)).sum::<f64>()
+        let of = |[a, b, c]: [u32; 3]| corner(a).dot(corner(b).cross(corner(c)));
+        triangles[range.clone()].iter().map(|&t| of(t)).sum::<f64>()
     };
-    let signed = strips
-        .iter()
-        .zip(&turned)
-        .map(|(range, &turned)| if turned { -volume(range) } else { volume(range) });
-    // The sides that were found are all inside or all outside.
-    let inwards = signed.sum::<f64>() < 0.0;
+    let mut volumes = vec![0.0; strips.len()];
+    for (range, side) in strips.iter().zip(&sides) {
+        let volume = six_times_volume(range);
+        volumes[side.surface] += if side.turned { -volume } else { volume };
+    }
     let mut count = 0;
-    for (range, turned) in strips.iter().zip(turned) {
-        if turned != inwards {
+    for (range, side) in strips.iter().zip(sides) {
+        // The sides of a surface are all inside or all outside.
+        if side.turned != (volumes[side.surface] < 0.0) {
             triangles[range.clone()].iter_mut().for_each(|t| t.swap(1, 2));
             count += 1;
         }
@@ -38,9 +38,15 @@ pub fn face_outwards(strips: &Strips, triangles: &mut [[u32; 3]], vertices: &[DV
     count
 }
 
-/// Of each strip, whether it must be turned to have the winding of the first; `None` unless the strips make one closed surface, in
-/// which every edge belongs to two triangles, and can have one winding.
-fn sides(strips: &Strips, triangles: &[[u32; 3]]) -> Option<Vec<bool>> {
+/// Which surface a strip belongs to, by the number of its first strip, and whether it has the other winding than that one.
+#[derive(Clone, Copy)]
+struct Side {
+    surface: usize,
+    turned: bool,
+}
+
+/// The side of each strip; `None` unless every edge belongs to two triangles and each surface can have one winding.
+fn sides(strips: &Strips, triangles: &[[u32; 3]]) -> Option<Vec<Side>> {
     // Edges by their corners, the smaller one first, with the strip and whether it goes from the larger one.
     let mut edges = Vec::new();
     for (strip, range) in strips.iter().enumerate() {
@@ -65,23 +71,28 @@ fn sides(strips: &Strips, triangles: &[[u32; 3]]) -> Option<Vec<bool>> {
     if !pairs.remainder().is_empty() {
         return None;
     }
-    let mut turned = vec![None; strips.len()];
-    let mut todo = vec![(0, false)];
-    while let Some((strip, side)) = todo.pop() {
-        match turned[strip] {
-            Some(known) if known != side => return None,
-            Some(_) => {}
-            None => {
-                turned[strip] = Some(side);
-                todo.extend(
-                    neighbours[strip]
-                        .iter()
-                        .map(|&(other, against)| (other, side != against)),
-                );
+    let mut sides: Vec<Option<Side>> = vec![None; strips.len()];
+    for surface in 0..strips.len() {
+        if sides[surface].is_some() {
+            continue;
+        }
+        let mut todo = vec![(surface, false)];
+        while let Some((strip, turned)) = todo.pop() {
+            match sides[strip] {
+                Some(known) if known.turned != turned => return None,
+                Some(_) => {}
+                None => {
+                    sides[strip] = Some(Side { surface, turned });
+                    todo.extend(
+                        neighbours[strip]
+                            .iter()
+                            .map(|&(other, against)| (other, turned != against)),
+                    );
+                }
             }
         }
     }
-    turned.into_iter().collect()
+    sides.into_iter().collect()
 }
 
 #[cfg(test)]
@@ -136,6 +147,20 @@ mod tests {
                 .sum();
             assert!((volume - 6.0).abs() < 1e-12, "{turned:b}: {volume}");
         }
+    }
+
+    #[test]
+    fn two_boxes_and_none_are_no_matter() {
+        let vertices: Vec<DVec3> = (0..2)
+            .flat_map(|i| BOX.map(|v| DVec3::from_array(v) + DVec3::X * 9.0 * f64::from(i)))
+            .collect();
+        let (mut strips, mut triangles) = mesh(0b00_0100);
+        let (more, second) = mesh(0b11_1011);
+        strips.extend(more.iter().map(|range| range.start + 12..range.end + 12));
+        triangles.extend(second.iter().map(|t| t.map(|i| i + 8)));
+        assert_eq!(face_outwards(&strips, &mut triangles, &vertices), 6);
+        assert_eq!(face_outwards(&strips, &mut triangles, &vertices), 0);
+        assert_eq!(face_outwards(&[], &mut [[0, 1, 2]], &vertices), 0);
     }
 
     #[test]

@@ -178,9 +178,6 @@ mod proof;
 pub mod about;
 #[doc(hidden)]
 pub mod bsdf;
-#[cfg(feature = "cli")]
-#[doc(hidden)]
-pub mod cli;
 #[doc(hidden)]
 pub mod cpu;
 #[doc(hidden)]

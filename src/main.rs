@@ -1,5 +1,7 @@
 //! The `octolux` command.
 
+mod cli;
+
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -12,5 +14,5 @@ fn main() -> ExitCode {
 /// Apart from `main`, so that none of its code, which may be AVX2 from the first instruction, runs before the check.
 #[inline(never)]
 fn run() -> ExitCode {
-    octolux::cli::main()
+    cli::main()
 }

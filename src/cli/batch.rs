@@ -10,8 +10,8 @@ use super::manifest;
 use super::reading::Reading;
 use super::several::Crowd;
 use super::{CliError, Exit};
-use crate::pipeline::all_threads;
-use crate::scene::Outside;
+use octolux::pipeline::all_threads;
+use octolux::scene::Outside;
 
 const EXAMPLES: &str = "\
 A manifest has the options of `octolux render` as keys:

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::{CliError, Exit, report};
-use crate::film::{Picture, read_picture};
-use crate::study::error::{Errors, Invalid, NotFinite, relmse_of_reference};
-use crate::study::significance::{Measured, Significance, ZScores};
+use octolux::film::{Picture, read_picture};
+use octolux::study::error::{Errors, Invalid, NotFinite, relmse_of_reference};
+use octolux::study::significance::{Measured, Significance, ZScores};
 
 /// Error of picture A against picture B, the reference
 #[derive(clap::Args)]

@@ -4,10 +4,10 @@ use std::fmt;
 use std::path::Path;
 use std::process::ExitCode;
 
-use crate::embree::EmbreeError;
-use crate::film::PictureError;
-use crate::pipeline::SetupError;
-use crate::scene::{InvalidScene, SceneError};
+use octolux::embree::EmbreeError;
+use octolux::film::PictureError;
+use octolux::pipeline::SetupError;
+use octolux::scene::{InvalidScene, SceneError};
 
 /// How a command ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

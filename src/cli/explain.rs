@@ -7,10 +7,10 @@ use serde::Serialize;
 use super::explain_effects::{self as effects, Found};
 use super::options::Options;
 use super::{CliError, Exit, report};
-use crate::pipeline::{Prepared, Settings};
-use crate::run::DEFAULT_SPP;
-use crate::scene::{Bsdf, Effect, EstimatorKind, SamplerKind, Scene, Surface};
-use crate::study::effect_costs::{self, Costs};
+use octolux::pipeline::{Prepared, Settings};
+use octolux::run::DEFAULT_SPP;
+use octolux::scene::{Bsdf, Effect, EstimatorKind, SamplerKind, Scene, Surface};
+use octolux::study::effect_costs::{self, Costs};
 
 /// Say what a scene holds and calls for, and how it would be rendered
 #[derive(clap::Args)]

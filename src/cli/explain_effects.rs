@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use crate::pipeline::Prepared;
-use crate::scene::{Effect, Environment, Features, Scene, Surface};
-use crate::study::effect_costs::Costs;
+use octolux::pipeline::Prepared;
+use octolux::scene::{Effect, Environment, Features, Scene, Surface};
+use octolux::study::effect_costs::Costs;
 
 /// An effect with its evidence.
 #[derive(Serialize)]

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 
 use super::interrupt::Interrupt;
 use super::{CliError, Exit, report};
-use crate::film::replace;
-use crate::study::hunt::draw::Kind;
-use crate::study::hunt::{Bag, Catch, FALSE_ALARMS, Options, hunt, recipe};
+use octolux::film::replace;
+use octolux::study::hunt::draw::Kind;
+use octolux::study::hunt::{Bag, Catch, FALSE_ALARMS, Options, hunt, recipe};
 
 /// Look for faults in random scenes; what fails is written as a small scene
 #[derive(clap::Args)]

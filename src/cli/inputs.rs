@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use super::CliError;
 use super::outputs::is_sums;
-use crate::film::{Film, sums_file};
-use crate::run::Record;
-use crate::scene::Scene;
+use octolux::film::{Film, sums_file};
+use octolux::run::Record;
+use octolux::scene::Scene;
 
 /// What makes two paths one file: device and number where it exists, so that links of either kind count, else its absolute path.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]

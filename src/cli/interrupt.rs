@@ -8,8 +8,8 @@ use std::process;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use super::{CliError, Exit, report};
-use crate::film::replace;
-use crate::pipeline::Progress;
+use octolux::film::replace;
+use octolux::pipeline::Progress;
 
 /// What the handler shares with the render.
 #[derive(Clone, Default)]

@@ -8,8 +8,8 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::interrupt::Interrupt;
 use super::report;
-use crate::pipeline::Progress;
-use crate::run::Observer;
+use octolux::pipeline::Progress;
+use octolux::run::Observer;
 
 /// The bar on the terminal, and ctrl-c.
 pub struct Looker {

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use super::inputs::{Inputs, keeps_checkpoints};
 use super::options;
 use super::{CliError, Exit, report};
-use crate::film::{Film, check_output, sums_file, write_picture};
-use crate::run::Record;
+use octolux::film::{Film, check_output, sums_file, write_picture};
+use octolux::run::Record;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -182,7 +182,7 @@ fn tell(args: &Args, parts: &[Part], spp: u32) {
     }
     let counters = parts
         .iter()
-        .fold(Default::default(), |mut sum: crate::pipeline::Counters, part| {
+        .fold(Default::default(), |mut sum: octolux::pipeline::Counters, part| {
             sum += part.record.counters;
             sum
         });

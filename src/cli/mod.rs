@@ -40,8 +40,8 @@ use clap::{Parser, Subcommand};
 
 pub use error::{CliError, Exit};
 
-use crate::about;
-use crate::lane::AVX512;
+use octolux::about;
+use octolux::lane::AVX512;
 
 const EXAMPLES: &str = "\
 Examples:

@@ -4,11 +4,11 @@ use clap::builder::{PossibleValuesParser, RangedU64ValueParser, TypedValueParser
 
 use super::CliError;
 use super::reading::Reading;
-use crate::lane::{AVX512, has_avx512};
-use crate::pipeline::Settings;
-use crate::run::{MOST_SPP, RenderOptions};
-use crate::scene::{Effect, EstimatorKind, FilmSize, SamplerKind, Scene, available_memory};
-use crate::settings::{AccelKind, Lanes};
+use octolux::lane::{AVX512, has_avx512};
+use octolux::pipeline::Settings;
+use octolux::run::{MOST_SPP, RenderOptions};
+use octolux::scene::{Effect, EstimatorKind, FilmSize, SamplerKind, Scene, available_memory};
+use octolux::settings::{AccelKind, Lanes};
 
 /// Errors that can be asked for: what `f32` pictures can show, and what is noise alone.
 const LEAST_ERROR: f64 = 1e-6;
@@ -194,7 +194,7 @@ fn lanes(text: &str) -> Result<Lanes, String> {
     let known = Lanes::ALL.into_iter().find(|lanes| lanes.to_string() == text);
     match known.ok_or("a packet has 1, 8 or 16 rays")? {
         Lanes::Sixteen if !has_avx512() => Err(format!(
-            "packets of 16 rays need AVX-512, which this processor lacks or {AVX512}=off leaves out"
+            "packets of 16 rays need AVX-512, which this processor lacks, this build left out or {AVX512}=off leaves unused"
         )),
         lanes => Ok(lanes),
     }

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use super::CliError;
 use super::inputs::{Inputs, keeps_checkpoints};
-use crate::film::{check_output, replace};
-use crate::run::MOST_SPP;
+use octolux::film::{check_output, replace};
+use octolux::run::MOST_SPP;
 
 /// Stands for the scene's name in `--output` and `--stats`.
 const NAME: &str = "{name}";

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::CliError;
 use super::done::Done;
-use crate::pipeline::Progress;
+use octolux::pipeline::Progress;
 
 /// What the pictures share.
 #[derive(Debug)]

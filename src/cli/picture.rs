@@ -13,11 +13,11 @@ use super::overall::Overall;
 use super::progress::Bar;
 use super::request::Request;
 use super::{CliError, done, options, report};
-use crate::film::Film;
-use crate::pipeline::{Prepared, Progress, Settings};
-use crate::run::{Checkpoint, Goal, Observer, Run, Saved};
-use crate::scene::{Scene, available_memory};
-use crate::study::outliers::FirstSamples;
+use octolux::film::Film;
+use octolux::pipeline::{Prepared, Progress, Settings};
+use octolux::run::{Checkpoint, Goal, Observer, Run, Saved};
+use octolux::scene::{Scene, available_memory};
+use octolux::study::outliers::FirstSamples;
 
 /// One scene of a command.
 #[derive(Clone, Copy)]

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::report;
-use crate::run::Run;
+use octolux::run::Run;
 
 const TICK: Duration = Duration::from_millis(100);
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::CliError;
-use crate::scene::{Outside, Scene};
+use octolux::scene::{Outside, Scene};
 
 /// What a scene may do.
 #[derive(clap::Args, Clone, Copy, Debug)]

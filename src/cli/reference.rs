@@ -10,10 +10,10 @@ use rayon::ThreadPoolBuilder;
 use super::inputs::{Inputs, keeps_checkpoints};
 use super::reading::Reading;
 use super::{CliError, Exit, options, report};
-use crate::film::{Attributes, Picture, Value, check_output, write_picture};
-use crate::reference::{Reference, render};
-use crate::scene::{FilmSize, Scene};
-use crate::study::error::NotFinite;
+use octolux::film::{Attributes, Picture, Value, check_output, write_picture};
+use octolux::reference::{Reference, render};
+use octolux::scene::{FilmSize, Scene};
+use octolux::study::error::NotFinite;
 
 /// Render a scene with the independent f64 oracle: a picture and the standard error of every pixel
 #[derive(clap::Args)]

@@ -10,9 +10,9 @@ use super::picture::Job;
 use super::request::Request;
 use super::several::Crowd;
 use super::{CliError, Exit, replay, report};
-use crate::pipeline::all_threads;
-use crate::run::{RenderOptions, Shard};
-use crate::scene::Effects;
+use octolux::pipeline::all_threads;
+use octolux::run::{RenderOptions, Shard};
+use octolux::scene::Effects;
 
 const EXAMPLES: &str = "\
 Examples:

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::options::Options;
 use super::{CliError, Exit, report};
-use crate::pipeline::{Asked, Found, Prepared, Replay, Settings};
-use crate::settings::Lanes;
+use octolux::pipeline::{Asked, Found, Prepared, Replay, Settings};
+use octolux::settings::Lanes;
 
 /// Reads `X,Y,PASS`.
 pub fn sample(text: &str) -> Result<[u32; 3], String> {

@@ -12,7 +12,7 @@ use miette::{
 };
 
 use super::CliError;
-use crate::scene::SceneError;
+use octolux::scene::SceneError;
 
 /// `error: ...`, the lines in question, `help: ...`.
 pub fn error(error: &CliError) {

@@ -5,9 +5,9 @@ use std::time::Duration;
 
 use super::CliError;
 use super::outputs::Targets;
-use crate::pipeline::{Prepared, Settings};
-use crate::run::{DEFAULT_SPP, Goal, MOST_SPP, Record, RenderOptions, Shard};
-use crate::scene::{Effects, FilmSize, Outside, Scene};
+use octolux::pipeline::{Prepared, Settings};
+use octolux::run::{DEFAULT_SPP, Goal, MOST_SPP, Record, RenderOptions, Shard};
+use octolux::scene::{Effects, FilmSize, Outside, Scene};
 
 /// One scene, how it is rendered, and where to.
 #[derive(Clone, Debug)]

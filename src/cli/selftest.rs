@@ -5,8 +5,8 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::{CliError, Exit, report};
-use crate::study::selftest::{CASES, Case, Check, Effort, prices};
-use crate::{about, machine};
+use octolux::study::selftest::{CASES, Case, Check, Effort, prices};
+use octolux::{about, machine};
 
 const EXAMPLES: &str = "\
 Every case has figures with bounds; a figure passes where it is at most its

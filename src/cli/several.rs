@@ -11,7 +11,7 @@ use super::picture::Job;
 use super::progress::{Bar, clock};
 use super::request::Request;
 use super::{Exit, report};
-use crate::scene::Scene;
+use octolux::scene::Scene;
 
 /// Pictures up to so many samples, some five seconds of one core, are rendered by one thread each, as many at once as there
 /// are threads: then no thread waits for another one, nor for a file. Beyond, all threads are for one picture.

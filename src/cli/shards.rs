@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use super::merge::same_render;
 use super::outputs::is_sums;
 use super::{CliError, Exit, report};
-use crate::film::sums_file;
-use crate::run::Record;
+use octolux::film::sums_file;
+use octolux::run::Record;
 
 const EXAMPLES: &str = "\
 Examples:

@@ -7,12 +7,12 @@ use serde::Serialize;
 
 use super::CliError;
 use super::options::switch;
-use crate::film::{Attributes, Value, replace};
-use crate::pipeline::Counters;
-use crate::run::Run;
-use crate::scene::{EstimatorKind, FilmSize, SamplerKind};
-use crate::study::outliers::Outliers;
-use crate::{about, machine};
+use octolux::film::{Attributes, Value, replace};
+use octolux::pipeline::Counters;
+use octolux::run::Run;
+use octolux::scene::{EstimatorKind, FilmSize, SamplerKind};
+use octolux::study::outliers::Outliers;
+use octolux::{about, machine};
 
 /// What `--stats` writes. Names that end in `_s` are seconds of wall-clock time; `_per_s` are taken over `render_s`.
 #[derive(Clone, Debug, Serialize)]

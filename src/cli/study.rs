@@ -10,11 +10,11 @@ use super::interrupt::Interrupt;
 use super::looker::Looker;
 use super::options::Options;
 use super::{CliError, Exit, report};
-use crate::film::replace;
-use crate::scene::{Scene, SceneBuilder};
-use crate::study::cost::{self, Study, StudyError, warnings};
-use crate::study::page::{self, Circumstances};
-use crate::{about, machine};
+use octolux::film::replace;
+use octolux::scene::{Scene, SceneBuilder};
+use octolux::study::cost::{self, Study, StudyError, warnings};
+use octolux::study::page::{self, Circumstances};
+use octolux::{about, machine};
 
 const EXAMPLES: &str = "\
 What is written into DIR:
@@ -200,19 +200,19 @@ mod tests {
     #[test]
     fn knobs_turn_every_value_that_render_offers() {
         use clap::Args as _;
-        let settings = crate::pipeline::Settings {
-            film: crate::scene::FilmSize { width: 8, height: 8 },
-            estimator: crate::scene::EstimatorKind::Mis,
-            sampler: crate::scene::SamplerKind::Sobol,
+        let settings = octolux::pipeline::Settings {
+            film: octolux::scene::FilmSize { width: 8, height: 8 },
+            estimator: octolux::scene::EstimatorKind::Mis,
+            sampler: octolux::scene::SamplerKind::Sobol,
             seed: 0,
-            lanes: Some(crate::settings::Lanes::Eight),
+            lanes: Some(octolux::settings::Lanes::Eight),
             threads: 2,
-            ..crate::pipeline::Settings::default()
+            ..octolux::pipeline::Settings::default()
         };
         // `--robust` is a knob of Embree alone, `--cull` of few shapes.
         let variants = cost::knobs::variants(
             settings,
-            (crate::settings::AccelKind::Embree, crate::settings::Lanes::Eight),
+            (octolux::settings::AccelKind::Embree, octolux::settings::Lanes::Eight),
             true,
         );
         let render = super::super::render::Args::augment_args(clap::Command::new("render"));

@@ -12,9 +12,9 @@ use super::looker::Looker;
 use super::reading::Reading;
 use super::verify_report::{self, Circumstances};
 use super::{CliError, Exit, options, report};
-use crate::film::{Attributes, Value, replace, write_picture};
-use crate::scene::Scene;
-use crate::study::verify::{self, Options, Report, Verdict, VerifyError};
+use octolux::film::{Attributes, Value, replace, write_picture};
+use octolux::scene::Scene;
+use octolux::study::verify::{self, Options, Report, Verdict, VerifyError};
 
 const EXAMPLES: &str = "\
 What is checked:
@@ -84,7 +84,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     keeps_inputs(args, &scene)?;
     let options = Options {
         budget: args.budget,
-        threads: args.threads.unwrap_or_else(crate::pipeline::all_threads),
+        threads: args.threads.unwrap_or_else(octolux::pipeline::all_threads),
         seed: args.seed,
     };
     let looker = Looker::new("verify", interrupt, args.quiet);

@@ -5,9 +5,9 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::CliError;
-use crate::scene::{Features, Scene};
-use crate::study::verify::{FALSE_ALARMS, Options, Report, Row, Verdict};
-use crate::{about, machine};
+use octolux::scene::{Features, Scene};
+use octolux::study::verify::{FALSE_ALARMS, Options, Report, Row, Verdict};
+use octolux::{about, machine};
 
 /// Every figure with the circumstances under which it was found.
 #[derive(Serialize)]

@@ -5,7 +5,8 @@
 
 use std::sync::LazyLock;
 
-/// The environment variable that keeps AVX-512 out of kernels where it is `off`: as on a processor that lacks it.
+/// The environment variable that leaves AVX-512 unused where it is `off`, as on a processor that lacks it. When the program is built, it
+/// decides whether kernels for AVX-512 are compiled (`build.rs`).
 pub const AVX512: &str = "OCTOLUX_AVX512";
 
 /// Work for lanes. `run` must be `#[inline(always)]`, and so must everything in it that handles them.
@@ -14,10 +15,11 @@ pub trait Work {
     fn run(self);
 }
 
-/// Whether this processor has what `with_avx512` needs, and [`AVX512`] is not `off`.
+/// Whether kernels for AVX-512 were compiled, this processor has what they need, and [`AVX512`] is not `off`.
 pub fn has_avx512() -> bool {
     static HAS: LazyLock<bool> = LazyLock::new(|| {
-        is_x86_feature_detected!("avx512f")
+        cfg!(avx512_kernels)
+            && is_x86_feature_detected!("avx512f")
             && is_x86_feature_detected!("avx512bw")
             && is_x86_feature_detected!("avx512dq")
             && is_x86_feature_detected!("avx512vl")
@@ -36,7 +38,12 @@ pub fn with_avx512<W: Work>(work: W) {
     fn inner<W: Work>(work: W) {
         work.run();
     }
-    assert!(has_avx512(), "AVX-512 is not there, or switched off");
-    // SAFETY: the processor has the instructions, as just asserted.
-    unsafe { inner(work) }
+    assert!(
+        has_avx512(),
+        "AVX-512 is not there, left out by the build, or switched off"
+    );
+    if cfg!(avx512_kernels) {
+        // SAFETY: the processor has the instructions, as just asserted.
+        unsafe { inner(work) }
+    }
 }

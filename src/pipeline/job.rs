@@ -110,6 +110,7 @@ impl Job<'_> {
             turns: &self.numbers.by_coin(range),
             order: self.plan.order,
             mix: self.plan.mix,
+            answers: self.plan.answers,
             sum: &mut sum,
             counters: &mut counters,
             log: None,

@@ -4,7 +4,7 @@ use std::sync::LazyLock;
 
 use super::intersector::Intersector;
 use super::rows::{self, Run};
-use super::stage::Order;
+use super::stage::{Answers, Order};
 use crate::embree::{Device, Packets};
 use crate::estimator::density::Mix;
 use crate::lane::has_avx512;
@@ -116,6 +116,8 @@ pub struct Plan {
     /// Turns hits into light, shading and visibility: a stage for each model of reflection and, where a direction is drawn for
     /// every light, each kind of light that there is.
     pub shade: Vec<Run>,
+    /// What the intersector answers to the shading stages.
+    pub answers: Answers,
     /// Which directions are drawn for each light and how they are weighed.
     pub mix: Mix,
     /// What the stages hold: at least what the scene calls for.
@@ -173,8 +175,9 @@ impl Plan {
                 together,
                 pairs,
                 order,
-                eye: rows::blank().run(accel, lanes),
+                eye: rows::blank().run(lanes),
                 shade: Vec::new(),
+                answers: Answers::of(accel, lanes),
                 mix: Mix::default(),
                 held: Effects::default(),
             });
@@ -198,8 +201,9 @@ impl Plan {
             shade: models
                 .iter()
                 .flat_map(|&model| rows::shade(estimator, needs, model))
-                .map(|row| row.run(accel, lanes))
+                .map(|row| row.run(lanes))
                 .collect(),
+            answers: Answers::of(accel, lanes),
             mix: rows::mix(estimator),
             held,
         })

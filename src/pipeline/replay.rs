@@ -130,6 +130,7 @@ pub(super) fn replay(plan: &Plan, world: &World, settings: &Settings, tile: &Til
         turns: &[0],
         order: plan.order,
         mix: plan.mix,
+        answers: plan.answers,
         sum: &mut sum,
         counters: &mut counters,
         log: Some(Vec::new()),

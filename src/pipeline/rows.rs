@@ -6,7 +6,7 @@ use std::marker::PhantomData;
 
 use super::stage::{Chunk, Scratch, Stage, environment, eye, shade, triangles};
 use super::stream::{self, Model};
-use super::tracer::{ByEmbree, InLine, Tracer};
+use super::tracer::{ByEmbree, InLine};
 use crate::embree::{LaneWork, TraceLane, in_eight_of_avx512, in_sixteen};
 use crate::estimator::density::{Average, ConeOnly, Density, Mix};
 use crate::estimator::per_point;
@@ -17,11 +17,15 @@ use crate::settings::{AccelKind, EstimatorKind, Lanes};
 /// A stage, compiled.
 pub type Run = fn(&mut Chunk, &mut Scratch);
 
-/// A stage, compiled for every width of packets and whoever answers rays.
+/// A stage, compiled for every width of packets.
 #[derive(Clone, Copy, Debug)]
-pub struct Row {
-    embree: [Run; 4],
-    line: [Run; 4],
+pub struct Row([Run; 4]);
+
+/// An eye stage traces packet by packet, so it is compiled for every intersector too.
+#[derive(Clone, Copy, Debug)]
+pub struct EyeRow {
+    embree: Row,
+    line: Row,
 }
 
 /// The rows of the eye stage with the effects that each holds.
@@ -29,14 +33,18 @@ macro_rules! eye_rows {
     ($([$($effect:ident),*],)*) => {
         &[$({
             const HELD: Effects = Effects::of(&[$(Effect::$effect),*]);
-            (HELD, Row::of::<eye::Eye<{ HELD.bits() }>>())
+            const ROW: EyeRow = EyeRow {
+                embree: Row::of::<eye::Eye<ByEmbree, { HELD.bits() }>>(),
+                line: Row::of::<eye::Eye<InLine, { HELD.bits() }>>(),
+            };
+            (HELD, ROW)
         },)*]
     };
 }
 
 /// The eye stage, from the fewest effects to the most; the last row holds them all. Effects share a row where one that is held but
 /// not called for costs less than 1 % of a sample's instructions (`docs/effects/README.md` has the figures).
-const EYE: &[(Effects, Row)] = eye_rows![
+const EYE: &[(Effects, EyeRow)] = eye_rows![
     [Diffuse],
     [Diffuse, Phong],
     [Diffuse, Phong, SmoothNormals],
@@ -69,7 +77,7 @@ const EYE: &[(Effects, Row)] = eye_rows![
 pub const MODELS: [Effect; 2] = [Effect::Diffuse, Effect::Phong];
 
 /// The row of the eye stage with the fewest effects that holds `needs`, as far as they concern it, and what it holds.
-pub fn eye(needs: Effects) -> &'static (Effects, Row) {
+pub fn eye(needs: Effects) -> &'static (Effects, EyeRow) {
     let concern = EYE[EYE.len() - 1].0;
     let row = EYE.iter().find(|(held, _)| held.hold(needs.among(concern)));
     row.unwrap_or(&EYE[EYE.len() - 1])
@@ -101,22 +109,12 @@ pub const fn mix(estimator: EstimatorKind) -> Mix {
 
 fn shade_model<M: Model>(estimator: EstimatorKind, needs: Effects) -> Vec<Row> {
     match estimator {
-        EstimatorKind::Uniform => vec![point::<per_point::Sphere, M>(needs)],
-        EstimatorKind::Brdf => vec![point::<per_point::Lobe, M>(needs)],
+        EstimatorKind::Uniform => vec![Row::of::<shade::PerPoint<per_point::Sphere, M>>()],
+        EstimatorKind::Brdf => vec![Row::of::<shade::PerPoint<per_point::Lobe, M>>()],
         EstimatorKind::Light => kinds::<ConeOnly, M>(needs),
         EstimatorKind::Mis => kinds::<Average, M>(needs),
         EstimatorKind::Mis2Balance | EstimatorKind::Mis2Power => kinds::<Mix, M>(needs),
         EstimatorKind::Projected => kinds::<M::Projected, M>(needs),
-    }
-}
-
-/// One direction for all that emits, with or without an environment.
-fn point<D: per_point::Density, M: Model>(needs: Effects) -> Row {
-    const SKY: Effects = Effects::of(&[Effect::Environment]);
-    if needs.hold(SKY) {
-        Row::of::<shade::PerPoint<D, M, { SKY.bits() }>>()
-    } else {
-        Row::of::<shade::PerPoint<D, M, 0>>()
     }
 }
 
@@ -134,18 +132,17 @@ fn kinds<D: Density, M: Model>(needs: Effects) -> Vec<Row> {
 
 impl Row {
     const fn of<S: Stage>() -> Self {
-        Self {
-            embree: widths::<S, ByEmbree>(),
-            line: widths::<S, InLine>(),
-        }
+        Self([
+            S::run::<f32>,
+            S::run::<F32x8>,
+            |chunk, scratch| in_eight_of_avx512(OfChunk::<S>(chunk, scratch, PhantomData)),
+            |chunk, scratch| in_sixteen(OfChunk::<S>(chunk, scratch, PhantomData)),
+        ])
     }
 
     /// The stage for packets of 1, 8 or 16 lanes; eight have AVX-512 where it is there.
-    pub fn run(&self, accel: AccelKind, lanes: Lanes) -> Run {
-        let [one, eight, eight_of_avx512, sixteen] = match accel {
-            AccelKind::Embree => self.embree,
-            AccelKind::Linear => self.line,
-        };
+    pub fn run(&self, lanes: Lanes) -> Run {
+        let [one, eight, eight_of_avx512, sixteen] = self.0;
         match lanes {
             Lanes::Sixteen => sixteen,
             Lanes::Eight if has_avx512() => eight_of_avx512,
@@ -155,21 +152,22 @@ impl Row {
     }
 }
 
-const fn widths<S: Stage, T: Tracer>() -> [Run; 4] {
-    [
-        S::run::<f32, T>,
-        S::run::<F32x8, T>,
-        |chunk, scratch| in_eight_of_avx512(OfChunk::<S, T>(chunk, scratch, PhantomData)),
-        |chunk, scratch| in_sixteen(OfChunk::<S, T>(chunk, scratch, PhantomData)),
-    ]
+impl EyeRow {
+    /// The stage for an intersector and a width.
+    pub fn run(&self, accel: AccelKind, lanes: Lanes) -> Run {
+        match accel {
+            AccelKind::Embree => self.embree.run(lanes),
+            AccelKind::Linear => self.line.run(lanes),
+        }
+    }
 }
 
 /// A stage with its chunk.
-struct OfChunk<'a, 'c, S, T>(&'a mut Chunk<'c>, &'a mut Scratch, PhantomData<(S, T)>);
+struct OfChunk<'a, 'c, S>(&'a mut Chunk<'c>, &'a mut Scratch, PhantomData<S>);
 
-impl<S: Stage, T: Tracer> LaneWork for OfChunk<'_, '_, S, T> {
+impl<S: Stage> LaneWork for OfChunk<'_, '_, S> {
     #[inline(always)]
     fn run<L: TraceLane>(self) {
-        S::run::<L, T>(self.0, self.1);
+        S::run::<L>(self.0, self.1);
     }
 }

@@ -7,7 +7,6 @@ use super::world::World;
 use crate::embree::{Coherence, TraceLane};
 use crate::film::Tile;
 use crate::lane::{Lane, Mask};
-use crate::light::SphereLight;
 use crate::linear::Candidates;
 use crate::linear::cull::{Bounds, Points};
 use crate::math::Vec3;
@@ -30,23 +29,8 @@ pub trait Tracer {
             survey::<L>(world, stream, points);
         }
     }
-    /// Prepares for rays from the points of a surveyed stream to a light. Whether nothing at all can be in their way: then they
-    /// need not be asked for.
-    #[inline(always)]
-    fn face_light<L: Lane>(
-        world: &World,
-        stream: &HitStream,
-        points: &mut Points,
-        light: &SphereLight,
-        set: &mut Candidates,
-    ) -> bool {
-        let ball = Ball {
-            center: light.center,
-            radius: light.radius,
-        };
-        Self::face_ball::<L>(world, stream, points, &ball, light.sphere, set)
-    }
-    /// As [`Self::face_light`] for rays into a ball; what `aimed_at` names blocks none of them.
+    /// Prepares for rays from the points of a surveyed stream into a ball; what `aimed_at` names blocks none of them. Whether nothing
+    /// at all can be in their way: then they need not be asked for.
     #[inline(always)]
     fn face_ball<L: Lane>(
         world: &World,

@@ -7,8 +7,8 @@ use super::{Kept, Writer};
 use crate::cli::outputs::{self, is_sums};
 use crate::cli::stats::{Stats, Times};
 use crate::cli::{CliError, report};
-use crate::film::write_picture;
-use crate::run::Run;
+use octolux::film::write_picture;
+use octolux::run::Run;
 
 impl Writer<'_> {
     /// Writes what `--snapshots` asks for.

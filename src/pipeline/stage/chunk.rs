@@ -1,5 +1,6 @@
 //! A chunk of work, and the addresses of its random numbers.
 
+use super::ask::Answers;
 use crate::estimator::density::Mix;
 use crate::film::{ChunkSum, Tile};
 use crate::lane::{Lane, Mask};
@@ -39,6 +40,8 @@ pub struct Chunk<'a> {
     pub order: Order,
     /// How directions of lights and of the BRDF are combined, for the stages that ask.
     pub mix: Mix,
+    /// What the intersector answers.
+    pub answers: Answers,
     /// Sums of the chunk, slot by slot and in each pixel by pixel of its tile.
     pub sum: &'a mut ChunkSum,
     /// What was traced.

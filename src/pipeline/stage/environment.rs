@@ -3,7 +3,7 @@
 
 use std::marker::PhantomData;
 
-use super::{Chunk, Scratch, Stage, shadow};
+use super::{Ask, Chunk, Scratch, Stage};
 use crate::embree::TraceLane;
 use crate::estimator::per_environment;
 use crate::light::Environment;
@@ -11,7 +11,6 @@ use crate::light::environment::Beyond;
 use crate::linear::Candidates;
 use crate::pipeline::queue::{QueuedRays, RayQueue};
 use crate::pipeline::stream::{HitStream, Model};
-use crate::pipeline::tracer::Tracer;
 use crate::shape::NO_SPHERE;
 
 /// A direction for the environment.
@@ -19,19 +18,19 @@ pub struct PerEnvironment<M>(PhantomData<M>);
 
 impl<M: Model> Stage for PerEnvironment<M> {
     #[inline(always)]
-    fn run<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
+    fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
         let Scratch { hits, queue, set, .. } = scratch;
         let stream = &hits[M::STREAM];
         match &chunk.world.environment {
-            Some(Environment::Constant(constant)) => under::<L, T, M, _>(chunk, stream, queue, set, constant),
-            Some(Environment::LatLong(picture)) => under::<L, T, M, _>(chunk, stream, queue, set, picture),
+            Some(Environment::Constant(constant)) => under::<L, M, _>(chunk, stream, queue, set, constant),
+            Some(Environment::LatLong(picture)) => under::<L, M, _>(chunk, stream, queue, set, picture),
             None => {}
         }
     }
 }
 
 #[inline(always)]
-fn under<L: TraceLane, T: Tracer, M: Model, B: Beyond>(
+fn under<L: TraceLane, M: Model, B: Beyond>(
     chunk: &mut Chunk,
     stream: &HitStream,
     queue: &mut RayQueue,
@@ -50,8 +49,12 @@ fn under<L: TraceLane, T: Tracer, M: Model, B: Beyond>(
             queue.push(found.active, &QueuedRays::to_light(&point, &address, &found));
         }
         if queue.len() > 0 {
-            T::face_all(world, set);
-            shadow::visible::<L, T>(chunk, queue, set, NO_SPHERE);
+            chunk.ask(Ask::All { set });
+            chunk.ask(Ask::Visible {
+                queue,
+                set,
+                light: NO_SPHERE,
+            });
         }
     }
 }

@@ -1,5 +1,7 @@
 //! Eye rays: through the film, to the first hit, into the hit streams.
 
+use std::marker::PhantomData;
+
 use super::surface::{Surfaces, has, shading_point, texels};
 use super::{Chunk, Scratch, Stage, pairs};
 use crate::embree::{Coherence, Hit, NO_SPHERE, Ray, TraceLane, prefetch};
@@ -13,20 +15,20 @@ use crate::scene::Effect;
 
 /// Traces every sample of a chunk. Emitters that are seen go onto the film, surfaces into the streams.
 /// What the stage holds are the bits of [`Effects`](crate::scene::Effects).
-pub struct Eye<const HELD: u32>;
+pub struct Eye<T, const HELD: u32>(PhantomData<T>);
 
 /// Counts the samples of a film on which nothing is in sight.
 pub struct Blank;
 
-impl<const HELD: u32> Stage for Eye<HELD> {
+impl<T: Tracer, const HELD: u32> Stage for Eye<T, HELD> {
     #[inline(always)]
-    fn run<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
+    fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
         trace::<L, T, HELD>(chunk, scratch);
     }
 }
 
 impl Stage for Blank {
-    fn run<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
+    fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
         let Scratch { grid, hits, .. } = scratch;
         hits.iter_mut().for_each(HitStream::clear);
         chunk.counters.samples += grid.fill(chunk) as u64;

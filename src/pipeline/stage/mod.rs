@@ -1,6 +1,7 @@
 //! The stages of a chunk, in the order of flow: [`eye`] fills the hit streams, [`shade`] fills the shadow queue,
 //! [`shadow`] empties it onto the film.
 
+mod ask;
 mod chunk;
 pub mod environment;
 pub mod eye;
@@ -11,5 +12,6 @@ pub mod shadow;
 pub mod surface;
 pub mod triangles;
 
+pub use ask::{Answers, Ask};
 pub use chunk::{Chunk, Order, Segment, pairs};
 pub use scratch::{Scratch, Shaft, Stage};

@@ -7,12 +7,11 @@ use crate::linear::Candidates;
 use crate::linear::cull::Points;
 use crate::pipeline::queue::{RayQueue, WideQueue};
 use crate::pipeline::stream::HitStream;
-use crate::pipeline::tracer::Tracer;
 
-/// A step of a chunk, written once for packets of any width and whoever answers rays.
+/// A step of a chunk, written once for packets of any width.
 pub trait Stage {
     /// Does the step. `#[inline(always)]`, as is everything in it that handles lanes.
-    fn run<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch);
+    fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch);
 }
 
 /// What a thread works with; made once, used for chunk after chunk.

@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::marker::PhantomData;
 use std::ops::Range;
 
-use super::{Chunk, Scratch, Shaft, Stage, pairs, shadow};
+use super::{Ask, Chunk, Scratch, Shaft, Stage, pairs, shadow};
 use crate::embree::TraceLane;
 use crate::estimator::density::Density;
 use crate::estimator::{per_light, per_point};
@@ -13,19 +13,19 @@ use crate::light::SphereLight;
 use crate::math::Vec3;
 use crate::pipeline::queue::{QueuedRays, RayQueue};
 use crate::pipeline::stream::{Address, HitStream, Model};
-use crate::pipeline::tracer::Tracer;
+use crate::shape::Ball;
 
 /// A direction for every sphere that emits, or two.
 pub struct PerLight<D, M>(PhantomData<(D, M)>);
 
-/// `uniform` and `brdf`: one direction for the point. What the stage holds are the bits of [`Effects`](crate::scene::Effects).
-pub struct PerPoint<D, M, const HELD: u32>(PhantomData<(D, M)>);
+/// `uniform` and `brdf`: one direction for the point.
+pub struct PerPoint<D, M>(PhantomData<(D, M)>);
 
 impl<D: Density, M: Model> Stage for PerLight<D, M> {
     /// The light is the outer loop: it is the same for a whole stream, and its shadow rays are as alike as they can be. Each
     /// technique has a loop of its own, for whole packets mostly follow one.
     #[inline(always)]
-    fn run<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
+    fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
         let Scratch {
             hits,
             queue,
@@ -38,14 +38,25 @@ impl<D: Density, M: Model> Stage for PerLight<D, M> {
             return;
         }
         let density = D::of(chunk.mix);
-        T::survey::<L>(chunk.world, stream, points);
+        chunk.ask(Ask::Survey { stream, points });
         let lights = &chunk.world.lights;
         shafts.resize_with(lights.len(), Shaft::default);
         for (light, Shaft { open, set }) in lights.iter().zip(&mut *shafts) {
-            *open = T::face_light::<L>(chunk.world, stream, points, light, set);
+            let ball = Ball {
+                center: light.center,
+                radius: light.radius,
+            };
+            chunk.ask(Ask::Shaft {
+                stream,
+                points,
+                ball,
+                aimed_at: light.sphere,
+                open,
+                set,
+            });
         }
-        for first in (0..stream.len()).step_by(T::BLOCK) {
-            let block = first..stream.len().min(first + T::BLOCK);
+        for first in (0..stream.len()).step_by(chunk.answers.block) {
+            let block = first..stream.len().min(first + chunk.answers.block);
             prepare::<L, D, M>(density, chunk, stream, block.clone());
             for (i, (light, Shaft { open, set })) in lights.iter().zip(&*shafts).enumerate() {
                 let light = &Lamp::new(i, light);
@@ -57,13 +68,21 @@ impl<D: Density, M: Model> Stage for PerLight<D, M> {
                 toward::<L, D, M>(density, chunk, stream, block.clone(), light, &mut sink);
                 if density.mix().both() {
                     // The queue has room for one ray of each point.
-                    shadow::visible::<L, T>(chunk, sink.queue, set, light.sphere.sphere);
+                    chunk.ask(Ask::Visible {
+                        queue: sink.queue,
+                        set,
+                        light: light.sphere.sphere,
+                    });
                 }
                 if density.mix().mixed() {
                     along::<L, D, M>(density, chunk, stream, block.clone(), light, &mut sink);
                 }
                 chunk.counters.shadow_rays += sink.answered;
-                shadow::visible::<L, T>(chunk, queue, set, light.sphere.sphere);
+                chunk.ask(Ask::Visible {
+                    queue,
+                    set,
+                    light: light.sphere.sphere,
+                });
             }
             shadow::arrived::<L>(chunk, stream, block);
         }
@@ -221,10 +240,10 @@ fn along<L: TraceLane, D: Density, M: Model>(
     }
 }
 
-impl<D: per_point::Density, M: Model, const HELD: u32> Stage for PerPoint<D, M, HELD> {
+impl<D: per_point::Density, M: Model> Stage for PerPoint<D, M> {
     /// Where only spheres emit, a direction that misses them all is dropped before it costs a ray.
     #[inline(always)]
-    fn run<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
+    fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
         let Scratch { hits, queue, set, .. } = scratch;
         let stream = &hits[M::STREAM];
         for at in (0..stream.len()).step_by(L::N) {
@@ -246,8 +265,8 @@ impl<D: per_point::Density, M: Model, const HELD: u32> Stage for PerPoint<D, M, 
             };
             queue.push(wanted, &rays);
         }
-        T::face_all(chunk.world, set);
-        shadow::emitted::<L, T, HELD>(chunk, queue, set);
+        chunk.ask(Ask::All { set });
+        chunk.ask(Ask::Emitted { queue, set });
     }
 }
 

@@ -3,7 +3,6 @@
 use std::ops::Range;
 
 use super::Chunk;
-use super::surface::has;
 use crate::embree::{Coherence, NO_SPHERE, Ray, TraceLane};
 use crate::estimator::per_triangle;
 use crate::film::ChunkSum;
@@ -15,7 +14,6 @@ use crate::pipeline::Counters;
 use crate::pipeline::queue::{QueuedRays, RayQueue, WideQueue};
 use crate::pipeline::stream::HitStream;
 use crate::pipeline::tracer::Tracer;
-use crate::scene::Effect;
 
 /// Adds the contribution of every ray with nothing but the sphere `light` before its end.
 #[inline(always)]
@@ -82,10 +80,10 @@ pub fn looked<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut WideQueue,
     queue.clear();
 }
 
-/// Adds, for every ray that meets an emitter first, its throughput times the radiance there; where an environment is held, also for
+/// Adds, for every ray that meets an emitter first, its throughput times the radiance there; where there is an environment, also for
 /// every ray that meets nothing.
 #[inline(always)]
-pub fn emitted<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, queue: &mut RayQueue, set: &Candidates) {
+pub fn emitted<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut RayQueue, set: &Candidates) {
     chunk.keep(queue);
     for at in (0..queue.len()).step_by(L::N) {
         let (active, rays) = queue.packet::<L>(at);
@@ -108,9 +106,7 @@ pub fn emitted<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, queu
             L::from_fn(|i| le[i][2]),
         );
         let (mut emits, mut radiance) = (L::Mask::from_bitmask(emits), radiance);
-        if has(HELD, Effect::Environment)
-            && let Some(beyond) = &chunk.world.environment
-        {
+        if let Some(beyond) = &chunk.world.environment {
             let misses = active & !hit.found;
             radiance = Vec3::select(misses, beyond.radiance(rays.direction, misses), radiance);
             emits = emits | misses;

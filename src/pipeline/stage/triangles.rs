@@ -3,14 +3,13 @@
 
 use std::marker::PhantomData;
 
-use super::{Chunk, Scratch, Stage, shadow};
+use super::{Ask, Chunk, Scratch, Stage};
 use crate::embree::TraceLane;
 use crate::estimator::per_triangle;
 use crate::lane::Mask;
 use crate::math::Vec3;
 use crate::pipeline::queue::QueuedRays;
 use crate::pipeline::stream::Model;
-use crate::pipeline::tracer::Tracer;
 use crate::shape::{Ball, NO_SPHERE};
 
 /// A direction for every triangle of small meshes.
@@ -21,7 +20,7 @@ pub struct PerMesh<M>(PhantomData<M>);
 
 impl<M: Model> Stage for PerTriangle<M> {
     #[inline(always)]
-    fn run<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
+    fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
         let Scratch {
             hits,
             queue,
@@ -34,7 +33,7 @@ impl<M: Model> Stage for PerTriangle<M> {
         if stream.len() == 0 {
             return;
         }
-        T::survey::<L>(world, stream, points);
+        chunk.ask(Ask::Survey { stream, points });
         for (i, light) in (world.lights.len()..).zip(&world.triangle_lights) {
             let (triangles, le) = (light.triangle.splat::<L>(), Vec3::splat(light.le));
             for time in 0..chunk.tosses() {
@@ -54,8 +53,16 @@ impl<M: Model> Stage for PerTriangle<M> {
                 }
                 if queue.len() > 0 {
                     let ball = Ball::around(&light.triangle.corners);
-                    T::face_ball::<L>(world, stream, points, &ball, light.aim, set);
-                    shadow::visible::<L, T>(chunk, queue, set, light.aim);
+                    let aim = light.aim;
+                    chunk.ask(Ask::Shaft {
+                        stream,
+                        points,
+                        ball,
+                        aimed_at: aim,
+                        open: &mut false,
+                        set,
+                    });
+                    chunk.ask(Ask::Visible { queue, set, light: aim });
                 }
             }
         }
@@ -65,7 +72,7 @@ impl<M: Model> Stage for PerTriangle<M> {
 impl<M: Model> Stage for PerMesh<M> {
     /// A direction of the BRDF is traced to the triangle that it meets first: only then its other density is known.
     #[inline(always)]
-    fn run<L: TraceLane, T: Tracer>(chunk: &mut Chunk, scratch: &mut Scratch) {
+    fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
         let Scratch {
             hits,
             aimed,
@@ -80,7 +87,7 @@ impl<M: Model> Stage for PerMesh<M> {
         if stream.len() == 0 {
             return;
         }
-        T::survey::<L>(world, stream, points);
+        chunk.ask(Ask::Survey { stream, points });
         for (i, light) in (before..).zip(&world.mesh_lights) {
             let le = Vec3::splat(light.le);
             for at in (0..stream.len()).step_by(L::N) {
@@ -122,9 +129,20 @@ impl<M: Model> Stage for PerMesh<M> {
             }
             if aimed.len() + looks.len() > 0 {
                 let (center, radius) = (light.center, light.radius);
-                T::face_ball::<L>(world, stream, points, &Ball { center, radius }, NO_SPHERE, set);
-                shadow::visible_each::<L, T>(chunk, aimed, set);
-                shadow::looked::<L, T>(chunk, looks, set, light);
+                chunk.ask(Ask::Shaft {
+                    stream,
+                    points,
+                    ball: Ball { center, radius },
+                    aimed_at: NO_SPHERE,
+                    open: &mut false,
+                    set,
+                });
+                chunk.ask(Ask::VisibleEach { queue: aimed, set });
+                chunk.ask(Ask::Looked {
+                    queue: looks,
+                    set,
+                    light,
+                });
             }
         }
     }

@@ -1,4 +1,4 @@
-//! Renders a sphere under a lamp into a picture, and says how bright it is.
+//! Renders a sphere under a lamp into a picture and checks its brightness.
 
 use octolux::scene::{Camera, FilmSize, Fov, Material, Scene, Sphere, Surface};
 use octolux::{RenderOptions, render};
@@ -12,7 +12,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let picture = render(&scene.build()?, &RenderOptions { spp: 16, ..Default::default() })?;
     octolux::film::write_picture("dependent.exr".as_ref(), &picture, &Default::default())?;
     let brightest = picture.pixels.iter().flatten().copied().fold(0.0, f32::max);
-    assert!(brightest > 0.1 && brightest < 9.1, "{brightest}");
+    // The lamp of radiance 9 and radius 0.5 is sqrt(24) from the sphere's centre: where the sphere is nearest to it and faces it, a
+    // surface of albedo 0.5 reflects 0.5 x 9 x (0.5 / (sqrt(24) - 1))^2 = 0.074. The brightest of noisy pixels is a little above that.
+    assert!(brightest > 0.06 && brightest < 0.1, "{brightest}");
     println!("{} x {} pixels, the brightest {brightest}", picture.width, picture.height);
     Ok(())
 }

@@ -1,0 +1,125 @@
+//! What the shading stages ask of an intersector, a whole queue at a time.
+//!
+//! The answers are compiled for every lane width and every intersector. The shading loops call them through a function pointer once a
+//! queue, so these loops are compiled for lane widths alone: half as many copies, each without the code that traces rays. The call is
+//! paid once for hundreds of rays.
+
+use std::marker::PhantomData;
+
+use super::chunk::Chunk;
+use super::shadow;
+use crate::embree::{LaneWork, TraceLane, in_eight_of_avx512, in_sixteen};
+use crate::lane::{F32x8, has_avx512};
+use crate::light::MeshLight;
+use crate::linear::Candidates;
+use crate::linear::cull::Points;
+use crate::pipeline::queue::{RayQueue, WideQueue};
+use crate::pipeline::stream::HitStream;
+use crate::pipeline::tracer::{ByEmbree, InLine, Tracer};
+use crate::settings::{AccelKind, Lanes};
+use crate::shape::Ball;
+
+/// A question.
+pub enum Ask<'a> {
+    /// Looks at the points of a stream, which must not be empty.
+    Survey {
+        stream: &'a HitStream,
+        points: &'a mut Points,
+    },
+    /// Finds what may block rays from the points of a surveyed stream into a ball; what `aimed_at` names blocks none of them. `open`
+    /// becomes whether nothing at all can: such rays need not be traced.
+    Shaft {
+        stream: &'a HitStream,
+        points: &'a mut Points,
+        ball: Ball,
+        aimed_at: u32,
+        open: &'a mut bool,
+        set: &'a mut Candidates,
+    },
+    /// Prepares for any rays.
+    All { set: &'a mut Candidates },
+    /// See [`shadow::visible`].
+    Visible {
+        queue: &'a mut RayQueue,
+        set: &'a Candidates,
+        light: u32,
+    },
+    /// See [`shadow::visible_each`].
+    VisibleEach {
+        queue: &'a mut WideQueue,
+        set: &'a Candidates,
+    },
+    /// See [`shadow::looked`].
+    Looked {
+        queue: &'a mut WideQueue,
+        set: &'a Candidates,
+        light: &'a MeshLight,
+    },
+    /// See [`shadow::emitted`].
+    Emitted {
+        queue: &'a mut RayQueue,
+        set: &'a Candidates,
+    },
+}
+
+/// Answers of one intersector in packets of one width.
+#[derive(Clone, Copy, Debug)]
+pub struct Answers {
+    answer: fn(&mut Chunk, Ask),
+    /// Points that are shaded for all lights before the next points are.
+    pub block: usize,
+}
+
+impl Answers {
+    /// For packets of 1, 8 or 16 lanes; eight have AVX-512 where it is there.
+    pub fn of(accel: AccelKind, lanes: Lanes) -> Self {
+        match accel {
+            AccelKind::Embree => Self::by::<ByEmbree>(lanes),
+            AccelKind::Linear => Self::by::<InLine>(lanes),
+        }
+    }
+
+    fn by<T: Tracer>(lanes: Lanes) -> Self {
+        let answer: fn(&mut Chunk, Ask) = match lanes {
+            Lanes::Sixteen => |chunk, ask| in_sixteen(Answering::<T>(chunk, ask, PhantomData)),
+            Lanes::Eight if has_avx512() => |chunk, ask| in_eight_of_avx512(Answering::<T>(chunk, ask, PhantomData)),
+            Lanes::Eight => |chunk, ask| Answering::<T>(chunk, ask, PhantomData).run::<F32x8>(),
+            Lanes::One => |chunk, ask| Answering::<T>(chunk, ask, PhantomData).run::<f32>(),
+        };
+        let block = T::BLOCK;
+        Self { answer, block }
+    }
+}
+
+impl Chunk<'_> {
+    /// Asks the intersector of the plan.
+    pub fn ask(&mut self, ask: Ask) {
+        (self.answers.answer)(self, ask);
+    }
+}
+
+/// A question and the chunk that it is about, for all lane widths.
+struct Answering<'a, 'c, T>(&'a mut Chunk<'c>, Ask<'a>, PhantomData<T>);
+
+impl<T: Tracer> LaneWork for Answering<'_, '_, T> {
+    #[inline(always)]
+    fn run<L: TraceLane>(self) {
+        let Self(chunk, ask, _) = self;
+        match ask {
+            Ask::Survey { stream, points } => T::survey::<L>(chunk.world, stream, points),
+            Ask::Shaft {
+                stream,
+                points,
+                ball,
+                aimed_at,
+                open,
+                set,
+            } => *open = T::face_ball::<L>(chunk.world, stream, points, &ball, aimed_at, set),
+            Ask::All { set } => T::face_all(chunk.world, set),
+            Ask::Visible { queue, set, light } => shadow::visible::<L, T>(chunk, queue, set, light),
+            Ask::VisibleEach { queue, set } => shadow::visible_each::<L, T>(chunk, queue, set),
+            Ask::Looked { queue, set, light } => shadow::looked::<L, T>(chunk, queue, set, light),
+            Ask::Emitted { queue, set } => shadow::emitted::<L, T>(chunk, queue, set),
+        }
+    }
+}

@@ -37,9 +37,12 @@ fn run() -> Result<(), String> {
     }
     let features = target_features();
     if !features.contains(&"avx2") || !features.contains(&"fma") {
-        println!(
-            "cargo::warning=compiling without AVX2 and FMA: a RUSTFLAGS variable replaces the flags of \
-             .cargo/config.toml, so add `-C target-cpu=x86-64-v3` to it or expect slow packets"
+        return Err(
+            "Octolux needs AVX2 and FMA at compile time, and this build has neither -C target-cpu=x86-64-v3 nor better.\n\
+             A RUSTFLAGS variable replaces the flags of .cargo/config.toml, and so does a build from another directory: \n\
+             unset RUSTFLAGS, add `-C target-cpu=x86-64-v3` to it, or run cargo inside the checkout (from elsewhere: \n\
+             cargo --config CHECKOUT/.cargo/config.toml build --manifest-path CHECKOUT/Cargo.toml)."
+                .to_owned(),
         );
     }
     println!("cargo::rustc-env=OCTOLUX_TARGET_FEATURES={}", features.join(","));

@@ -160,7 +160,7 @@
 //! Layers, lowest first; a module uses only those before it, and `tests/layers.rs` keeps that true:
 //! [`cpu`], [`about`], [`machine`], [`settings`] and [`texels`] · [`lane`] · [`math`] · [`sampling`] · [`bsdf`] and [`light`] · [`shape`] · [`embree`] and
 //! [`linear`] · [`scene`] ·
-//! [`estimator`] · [`film`] and [`pipeline`] · [`run`] · [`mod@reference`] (of scene data alone) · [`study`] · [`cli`].
+//! [`estimator`] · [`film`] and [`pipeline`] · [`run`] · [`mod@reference`] (of scene data alone) · [`study`]. The command line (`src/cli`) belongs to the program.
 //!
 //! Modules that the documentation hides (`lane`, `math`, `sampling`, `bsdf`, `light`, `shape`, `embree`, `linear`, `estimator` and
 //! some more) are open to the proofs and benchmarks of the repository alone: they may change at any time.

@@ -11,7 +11,6 @@ use super::reading::Reading;
 use super::several::Crowd;
 use super::{CliError, Exit};
 use octolux::pipeline::all_threads;
-use octolux::scene::Outside;
 
 const EXAMPLES: &str = "\
 A manifest has the options of `octolux render` as keys:
@@ -63,7 +62,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
         one.quiet = args.quiet;
         one.json = true;
         if args.reading.allow_outside {
-            one.outside = Outside::Allowed;
+            one.reading.allow_outside = true;
         }
     }
     let crowd = Crowd {

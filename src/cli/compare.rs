@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use super::inputs::Inputs;
 use super::{CliError, Exit, report};
-use octolux::film::{Picture, read_picture};
+use octolux::film::{Attributes, Picture, check_output, read_picture, write_picture};
 use octolux::study::error::{Errors, Invalid, NotFinite, relmse_of_reference};
 use octolux::study::significance::{Measured, Significance, ZScores};
 
@@ -22,6 +23,9 @@ pub struct Args {
     /// Standard errors of A; without them, z-scores take the noise of A for a difference
     #[arg(long, value_name = "FILE")]
     pub stderr_a: Option<PathBuf>,
+    /// Write the absolute difference of each value as a picture, .exr, .png or .npy
+    #[arg(long, value_name = "FILE")]
+    pub diff: Option<PathBuf>,
     /// One JSON object instead of the table
     #[arg(long)]
     pub json: bool,
@@ -45,6 +49,8 @@ struct Comparison {
     relmse_net: Option<f64>,
     /// If any standard errors are known.
     significance: Option<Significance>,
+    /// Whether all values have the same bits.
+    identical: bool,
     /// Whether the z-scores hold the noise of both pictures.
     noise_of_both: bool,
 }
@@ -78,6 +84,9 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
             return Err(CliError::failed(what));
         }
     }
+    if let Some(path) = &args.diff {
+        difference(args, path, &a, &b)?;
+    }
     let comparison = compare(args, &a, &b, stderr_a.as_ref(), stderr.as_ref());
     report::data(&if args.json {
         json(&comparison)?
@@ -85,6 +94,24 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
         table(&comparison)
     })?;
     within_limit(args, &comparison)
+}
+
+/// Writes the absolute differences; no picture that is compared is replaced.
+fn difference(args: &Args, path: &Path, a: &Picture, b: &Picture) -> Result<(), CliError> {
+    let read = [
+        Some(&args.a),
+        Some(&args.b),
+        args.stderr.as_ref(),
+        args.stderr_a.as_ref(),
+    ];
+    let read = read.into_iter().flatten().cloned();
+    Inputs::of("this comparison", read).are_kept_by([path])?;
+    check_output(path).map_err(|error| CliError::bad_path(&error))?;
+    let pixel = |(a, b): (&[f32; 3], &[f32; 3])| [0, 1, 2].map(|k| (a[k] - b[k]).abs());
+    let pixels = a.pixels.iter().zip(&b.pixels).map(pixel).collect();
+    let (width, height) = (a.width, a.height);
+    let picture = Picture { width, height, pixels };
+    Ok(write_picture(path, &picture, &Attributes::default())?)
 }
 
 fn compare(
@@ -114,6 +141,12 @@ fn compare(
         relmse_of_reference: share,
         relmse_net: share.map(|share| errors.relmse - share),
         significance: any_noise.then(|| Significance::between(measured_a, measured_b, a.width as usize)),
+        identical: a
+            .pixels
+            .iter()
+            .flatten()
+            .map(|x| x.to_bits())
+            .eq(b.pixels.iter().flatten().map(|x| x.to_bits())),
         noise_of_both: stderr_a.is_some() && stderr_b.is_some(),
     }
 }
@@ -189,6 +222,9 @@ fn table(comparison: &Comparison) -> String {
                 "one picture's standard errors are not known: its noise is in the z-scores".into(),
             ));
         }
+    }
+    if comparison.identical {
+        rows.push(("verdict", "the same, bit for bit".to_owned()));
     }
     let lines: Vec<String> = rows.iter().map(|(name, value)| format!("{name:<16} {value}")).collect();
     lines.join("\n")

@@ -77,7 +77,7 @@ pub fn notes(scene: &Scene, features: &Features) -> Vec<String> {
     let mut said = Vec::new();
     if features.unseen > 0 {
         said.push(format!(
-            "{} of {} spheres and meshes are out of sight of every eye ray: their materials call for nothing",
+            "the camera does not see {} of the {} spheres and meshes, so no code is needed for their materials",
             features.unseen, features.bodies
         ));
     }

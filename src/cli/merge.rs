@@ -165,7 +165,10 @@ fn missing(args: &Args, passes: std::ops::Range<u32>) -> Result<(), CliError> {
     if args.partial {
         return Ok(());
     }
-    let what = format!("no part holds passes {} to {}", passes.start, passes.end);
+    let what = format!(
+        "no part here holds passes {} to {}: a shard is missing",
+        passes.start, passes.end
+    );
     Err(CliError::usage(what).with_help("octolux shards DIR --of N --missing names them; --partial does without"))
 }
 

@@ -9,6 +9,7 @@ mod done;
 mod error;
 mod explain;
 mod explain_effects;
+mod hints;
 mod hunt;
 mod inputs;
 mod interrupt;
@@ -31,6 +32,7 @@ mod several;
 mod shards;
 mod stats;
 mod study;
+mod units;
 mod verify;
 mod verify_report;
 
@@ -97,7 +99,8 @@ enum Command {
 /// Runs the command and says how it went.
 pub fn main() -> ExitCode {
     // clap prints its own errors, to standard error with exit code 2 (help and version: standard output, 0).
-    let command = Cli::parse().command;
+    let parsed = Cli::try_parse().map_err(hints::with_hint);
+    let command = parsed.unwrap_or_else(|error| error.exit()).command;
     let outcome = environment().and_then(|()| match command {
         Command::Render(args) => render::run(&args),
         Command::Batch(args) => batch::run(&args),

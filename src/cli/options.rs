@@ -10,10 +10,6 @@ use octolux::run::{MOST_SPP, RenderOptions};
 use octolux::scene::{Effect, EstimatorKind, FilmSize, SamplerKind, Scene, available_memory};
 use octolux::settings::{AccelKind, Lanes};
 
-/// Errors that can be asked for: what `f32` pictures can show, and what is noise alone.
-const LEAST_ERROR: f64 = 1e-6;
-const MOST_ERROR: f64 = 100.0;
-
 /// The longest side of a picture in pixels, as in scene files.
 const LONGEST_SIDE: u32 = 65_536;
 
@@ -44,18 +40,18 @@ pub struct Options {
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<FilmSize>,
     /// Rays a packet: 16 (AVX-512), 8, or 1 for the scalar kernel; the picture is the same [default: the most that the
-    /// processor and whoever answers rays have; OCTOLUX_AVX512=off does without AVX-512]
+    /// processor and the intersector support; OCTOLUX_AVX512=off does without AVX-512]
     #[arg(long, value_name = "1|8|16", value_parser = lanes)]
     pub lanes: Option<Lanes>,
-    /// Who answers rays [default: linear for tiny scenes, else embree]
+    /// How rays find what they hit: Embree's tree, or a plain list of the shapes [default: linear up to 128 shapes, else embree]
     #[arg(long, value_enum, value_name = "NAME")]
     pub accel: Option<AccelKind>,
     /// Whether Embree closes the edges between triangles, so that rays aimed at them hardly ever slip through a mesh. `off`
-    /// is a little faster; it changes nothing where shapes are tested in a line [default: on]
+    /// is a little faster; it changes nothing with --accel linear [default: on]
     #[arg(long, value_name = "on|off", value_parser = PossibleValuesParser::new(SWITCH).map(|value| value == SWITCH[0]))]
     pub robust: Option<bool>,
-    /// Whether shapes that cannot be in the way are left out for all rays of a tile at once, where there are few shapes. `off`
-    /// asks for every ray, for benchmarks of rays: the picture is the same but for the last rounding [default: on]
+    /// Whether shapes that cannot be hit are left out for all rays of a tile at once, in scenes of few shapes. `off` tests every
+    /// ray, for benchmarks of rays: the picture is the same but for the last rounding [default: on]
     #[arg(long, value_name = "on|off", value_parser = PossibleValuesParser::new(SWITCH).map(|value| value == SWITCH[0]))]
     pub cull: Option<bool>,
     /// Threads, 1 to 1024 [default: as many as the machine offers]
@@ -111,14 +107,9 @@ impl Options {
             ("cull", text(self.cull.map(switch))),
             ("threads", self.threads.map(|threads| threads.to_string())),
         ];
-        let outside = if self.reading.allow_outside {
-            " --allow-outside"
-        } else {
-            ""
-        };
         let kept = all.into_iter().filter(|(name, _)| *name != turned);
         let kept = kept.filter_map(|(name, value)| Some(format!(" --{name} {}", value?)));
-        std::iter::once(outside.to_owned()).chain(kept).collect()
+        std::iter::once(self.reading.given()).chain(kept).collect()
     }
 }
 
@@ -146,41 +137,6 @@ pub fn spp(text: &str) -> Result<u32, String> {
         _ => Err(format!("samples a pixel are a whole number from 1 to {MOST_SPP}")),
     }
 }
-
-/// An error as `--target-error` means it.
-pub fn error(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(number) if (LEAST_ERROR..=MOST_ERROR).contains(&number) => Ok(number),
-        _ => Err(format!(
-            "an error is a share of the picture's mean from {LEAST_ERROR} to {MOST_ERROR}, such as 0.01"
-        )),
-    }
-}
-
-/// A time in seconds.
-pub fn seconds(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(number) if number > 0.0 && number.is_finite() => Ok(number),
-        _ => Err("a time is a positive number of seconds, such as 10 or 0.5".to_owned()),
-    }
-}
-
-/// A time such as `30s`, `5m` or `0.5`, in seconds where nothing else is said.
-pub fn duration(text: &str) -> Result<f64, String> {
-    let (number, unit) = match text.char_indices().next_back() {
-        Some((at, 's')) => (&text[..at], 1.0),
-        Some((at, 'm')) => (&text[..at], 60.0),
-        Some((at, 'h')) => (&text[..at], 3600.0),
-        _ => (text, 1.0),
-    };
-    match number.parse::<f64>() {
-        Ok(number) if number > 0.0 && number * unit <= MOST_SECONDS => Ok(number * unit),
-        _ => Err("a time is a positive number with s, m or h behind it, such as 30s, 5m or 1h".to_owned()),
-    }
-}
-
-/// A year: far beyond what anybody waits for, and far below where the clock's own numbers end.
-const MOST_SECONDS: f64 = 3.2e7;
 
 /// An exposure in stops.
 pub fn stops(text: &str) -> Result<f64, String> {

@@ -9,7 +9,7 @@ use super::outputs::{self, is_sums};
 use super::picture::Job;
 use super::request::Request;
 use super::several::Crowd;
-use super::{CliError, Exit, replay, report};
+use super::{CliError, Exit, replay, report, units};
 use octolux::pipeline::all_threads;
 use octolux::run::{RenderOptions, Shard};
 use octolux::scene::Effects;
@@ -29,6 +29,8 @@ Examples:
   octolux render scene.toml --spp 65536 --checkpoint scene.state --resume
       loses no more than a minute whatever happens, and goes on when it is
       started again; the picture has the same bits as without a break
+  octolux render scene.toml --spp 256 --checkpoint scene.state --keep --resume
+      adds samples to a render of fewer that kept its state
   octolux render scene.toml --spp 4096 --shard 2/7 -o part-2.acc
       renders the second seventh; `octolux merge` adds up the parts
 
@@ -49,19 +51,18 @@ pub struct Args {
     /// Samples a pixel, at least 1 [default: the scene's, else 64]
     #[arg(long, value_name = "N", value_parser = options::spp, conflicts_with = "time", allow_negative_numbers = true)]
     pub spp: Option<u32>,
-    /// Render for so many seconds instead (loading and writing aside), at least one sample a pixel
-    #[arg(long, value_name = "SECONDS", value_parser = options::seconds, allow_negative_numbers = true)]
+    /// Render for so long instead (loading and writing aside), such as 10, 10s or 1m30s; at least one sample a pixel
+    #[arg(long, value_name = "TIME", value_parser = units::time, allow_negative_numbers = true)]
     pub time: Option<f64>,
-    /// Render until the noise is so small a share of the picture, such as 0.01: the root of the mean variance of the pixels over
-    /// the mean of all. Renders of different seeds measure it, and their mean is the picture: eight, or more where few pixels
-    /// make the noise, until it is known to 15 % at two standard errors. Either half of them decides how far the other one goes,
-    /// so the picture is no darker for it
-    #[arg(long, value_name = "E", value_parser = options::error, allow_negative_numbers = true,
+    /// Render until the root-mean-square noise of the pixels, divided by the picture's mean, is at most E: 0.01 or 1%. Renders at
+    /// least eight pictures with different seeds, estimates the noise from their differences, and writes their mean. Each half
+    /// of the pictures decides when the other half has enough samples, so that the mean stays unbiased
+    #[arg(long, value_name = "E", value_parser = units::error, allow_negative_numbers = true,
           conflicts_with_all = ["spp", "time", "adaptive", "snapshots", "checkpoint", "shard"])]
     pub target_error: Option<f64>,
-    /// Give more samples to pixels with more relative error, from a quarter of --spp to 64 times as many, and as many
-    /// together. For mis and light; uniform and brdf on small lights are too noisy for it. The .exr tells the samples of
-    /// each pixel (samples.N). Changes nothing up to 8 samples a pixel
+    /// After a short trial render, give more of the same total number of samples to pixels with a large relative error: from a
+    /// quarter of --spp to 64 times as many. For mis and light; uniform and brdf on small lights are too noisy for it. The .exr
+    /// holds the samples of each pixel (samples.N). Changes nothing up to 8 samples a pixel
     #[arg(long, conflicts_with_all = ["time", "snapshots"])]
     pub adaptive: bool,
     #[command(flatten)]
@@ -78,20 +79,23 @@ pub struct Args {
     /// Print the same figures on standard output, one line a scene
     #[arg(long)]
     pub json: bool,
-    /// Keep the state of the render in this file, {name} as above, and remove it when the pictures are written
+    /// Keep the state of the render in this file, {name} as above, and remove it when the pictures are written (see --keep)
     #[arg(long, value_name = "FILE", conflicts_with = "time")]
     pub checkpoint: Option<PathBuf>,
     /// How often: 30s, 5m, 1h
-    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = options::duration, requires = "checkpoint")]
+    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = units::time, requires = "checkpoint")]
     pub every: f64,
-    /// Go on from the checkpoint; begin anew where there is none
+    /// Keep the checkpoint when the pictures are written: --resume with more --spp adds samples to the finished render
+    #[arg(long, requires = "checkpoint")]
+    pub keep: bool,
+    /// Go on from the checkpoint, to more samples than before if --spp says so; begin anew where there is none
     #[arg(long, requires = "checkpoint")]
     pub resume: bool,
     /// Render a part of the passes, the I-th of N, and write its sums to the one output, which ends in .acc
     #[arg(long, value_name = "I/N", conflicts_with_all = ["time", "adaptive", "snapshots"])]
     pub shard: Option<Shard>,
-    /// Print one sample step by step instead of rendering: its eye ray and hit, and for each light the cone, the direction, its
-    /// density, what it would bring and what is in the way. With --json as one object. Pixels and passes count from 0
+    /// Print one sample step by step instead of rendering: its camera ray and hit, and for each light the cone, the direction, its
+    /// density, its unblocked contribution, and what blocks it. With --json as one object. Pixels and passes count from 0
     #[arg(long, value_name = "X,Y,PASS", value_parser = replay::sample,
           conflicts_with_all = ["outputs", "spp", "time", "adaptive", "snapshots", "stats", "checkpoint", "shard"])]
     pub replay: Option<[u32; 3]>,
@@ -111,7 +115,7 @@ impl Args {
         };
         let request = |(scene, targets): (&PathBuf, outputs::Targets)| Request {
             scene: scene.clone(),
-            outside: self.options.reading.outside(),
+            reading: self.options.reading,
             options,
             spp: self.spp,
             shard: self.shard,
@@ -121,6 +125,7 @@ impl Args {
             exposure: self.exposure,
             every: Duration::from_secs_f64(self.every),
             resume: self.resume,
+            keep: self.keep,
             json: self.json,
             quiet: self.quiet,
         };

@@ -63,7 +63,7 @@ fn text(replay: &Replay, kernel: &str) -> String {
     let [x, y, pass] = replay.sample;
     let mut lines = vec![
         format!("sample     pixel {x},{y}, pass {pass}, by {kernel}; positions are relative to the pinhole"),
-        format!("eye ray    direction {:?}", replay.direction),
+        format!("camera ray direction {:?}", replay.direction),
     ];
     match replay.hit {
         None => lines.push("hit        nothing".to_owned()),
@@ -86,7 +86,7 @@ fn text(replay: &Replay, kernel: &str) -> String {
     }
     if replay.meshes_untold {
         lines.push(
-            "           meshes and the environment, if they emit, were asked too: in the radiance, and not told one by one".to_owned(),
+            "           if meshes or the environment emit, the radiance includes their light; their parts are not printed".to_owned(),
         );
     }
     lines.push(format!("radiance   {:?}", replay.radiance));

@@ -5,17 +5,18 @@ use std::time::Duration;
 
 use super::CliError;
 use super::outputs::Targets;
+use super::reading::Reading;
 use octolux::pipeline::{Prepared, Settings};
 use octolux::run::{DEFAULT_SPP, Goal, MOST_SPP, Record, RenderOptions, Shard};
-use octolux::scene::{Effects, FilmSize, Outside, Scene};
+use octolux::scene::{Effects, FilmSize, Scene};
 
 /// One scene, how it is rendered, and where to.
 #[derive(Clone, Debug)]
 pub struct Request {
     /// The scene file.
     pub scene: PathBuf,
-    /// Whether it may name files outside of its folder.
-    pub outside: Outside,
+    /// How it is read.
+    pub reading: Reading,
     /// What is asked of the render, samples and shard aside.
     pub options: RenderOptions,
     /// Samples a pixel, whatever the scene says.
@@ -34,6 +35,8 @@ pub struct Request {
     pub every: Duration,
     /// Whether to go on from it.
     pub resume: bool,
+    /// Whether the checkpoint of a finished render stays.
+    pub keep: bool,
     /// Whether the figures are printed.
     pub json: bool,
     /// Whether nothing but errors is said.
@@ -46,7 +49,7 @@ impl Request {
     /// # Errors
     /// What is wrong with it, and where.
     pub fn load(&self) -> Result<Scene, CliError> {
-        Scene::load_with(&self.scene, self.outside).map_err(CliError::scene)
+        self.reading.load(&self.scene)
     }
 
     /// Every choice resolved.

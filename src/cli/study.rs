@@ -43,11 +43,11 @@ pub struct Args {
     #[arg(short, long = "output", value_name = "DIR", required_unless_present = "recommend")]
     output: Option<PathBuf>,
     /// Time to spend, to within about a tenth, such as 60s or 5m
-    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = super::options::duration, allow_negative_numbers = true)]
+    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = super::units::time, allow_negative_numbers = true)]
     budget: f64,
     /// Print just the command line that reaches this error in the least time. It means what --target-error of render
     /// means: the root of the mean variance of the pixels over the mean of the picture
-    #[arg(long, value_name = "E", value_parser = super::options::error, allow_negative_numbers = true)]
+    #[arg(long, value_name = "E", value_parser = super::units::error, allow_negative_numbers = true)]
     recommend: Option<f64>,
     #[command(flatten)]
     options: Options,

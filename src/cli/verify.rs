@@ -11,7 +11,7 @@ use super::interrupt::Interrupt;
 use super::looker::Looker;
 use super::reading::Reading;
 use super::verify_report::{self, Circumstances};
-use super::{CliError, Exit, options, report};
+use super::{CliError, Exit, report, units};
 use octolux::film::{Attributes, Value, replace, write_picture};
 use octolux::scene::Scene;
 use octolux::study::verify::{self, Options, Report, Verdict, VerifyError};
@@ -48,7 +48,7 @@ pub struct Args {
     #[arg(value_name = "SCENE")]
     scene: PathBuf,
     /// Seconds to spend, to within about a tenth; small budgets see large faults only
-    #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = options::seconds, allow_negative_numbers = true)]
+    #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = units::time, allow_negative_numbers = true)]
     budget: f64,
     /// A folder for what fails: both pictures (.exr) and their difference in standard errors (.png, blue where the
     /// first is darker, red where it is brighter); nothing is written if nothing fails

@@ -102,6 +102,18 @@ impl Goal {
         }
     }
 
+    /// For a run that was saved on its way to `saved` samples of every pixel: what it reaches first, and how many samples it goes on
+    /// to from there, if this goal asks for more.
+    pub(super) fn resuming(self, saved: u32) -> (Self, Option<u32>) {
+        match self.work {
+            Work::Passes(spp, None) if saved < spp => {
+                let work = Work::Passes(saved, None);
+                (Self { work, ..self }, Some(spp))
+            }
+            _ => (self, None),
+        }
+    }
+
     /// The passes that are rendered on a film of this size, on average where they differ.
     pub fn range(&self, film: FilmSize) -> Range<u32> {
         match self.work {

@@ -38,10 +38,15 @@ impl Prepared {
 
     /// Goes on with a run that was saved. The picture has the bits of a run in one piece.
     ///
+    /// The goal may ask for more samples of every pixel than the saved run did. The run then first reaches the samples that it was to
+    /// have, and goes on from there as by [`Run::extend`]: the picture has the bits of a run in one piece where these samples end a
+    /// block (1, 2, 4, 8, ... up to a leaf, then every leaf), and otherwise sums the same samples in another order.
+    ///
     /// # Errors
     /// [`ResumeError`] where the saved run is of another render, or of another part of it.
     pub fn resume(&self, goal: Goal, saved: Saved) -> Result<Run, ResumeError> {
-        let own = Record::new(self, &goal);
+        let (first, more) = goal.resuming(saved.record.spp);
+        let own = Record::new(self, &first);
         if let Some(difference) = own.difference(&saved.record, false) {
             return Err(ResumeError::OtherRender(difference));
         }
@@ -49,6 +54,7 @@ impl Prepared {
             return Err(ResumeError::OtherShard);
         }
         let Saved { record, film } = saved;
-        Ok(Run::resumed(self.clone(), goal, film, record.counters, record.render_s))
+        let run = Run::resumed(self.clone(), first, film, record.counters, record.render_s);
+        Ok(run.going_on_to(more))
     }
 }

@@ -45,6 +45,8 @@ pub struct Reached {
 pub struct Run {
     prepared: Prepared,
     goal: Goal,
+    /// Samples of every pixel to go on to once the goal is reached.
+    then: Option<u32>,
     /// One film; further ones of other seeds where an error is the goal. There is one at least.
     films: Vec<Renderer>,
     progress: Arc<Progress>,
@@ -99,6 +101,7 @@ impl Run {
             pass_s: 0.0,
             prepared,
             goal,
+            then: None,
         };
         run.expect(match goal.work {
             Work::Error(_) => run.halves.as_ref().map_or(0, Halves::samples),
@@ -129,7 +132,10 @@ impl Run {
                 self.first_block_time.get_or_insert(self.render_time);
             }
             if done && self.failure().is_none() {
-                return self.end(Step::Done);
+                match self.then.take() {
+                    Some(spp) => self.extend(spp),
+                    None => return self.end(Step::Done),
+                }
             }
         }
         if self.progress.stop_requested() || self.failure().is_some() {
@@ -148,6 +154,15 @@ impl Run {
             self.ended = self.ended.filter(|&ended| ended == Step::Stopped);
             self.expect(self.passes_wanted().into());
         }
+    }
+
+    /// The same, going on to more samples of every pixel once its own are there.
+    pub(super) fn going_on_to(mut self, spp: Option<u32>) -> Self {
+        self.then = spp;
+        if let Some(spp) = spp {
+            self.expect(spp.into());
+        }
+        self
     }
 
     /// What is rendered.

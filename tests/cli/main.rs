@@ -11,6 +11,7 @@ mod inputs;
 #[cfg(target_os = "linux")]
 mod losses;
 mod not_a_number;
+mod options;
 mod place;
 mod reference;
 mod render;

@@ -71,11 +71,11 @@ fn parts_that_do_not_fit_are_refused() {
         "robust.acc plain.acc",
         "plain.acc: belongs to another render: rays answered by is embree, not robust here and embree there",
     );
-    says(&halves[1], "no part holds passes 0 to 384");
-    says(&halves[0], "no part holds passes 384 to 773");
+    says(&halves[1], "no part here holds passes 0 to 384");
+    says(&halves[0], "no part here holds passes 384 to 773");
     says(
         &format!("{} {}", thirds[0], thirds[2]),
-        "no part holds passes 256 to 512",
+        "no part here holds passes 256 to 512",
     );
     says("in/small.toml", "holds no sums of Octolux");
     says("nowhere.acc", "cannot be read");
@@ -231,4 +231,21 @@ fn a_checkpoint_of_something_else_is_refused_and_left_alone() {
     let said = place.refused(&format!("{begin} --resume"));
     assert!(said.contains("state: is cut short or damaged"), "{said}");
     assert!(bytes(&place, "state") == state);
+}
+
+#[test]
+fn a_finished_render_that_kept_its_state_takes_more_samples() {
+    let place = Place::new();
+    let render = "render in/small.toml --size 20x12 --quiet --checkpoint state";
+    place.succeeds(&format!("{render} --keep --spp 8 -o a.npy"));
+    assert!(place.path().join("state").exists());
+    place.succeeds(&format!("{render} --resume --spp 32 -o a.npy"));
+    assert!(
+        !place.path().join("state").exists(),
+        "without --keep the state of a finished render goes"
+    );
+    place.succeeds("render in/small.toml --size 20x12 --quiet --spp 32 -o b.npy");
+    assert!(bytes(&place, "a.npy") == bytes(&place, "b.npy"));
+    let said = place.refused("render in/small.toml --keep");
+    assert!(said.contains("--checkpoint"), "{said}");
 }

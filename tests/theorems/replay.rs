@@ -88,7 +88,7 @@ fn the_command_prints_every_step() {
     assert_eq!(code, Some(0));
     for word in [
         "sample ",
-        "eye ray ",
+        "camera ray ",
         "hit ",
         "point ",
         "light 0",

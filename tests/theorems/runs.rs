@@ -134,10 +134,10 @@ fn a_saved_run_goes_on_with_the_same_bits_and_no_other_takes_it() {
         other.to_string(),
         "belongs to another render: seed is 1 here and 9 there"
     );
-    let other = prepared.resume(Goal::passes(41), saved()).expect_err("another number");
+    let other = prepared.resume(Goal::passes(39), saved()).expect_err("fewer samples");
     assert_eq!(
         other.to_string(),
-        "belongs to another render: samples a pixel is 40 here and 41 there"
+        "belongs to another render: samples a pixel is 40 here and 39 there"
     );
     let shard = Goal::shard(Shard { number: 1, of: 2 }, 40);
     let other = prepared.resume(shard, saved()).expect_err("a shard");
@@ -149,6 +149,41 @@ fn a_saved_run_goes_on_with_the_same_bits_and_no_other_takes_it() {
             .contains("adaptive is no here and 40 samples a pixel there"),
         "{adaptive}"
     );
+}
+
+/// The bits are those of a run in one piece where the first goal ends a block, as 32 does, and else those of `extend`.
+#[test]
+fn a_saved_run_goes_on_to_more_samples_than_it_was_to_have() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("run.acc");
+    let prepared = prepared(33, 20);
+    for (first, more, stopped) in [(32, 70, true), (32, 33, false), (40, 64, true), (40, 100, false)] {
+        let mut run = prepared.passes(first);
+        if stopped {
+            let _ = run.run(&StopAfter(Cell::new(5)));
+        } else {
+            let _ = run.run(&());
+        }
+        run.save(&path, Vec::new()).expect("it is written");
+        let saved = Saved::read(&path).expect("it is read");
+        let resumed = prepared.resume(Goal::passes(more), saved).expect("it goes on").finish();
+        assert_eq!(
+            (resumed.passes(), resumed.is_complete()),
+            (more, true),
+            "{first} to {more}"
+        );
+        let mut expected = prepared.passes(first).finish();
+        expected.extend(more);
+        let _ = expected.run(&());
+        assert_same("extended", &resumed.picture(), &expected.picture());
+        if first == 32 {
+            assert_same(
+                "in one piece",
+                &resumed.picture(),
+                &prepared.passes(more).finish().picture(),
+            );
+        }
+    }
 }
 
 #[test]

@@ -89,9 +89,10 @@ impl Writer<'_> {
         }
     }
 
-    /// Removes the checkpoint of a render that is done, or keeps all of it where its pictures could not be written.
+    /// Removes the checkpoint of a render that is done, or keeps all of it where that was asked for or its pictures could not be
+    /// written.
     fn leave_checkpoint(&self, run: &Run, kept: &mut Kept) {
-        if !kept.errors.is_empty() {
+        if self.job.request.keep || !kept.errors.is_empty() {
             self.save(run, kept);
         } else if let Some(checkpoint) = &kept.checkpoint {
             checkpoint.remove();

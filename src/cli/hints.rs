@@ -1,0 +1,57 @@
+//! What was meant: names of other programs' options, and commands that were left out.
+
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+
+/// What people type who know other renderers, and what it is called here.
+const KNOWN_ELSEWHERE: [(&str, &str); 22] = [
+    ("samples", "--spp N"),
+    ("sample-count", "--spp N"),
+    ("passes", "--spp N"),
+    ("width", "--size WIDTHxHEIGHT"),
+    ("height", "--size WIDTHxHEIGHT"),
+    ("resolution", "--size WIDTHxHEIGHT"),
+    ("res", "--size WIDTHxHEIGHT"),
+    ("out", "-o FILE"),
+    ("outfile", "-o FILE"),
+    ("output-file", "-o FILE"),
+    ("integrator", "--estimator NAME"),
+    ("method", "--estimator NAME"),
+    ("technique", "--estimator NAME"),
+    ("seconds", "--time TIME"),
+    ("timeout", "--time TIME"),
+    ("budget", "--time TIME"),
+    ("jobs", "--threads N"),
+    ("nthreads", "--threads N"),
+    ("cores", "--threads N"),
+    ("noise", "--target-error E"),
+    ("error", "--target-error E"),
+    ("eye", "--origin X,Y,Z"),
+];
+
+/// The same error with a line on what would do, where that can be guessed.
+pub fn with_hint(mut error: clap::Error) -> clap::Error {
+    let said = |kind: ContextKind| match error.get(kind) {
+        Some(ContextValue::String(text)) => text.clone(),
+        _ => String::new(),
+    };
+    let hint = match error.kind() {
+        ErrorKind::UnknownArgument => {
+            let argument = said(ContextKind::InvalidArg);
+            let name = argument.trim_start_matches('-').split('=').next().unwrap_or_default();
+            let known = KNOWN_ELSEWHERE.iter().find(|(other, _)| *other == name);
+            known.map(|(_, own)| format!("here it is '{own}'"))
+        }
+        ErrorKind::InvalidSubcommand => {
+            let command = said(ContextKind::InvalidSubcommand);
+            let scene = command.ends_with(".toml") || std::path::Path::new(&command).is_file();
+            scene.then(|| format!("to render a scene: octolux render {command}"))
+        }
+        _ => None,
+    };
+    if let Some(hint) = hint {
+        error.remove(ContextKind::SuggestedArg);
+        error.remove(ContextKind::SuggestedSubcommand);
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![hint.into()]));
+    }
+    error
+}

@@ -1,0 +1,92 @@
+//! Times, shares and angles, written alike for every option.
+
+/// A year: far beyond what anybody waits for, and far below where the clock's own numbers end.
+const MOST_SECONDS: f64 = 3.2e7;
+
+/// Errors that can be asked for: what `f32` pictures can show, and what is noise alone.
+const LEAST_ERROR: f64 = 1e-6;
+const MOST_ERROR: f64 = 100.0;
+
+/// A time in seconds: `10`, `10s`, `5m`, `1h` or `1m30s`.
+pub fn time(text: &str) -> Result<f64, String> {
+    let refused =
+        || "a time is a positive number of seconds, or has units, such as 10, 10s, 5m, 1h or 1m30s".to_owned();
+    let bare = text.parse::<f64>().ok();
+    let seconds = bare.or_else(|| with_units(text)).ok_or_else(refused)?;
+    if seconds > 0.0 && seconds <= MOST_SECONDS {
+        Ok(seconds)
+    } else {
+        Err(refused())
+    }
+}
+
+/// Hours, minutes and seconds, each at most once and in this order.
+fn with_units(text: &str) -> Option<f64> {
+    let (mut rest, mut sum) = (text, 0.0);
+    for (unit, seconds) in [('h', 3600.0), ('m', 60.0), ('s', 1.0)] {
+        if let Some((number, after)) = rest.split_once(unit) {
+            let digits = number.chars().all(|c| c.is_ascii_digit() || c == '.');
+            sum += seconds * number.parse::<f64>().ok().filter(|_| digits)?;
+            rest = after;
+        }
+    }
+    (rest.is_empty() && !text.is_empty()).then_some(sum)
+}
+
+/// A relative error: `0.02` or `2%`.
+pub fn error(text: &str) -> Result<f64, String> {
+    let number = match text.strip_suffix('%') {
+        Some(percent) => percent.trim_end().parse::<f64>().map(|percent| percent / 100.0),
+        None => text.parse::<f64>(),
+    };
+    match number {
+        Ok(number) if (LEAST_ERROR..=MOST_ERROR).contains(&number) => Ok(number),
+        _ => Err(format!(
+            "an error is a share of the picture's mean from {LEAST_ERROR} to {MOST_ERROR}, such as 0.01 or 1%"
+        )),
+    }
+}
+
+/// An angle of view.
+pub fn degrees(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(number) if number > 0.0 && number < 180.0 => Ok(number),
+        _ => Err("an angle of view is a number of degrees between 0 and 180, such as 40".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_written_in_seconds_or_with_units() {
+        for (text, seconds) in [
+            ("10", 10.0),
+            ("10s", 10.0),
+            ("0.5", 0.5),
+            ("1.5m", 90.0),
+            ("1m30s", 90.0),
+            ("1h", 3600.0),
+            ("1h1m1s", 3661.0),
+        ] {
+            assert_eq!(time(text), Ok(seconds), "{text}");
+        }
+        for text in [
+            "", "0", "-1", "s", "10x", "30s1m", "1m30", "nan", "inf", "1e9", "5 m", "+1m", "2h2h",
+        ] {
+            assert!(time(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn errors_are_shares_or_percent() {
+        assert_eq!(
+            (error("0.02"), error("2%"), error("2 %")),
+            (Ok(0.02), Ok(0.02), Ok(0.02))
+        );
+        for text in ["", "%", "0", "-1%", "nan", "1e9", "2%%"] {
+            assert!(error(text).is_err(), "{text}");
+        }
+    }
+}

@@ -1,14 +1,19 @@
 #!/usr/bin/env python3
 """Checks the sources of the book: pages, links and blocks. Needs nothing but Python.
 
+    docs/check.py               the sources
+    docs/check.py --html DIR    the links of the HTML that mdbook made
+
 - SUMMARY.md lists every page below docs/, once, and no other.
 - Every relative link leads to a file, and to a heading of it if it names one. Pages of the book link to pages and files of the
   book alone, because the HTML holds nothing else; README.md, ARCHITECTURE.md and the like may link to all of the repository.
 - A block of shell commands is run by docs/test.py (```console), or a note above it says why it is not.
 """
 
+import pathlib
 import re
 import sys
+from html import unescape
 
 from pages import DOCS, ROOT, blocks, listed
 
@@ -52,7 +57,29 @@ def links(page, within):
                 yield f"{where}: no such heading"
 
 
+def html(folder):
+    """What is wrong with the links of the HTML."""
+    pages = {page: page.read_text() for page in folder.rglob("*.html") if page.name not in ("404.html", "print.html", "toc.html")}
+    names = {page: set(re.findall(r'id="([^"]+)"', text)) for page, text in pages.items()}
+    for page, text in sorted(pages.items()):
+        for link in sorted(set(re.findall(r'(?:href|src)="([^"]+)"', text))):
+            link = unescape(link)
+            if re.match(r"[a-z]+:", link):
+                continue
+            file, _, anchor = link.partition("#")
+            target = (page.parent / file).resolve() if file else page
+            if not target.exists():
+                yield f"{page.relative_to(folder)}: {link} leads nowhere"
+            elif anchor and anchor not in names.get(target, {anchor}):
+                yield f"{page.relative_to(folder)}: {link}: no such heading"
+
+
 def main():
+    if sys.argv[1:2] == ["--html"]:
+        wrong = list(html(pathlib.Path(sys.argv[2]).resolve()))
+        for sentence in wrong:
+            print(f"error: {sentence}", file=sys.stderr)
+        sys.exit(bool(wrong))
     pages = listed()
     wrong = [f"SUMMARY.md lists {page.relative_to(DOCS)} twice" for page in set(pages) if pages.count(page) > 1]
     there = {page for page in DOCS.rglob("*.md") if page.name != "SUMMARY.md"}

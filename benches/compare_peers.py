@@ -32,7 +32,7 @@ def parse():
     parser.add_argument("--spp", type=int, default=64)
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--estimator", default="mis", help="ours: uniform, light, brdf, mis")
+    parser.add_argument("--estimator", default="mis", help="ours: uniform, light, brdf, mis, mis2-balance, mis2-power, projected")
     parser.add_argument("--sampler", default="sobol", help="ours: sobol, independent")
     parser.add_argument("--lanes", default="8", help="ours: 1, 8, 16")
     parser.add_argument("--octolux-option", action="append", default=[], help="handed on, such as --octolux-option=--adaptive")

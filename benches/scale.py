@@ -185,7 +185,7 @@ def shapes(kind, counts, size, samples, what):
     growth = slope([(n, per_sample(f)) for n, f in (found if kind == "lights" else many)])
     sentence = f"{what} {size[0]} x {size[1]}, {samples} spp, `mis`, 1 thread, `--accel embree`."
     first = "all" if kind == "lights" else "1000 on"
-    sentence += f" Powers of the number, from {first}: time a sample {growth:.2f}"
+    sentence += f" Exponents of the number, from {first}: time a sample {growth:.2f}"
     sentence += "." if kind == "lights" else f", {powers}."
     head = ("number", "load [s]", "build [s]", "ns a sample", "rays a sample", "ns a ray", "peak memory [MB]")
     table(kind.capitalize(), head, rows, sentence)
@@ -196,8 +196,8 @@ TABLES = {
     "spp": spp,
     "threads": threads,
     "triangles": lambda n: shapes("triangles", n, (384, 256), 16, "A sphere with waves on a floor, smooth normals, three lights."),
-    "spheres": lambda n: shapes("spheres", n, (384, 256), 16, "A cube full of balls on a floor, three lights."),
-    "lights": lambda n: shapes("lights", n, (96, 64), 16, "24 balls on a floor under spheres that share one power."),
+    "spheres": lambda n: shapes("spheres", n, (384, 256), 16, "A cube full of spheres on a floor, three lights."),
+    "lights": lambda n: shapes("lights", n, (96, 64), 16, "24 spheres on a floor under lights that share one power."),
 }
 
 

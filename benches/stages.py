@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Where the time of a render goes: nanoseconds of processor time per sample, stage by stage, as a table for ARCHITECTURE.md.
+"""Where the time of a render goes: nanoseconds of processor time per sample, stage by stage, as a table for docs/performance-log.md.
 
     benches/stages.py scenes/veach-mis.toml
     benches/stages.py scenes/veach-mis.toml -- --lanes 8 --accel embree

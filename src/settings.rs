@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Which density the directions of light are drawn from (`ARCHITECTURE.md` has the formulas).
+/// Which density the directions of light are drawn from (`docs/explanation/estimators.md` has the formulas).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]

@@ -1,5 +1,5 @@
 //! What all benches share: short measurements, numbers for inputs, and a note of the circumstances beside criterion's
-//! figures, from which `benches/table` makes the README's table.
+//! figures, from which `benches/table` makes the tables of `docs/benches.md`.
 
 #![allow(dead_code, reason = "each bench uses a part of it")]
 

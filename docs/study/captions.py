@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the figures of docs/study/*/study.json into the README, between its two marks. Sentences that no figure bears stand here."""
+"""Writes the figures of docs/study/*/study.json into docs/studies.md, between its two marks. Sentences that no figure bears stand here."""
 
 import json
 import pathlib
@@ -7,11 +7,11 @@ import textwrap
 
 SCENES = [
     ("veach-mis", "Veach's scene", "error against time on Veach's scene",
-     "Small lights are found by drawing from lights, mirrored ones by drawing from the BRDF, and `mis` does both."),
+     "Small lights are found by sampling lights, reflections in polished plates by sampling the BRDF, and `mis` does both."),
     ("knot", "Two knots, a mesh with smooth normals", "error against time for two knots",
-     "Most surfaces are dull and the lights not large, so samples that follow the BRDF seldom find one."),
+     "Most surfaces are dull and the lights not large, so samples of the BRDF seldom hit one."),
     ("many-spheres", "140 spheres under twelve small lights", "error against time under twelve small lights",
-     "Directions drawn without knowing the lights hardly ever meet one."),
+     "Directions that are sampled without regard to the lights hardly ever hit one."),
 ]
 BEGIN, END = "<!-- studies: made by docs/study/make.sh -->", "<!-- end of studies -->"
 HIGH = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -57,7 +57,7 @@ def caption(folder, name, alt, sentence):
     if "independent" in prices:
         slopes += f", independent {slope(prices['independent'])}"
     text = f"*{name}*: {sentence} Relative MSE after {spp} samples a pixel: {figures}. Slopes: {slopes}."
-    return f"![{alt}](docs/study/{folder}/error-over-time.svg)\n\n{textwrap.fill(text, 130)}\n"
+    return f"![{alt}](study/{folder}/error-over-time.svg)\n\n{textwrap.fill(text, 130)}\n"
 
 
 def circumstances():
@@ -67,19 +67,19 @@ def circumstances():
     each = lambda of: ", ".join(str(of(study)) for study in studies)
     loads = sorted(study["circumstances"]["load"] or 0 for study in studies)
     return textwrap.fill(
-        f"The figures stand in [docs/study](docs/study): {each(lambda s: round(s['seconds']))} s, "
+        f"The figures stand in `docs/study`: {each(lambda s: round(s['seconds']))} s, "
         f"{each(lambda s: ' x '.join(map(str, s['film'])))} pixels, {each(lambda s: s['seeds'])} seeds, commit {c['commit']}, "
         f"{c['cpu']}, {c['threads']} threads, {c['lanes']} lanes, load before {loads[0]:.1f} to {loads[-1]:.1f}. "
         "Bands and ± are 95 %; where few samples find a light they are wide, and slopes as uncertain.", 130) + "\n"
 
 
 def main():
-    readme = pathlib.Path("README.md")
-    text = readme.read_text()
+    page = pathlib.Path("docs/studies.md")
+    text = page.read_text()
     before, rest = text.split(BEGIN)
     after = rest.split(END)[1]
     parts = [caption(*scene) for scene in SCENES] + [circumstances()]
-    readme.write_text(before + BEGIN + "\n" + "\n".join(parts) + END + after)
+    page.write_text(before + BEGIN + "\n" + "\n".join(parts) + END + after)
 
 
 main()

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes the studies that the README shows again, in place, and the figures of its captions: a minute for each scene, and the build.
+# Makes the studies that docs/studies.md shows again, in place, and the figures of its captions: a minute for each scene, and the build.
 # For a machine that does nothing else.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."

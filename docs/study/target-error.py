@@ -1,11 +1,10 @@
 #!/usr/bin/env python3
-"""Whether `render --target-error E` ends at the error that was asked for, and `--time` at the time.
+"""Whether `render --target-error E` ends at the requested error, and `--time` at the requested time.
 
 Usage: docs/study/target-error.py target/release/octolux > docs/study/target-error.md       (about five minutes)
 
-Each case is rendered with many seeds. The pictures are independent, so their spread tells the error that they really have,
-without trust in what `render` says of itself. How well it tells it is printed too: the noise of some scenes is made by few
-pixels, and then even many pictures say little.
+Each case is rendered with many seeds. The pictures are independent, so their spread shows their real error, whatever `render`
+reports. The uncertainty of that is printed too: in some scenes a few pixels make the noise, and then even many pictures show it badly.
 """
 
 import json
@@ -49,9 +48,20 @@ def error(pictures):
 
 HEAD = """# Whether a target is reached
 
-Made by `docs/study/target-error.py`. *Asked*: `--target-error`. *Said*: what `render` prints, mean over seeds. *Is*: the root of the
-mean variance of a pixel over the seeds, divided by the picture's mean, which knows nothing of what `render` says; with its own
-standard error. *Replicates* and *samples a pixel* are means over seeds.
+`--target-error E` renders replicates, pictures with different seeds, in two halves. Each half stops when the *other* half shows that its
+error is below √2 E, certain enough that both together are known to 15 % (`src/run/halves.rs`,
+[why](../explanation/decisions.md#estimators-and-random-numbers)). The picture is the mean of both halves, and what `render` reports is
+computed from the errors that the halves showed for each other.
+
+This page is made by `docs/study/target-error.py`.
+
+| column | |
+| --- | --- |
+| asked | the requested error, `--target-error` |
+| reported | what `render` prints, mean over seeds |
+| real | the root of the mean variance of a pixel over the seeds, divided by the picture's mean: computed from independent pictures alone |
+| real / asked | with its own standard error |
+| replicates, samples a pixel | means over seeds |
 """
 
 
@@ -59,7 +69,7 @@ def main():
     octolux = pathlib.Path(sys.argv[1]).resolve()
     load = os.getloadavg()[0]
     print(HEAD)
-    print("| scene | film | sampler | asked | said | is | is / asked | replicates | samples a pixel | seeds |")
+    print("| scene | film | sampler | asked | reported | real | real / asked | replicates | samples a pixel | seeds |")
     print("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |")
     for scene, film, asked, seeds in CASES:
         for sampler in ("sobol", "independent"):

@@ -1,0 +1,104 @@
+#!/usr/bin/env python3
+"""Checks the sources of the book: pages, links and blocks. Needs nothing but Python.
+
+    docs/check.py               the sources
+    docs/check.py --html DIR    the links of the HTML that mdbook made
+
+- SUMMARY.md lists every page below docs/, once, and no other.
+- Every relative link leads to a file, and to a heading of it if it names one. Pages of the book link to pages and files of the
+  book alone, because the HTML holds nothing else; README.md, ARCHITECTURE.md and the like may link to all of the repository.
+- A block of shell commands is run by docs/test.py (```console), or a note above it says why it is not.
+"""
+
+import pathlib
+import re
+import sys
+from html import unescape
+
+from pages import DOCS, ROOT, blocks, listed
+
+LINK = re.compile(r"\]\(([^)\s]+)\)")
+OTHERS = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "python/README.md", "contrib/slurm/README.md", "scenes/README.md"]
+
+
+def prose(page):
+    """The lines outside of fenced blocks and of `code`, with their numbers."""
+    fenced = False
+    for number, line in enumerate(page.read_text().splitlines(), 1):
+        if line.startswith("```"):
+            fenced = not fenced
+        elif not fenced:
+            yield number, line
+
+
+def anchors(page):
+    """The anchors of a page's headings, as GitHub and mdbook make them."""
+    if "{{#include ../../ARCHITECTURE.md" in page.read_text():
+        page = ROOT / "ARCHITECTURE.md"
+    headings = (line.lstrip("#").strip() for _, line in prose(page) if re.match(r"#+ ", line))
+    plain = (re.sub(r"[`*]|\]\([^)]*\)|\[", "", heading).lower() for heading in headings)
+    return {re.sub(r"[^\w\- ]", "", heading).replace(" ", "-") for heading in plain}
+
+
+def links(page, within):
+    """What is wrong with the links of a page."""
+    for number, line in prose(page):
+        for link in LINK.findall(re.sub(r"`[^`]*`", "", line)):
+            if re.match(r"[a-z]+:", link):
+                continue
+            file, _, anchor = link.partition("#")
+            target = (page.parent / file).resolve() if file else page
+            where = f"{page.relative_to(ROOT)}:{number}: {link}"
+            if not target.is_relative_to(within):
+                yield f"{where} leads out of {within.name}/"
+            elif not target.exists():
+                yield f"{where} leads nowhere"
+            elif anchor and anchor not in anchors(target):
+                yield f"{where}: no such heading"
+
+
+def html(folder):
+    """What is wrong with the links of the HTML."""
+    pages = {page: page.read_text() for page in folder.rglob("*.html") if page.name not in ("404.html", "print.html", "toc.html")}
+    names = {page: set(re.findall(r'id="([^"]+)"', text)) for page, text in pages.items()}
+    for page, text in sorted(pages.items()):
+        for link in sorted(set(re.findall(r'(?:href|src)="([^"]+)"', text))):
+            link = unescape(link)
+            if re.match(r"[a-z]+:", link):
+                continue
+            file, _, anchor = link.partition("#")
+            target = (page.parent / file).resolve() if file else page
+            if not target.exists():
+                yield f"{page.relative_to(folder)}: {link} leads nowhere"
+            elif anchor and anchor not in names.get(target, {anchor}):
+                yield f"{page.relative_to(folder)}: {link}: no such heading"
+
+
+def main():
+    if sys.argv[1:2] == ["--html"]:
+        wrong = list(html(pathlib.Path(sys.argv[2]).resolve()))
+        for sentence in wrong:
+            print(f"error: {sentence}", file=sys.stderr)
+        sys.exit(bool(wrong))
+    pages = listed()
+    wrong = [f"SUMMARY.md lists {page.relative_to(DOCS)} twice" for page in set(pages) if pages.count(page) > 1]
+    there = {page for page in DOCS.rglob("*.md") if page.name != "SUMMARY.md"}
+    wrong += [f"SUMMARY.md does not list {page.relative_to(DOCS)}" for page in sorted(there - set(pages))]
+    wrong += [f"SUMMARY.md lists {page.relative_to(DOCS)}, which is not there" for page in sorted(set(pages) - there)]
+    others = [ROOT / name for name in OTHERS if (ROOT / name).exists()]
+    for page in sorted(there):
+        wrong += links(page, DOCS)
+    for page in [*others, DOCS / "SUMMARY.md"]:
+        wrong += links(page, ROOT)
+    for page in [ROOT / "README.md", *sorted(there)]:
+        for block in blocks(page):
+            if block.language in ("sh", "bash", "shell") and (block.note or [None])[0] != "not run":
+                wrong.append(f"{page.relative_to(ROOT)}:{block.first}: commands that nothing runs: make it a console block, or say "
+                             "why above it: <!-- not run: ... -->")
+    for sentence in wrong:
+        print(f"error: {sentence}", file=sys.stderr)
+    print(f"{len(there)} pages")
+    sys.exit(bool(wrong))
+
+
+main()

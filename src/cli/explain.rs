@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::explain_effects::{self as effects, Found};
 use super::options::Options;
 use super::{CliError, Exit, report};
+use octolux::machine;
 use octolux::pipeline::{Prepared, Settings};
 use octolux::run::DEFAULT_SPP;
 use octolux::scene::{Bsdf, Effect, EstimatorKind, SamplerKind, Scene, Surface};
@@ -41,6 +42,12 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     if args.measure {
         let costs = effect_costs::measure(&scene, settings).map_err(|error| CliError::setup(&args.scene, &error))?;
         explanation.costs = Some(costs);
+        if let Some(load) = machine::load().filter(|&load| load > 1.0) {
+            let what = format!(
+                "the machine is busy (load {load:.1}), and times are not exact: close other programs and measure again"
+            );
+            report::warning(&what);
+        }
     }
     if args.json {
         let json = serde_json::to_string(&explanation).map_err(|error| CliError::failed(error.to_string()))?;
@@ -66,8 +73,10 @@ struct Explanation {
     mesh_lights: usize,
     triangles: usize,
     materials: usize,
+    /// Materials with a diffuse lobe, with a Phong lobe, and with both.
     diffuse: usize,
     phong: usize,
+    blends: usize,
     needs: Vec<&'static str>,
     found: Vec<Found>,
     absent: Vec<Effect>,
@@ -107,6 +116,7 @@ impl Explanation {
             materials: scene.materials().len(),
             diffuse: of_kind(|bsdf| !matches!(bsdf, Bsdf::Phong { .. })),
             phong: of_kind(|bsdf| !matches!(bsdf, Bsdf::Diffuse { .. })),
+            blends: of_kind(|bsdf| matches!(bsdf, Bsdf::Blend { .. })),
             needs: prepared.needs(),
             found: effects::found(scene, prepared.features()),
             absent: effects::absent(prepared.features()),
@@ -126,6 +136,19 @@ impl Explanation {
         }
     }
 
+    /// Each material once: a blend is not counted again as what it is blended of.
+    fn materials(&self) -> String {
+        let [diffuse, phong] = [self.diffuse, self.phong].map(|all| all - self.blends);
+        let blends = match self.blends {
+            0 => String::new(),
+            some => format!(", {some} blends"),
+        };
+        format!(
+            "  materials  {}: {diffuse} diffuse, {phong} phong{blends}",
+            self.materials
+        )
+    }
+
     fn text(&self) -> String {
         let needs = if self.needs.is_empty() {
             "nothing".to_owned()
@@ -143,8 +166,8 @@ impl Explanation {
             None => "without effect: no ray goes through Embree",
         };
         let cull = match self.cull {
-            Some(true) => "on: what cannot be in the way is left out for all rays of a tile at once",
-            Some(false) => "off: every ray is asked for",
+            Some(true) => "on: shapes that cannot be hit are left out for all rays of a tile at once",
+            Some(false) => "off: every ray is tested",
             None => "without effect: too many shapes",
         };
         let lights = self.sphere_lights + self.mesh_lights;
@@ -156,10 +179,7 @@ impl Explanation {
                 self.meshes, self.triangles, self.mesh_lights
             ),
             format!("  lights     {lights}"),
-            format!(
-                "  materials  {}: {} diffuse, {} phong",
-                self.materials, self.diffuse, self.phong
-            ),
+            self.materials(),
             format!("  needs      {needs}"),
         ];
         lines.extend(self.found.iter().map(Found::line));

@@ -16,7 +16,7 @@ pub struct Found {
 impl Found {
     /// A line of the explanation.
     pub fn line(&self) -> String {
-        format!("    {:<15} {}", self.effect.name(), self.evidence)
+        format!("    {:<17} {}", self.effect.name(), self.evidence)
     }
 }
 
@@ -117,14 +117,20 @@ pub fn cost_lines(costs: &Costs, prepared: &Prepared) -> Vec<String> {
     for cost in &costs.effects {
         let (name, change) = (cost.effect.name(), cost.other_ns - costs.ns);
         lines.push(if cost.present {
-            format!("    without {name:<15} {:6.1} ns ({change:+.1})", cost.other_ns)
+            format!("    without {name:<17} {:6.1} ns ({change:+.1})", cost.other_ns)
         } else {
             let bits = match cost.same_bits {
                 Some(true) => "same bits",
                 _ => "OTHER BITS",
             };
+            // Nothing can cost less than nothing: what is below 0 is the noise of the measurement.
+            let change = if change > 0.0 {
+                format!("{change:+.1}")
+            } else {
+                "no cost seen".to_owned()
+            };
             format!(
-                "    holding {name:<15} {:6.1} ns ({change:+.1}), unused, {bits}",
+                "    holding {name:<17} {:6.1} ns ({change}), unused, {bits}",
                 cost.other_ns
             )
         });

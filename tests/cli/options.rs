@@ -11,10 +11,17 @@ fn times_and_errors_have_one_spelling_for_all_commands() {
     let place = Place::new();
     for time in ["0.05", "0.05s", "0.001m"] {
         place.succeeds(&format!("render in/small.toml -o a.npy --quiet --time {time}"));
-        place.succeeds(&format!("render in/small.toml -o a.npy --quiet --checkpoint state --every {time}"));
+        place.succeeds(&format!(
+            "render in/small.toml -o a.npy --quiet --checkpoint state --every {time}"
+        ));
     }
     place.succeeds("render in/small.toml -o a.npy --quiet --target-error 50%");
-    for refused in ["--time 10x", "--time 0s", "--every 1s1m --checkpoint state", "--target-error 0%"] {
+    for refused in [
+        "--time 10x",
+        "--time 0s",
+        "--every 1s1m --checkpoint state",
+        "--target-error 0%",
+    ] {
         place.refused(&format!("render in/small.toml -o b.npy {refused}"));
     }
     place.refused("verify in/small.toml --budget tomorrow");
@@ -51,7 +58,13 @@ fn a_camera_on_the_command_line_is_that_of_a_scene() {
     place.succeeds("render in/small.toml -o b.npy --quiet --origin -1,0.5,5 --target 0,0.25,0 --fov 30");
     let bytes = |name: &str| fs::read(place.path().join(name)).unwrap();
     assert!(bytes("a.npy") == bytes("b.npy"));
-    for refused in ["--origin 0,0,0", "--origin 1,2", "--fov 180", "--target a,b,c", "--origin nan,0,0"] {
+    for refused in [
+        "--origin 0,0,0",
+        "--origin 1,2",
+        "--fov 180",
+        "--target a,b,c",
+        "--origin nan,0,0",
+    ] {
         place.refused(&format!("render in/small.toml -o c.npy {refused}"));
     }
 }

@@ -91,12 +91,14 @@ impl Region {
 
     /// Mean of the weights and of their squares.
     fn moments(&self) -> [f64; 2] {
-        let Self {
-            power, apart, half, ..
-        } = *self;
+        let Self { power, apart, half, .. } = *self;
         // Rings up to this one are whole.
         let whole = (half - apart).clamp(0.0, FRAC_PI_2);
-        let inner = if whole >= FRAC_PI_2 { 1.0 } else { -(power * ln_cos(whole)).exp_m1() };
+        let inner = if whole >= FRAC_PI_2 {
+            1.0
+        } else {
+            -(power * ln_cos(whole)).exp_m1()
+        };
         let from = (apart - half).abs().min(FRAC_PI_2);
         let start = 2.0 * (from / 2.0).sin().powi(2);
         // Beyond it less than 1e-15 of the rest of the lobe is left.
@@ -156,7 +158,10 @@ fn of_sine(sine: f64) -> [f64; 4] {
         // Also apart as the lobe is wide, and at right angles.
         let wide_as_lobe = (2.0 / alpha).sqrt().min(1.0);
         let apart = APART.map(|times| times * sine.asin());
-        for apart in apart.into_iter().chain([wide_as_lobe, 3.0 * wide_as_lobe, FRAC_PI_2, 2.0]) {
+        for apart in apart
+            .into_iter()
+            .chain([wide_as_lobe, 3.0 * wide_as_lobe, FRAC_PI_2, 2.0])
+        {
             let (point, light) = place::<f32>(alpha, sine, apart.min(PI));
             let cone = light.cone(point.p);
             let region = Region::of(&point, &cone);
@@ -197,7 +202,10 @@ fn of_sine(sine: f64) -> [f64; 4] {
             let [mean, second] = sums.map(|sum| sum / f64::from(DRAWS));
             let [true_mean, true_second] = region.moments();
             let error = (mean / true_mean - 1.0).abs();
-            let (variance, truth) = (second / (mean * mean) - 1.0, true_second / (true_mean * true_mean) - 1.0);
+            let (variance, truth) = (
+                second / (mean * mean) - 1.0,
+                true_second / (true_mean * true_mean) - 1.0,
+            );
             assert!(
                 error <= edge + if near { 5e-4 } else { 2e-4 },
                 "{what}: mean {mean:e} instead of {true_mean:e}, off by {error:e}"

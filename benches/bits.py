@@ -4,7 +4,7 @@
     benches/bits.py target/release/octolux > before
     benches/bits.py other/octolux | diff before -
 
-Every scene of scenes/ and scenes/tests/, the seven estimators, each width of packets that the processor has, both accelerators: 48 x 32
+Every scene of scenes/ and scenes/tests/, the eight estimators (`--estimators` where a program has fewer), each width of packets that the processor has, both accelerators: 48 x 32
 pixels, 4 samples a pixel. What is hashed are the radiances (.npy), which nothing but the renderer decides.
 """
 
@@ -17,7 +17,7 @@ import sys
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
 
-ESTIMATORS = ["uniform", "light", "brdf", "mis", "mis2-balance", "mis2-power", "projected"]
+ESTIMATORS = ["uniform", "light", "brdf", "mis", "mis2-balance", "mis2-power", "projected", "product"]
 ACCELS = ["linear", "embree"]
 
 
@@ -25,11 +25,12 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program")
     parser.add_argument("--lanes", default="1,8,16", help="widths of packets (default: 1,8,16)")
+    parser.add_argument("--estimators", default=",".join(ESTIMATORS), help="default: all eight")
     parser.add_argument("--jobs", type=int, default=2, help="renders at a time (default: 2)")
     options = parser.parse_args()
     scenes = pathlib.Path(__file__).resolve().parent.parent / "scenes"
     paths = sorted(scenes.glob("*.toml")) + sorted((scenes / "tests").glob("*.toml"))
-    settings = list(itertools.product(ESTIMATORS, options.lanes.split(","), ACCELS))
+    settings = list(itertools.product(options.estimators.split(","), options.lanes.split(","), ACCELS))
 
     def one(path, setting):
         estimator, lanes, accel = setting

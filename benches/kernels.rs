@@ -17,7 +17,7 @@ use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
 use octolux::bsdf::{Bsdf, diffuse, phong};
-use octolux::estimator::density::{Average, ConeOnly, Mix, Projected};
+use octolux::estimator::density::{Average, ConeOnly, LobeInCap, Mix, Projected};
 use octolux::estimator::{ShadingPoint, per_light, per_point};
 use octolux::lane::{Bits, F32x8, Lane, Mask};
 use octolux::light::SphereLight;
@@ -288,6 +288,7 @@ fn estimators(c: &mut Criterion) {
     per_light!("light, Phong 1000", ConeOnly, 1000.0, points(0.5));
     per_light!("mis2-power, diffuse", Mix::Power, 1.0, points(0.5));
     per_light!("projected, diffuse", Projected, 1.0, points(0.5));
+    per_light!("product, Phong 1000", LobeInCap, 1000.0, points(0.5));
     per_light!("mis, diffuse", Average, 1.0, points(0.5));
     per_light!("mis, Phong 1000", Average, 1000.0, points(0.5));
     per_light!(

@@ -40,6 +40,9 @@
 //! | `OneCornerOutside` | a triangle is culled when one corner of the tile is beyond an edge | accelerators |
 //! | `BallsAsPoints` | a ball is culled when its centre is out of sight | accelerators |
 //! | `LightAsPoint` | a triangle is culled when the middle of the light is on the points' side of it | accelerators |
+//! | `ArcTakenAsPi` | the whole ring is drawn, not its arc inside the light | rings |
+//! | `FarRingForgotten` | the lobe's share beyond the light's farthest ring is drawn too | rings |
+//! | `MassBetweenRingsForgotten` | a lobe's share is counted up to its edge, not to the farthest ring | rings |
 //! | `OffsetTooShort` | shading points leave their surface by 2 half-ulps | acne |
 //! | `DensityOfTheNextTexel` | a texel of the environment with the density of its neighbour | density |
 //! | `OnePercentBright` | a study measures `independent` 1 % too bright | study |
@@ -47,6 +50,7 @@
 //! | `HalfDecidesForItself` | a half of the replicates of `--target-error` ends when its own pictures look calm | target |
 //!
 //! "density" is the chi-square of directions against densities, "weight" the samples written out again in `f64`,
+//! "rings" lobes inside lights against quadrature,
 //! "numbers" the independence of random numbers, "closed form" and "exact" are the scenes of `scenes/tests`, "oracle" the
 //! agreement of estimators and oracle, "lanes" the bits of eight lanes and one, "accelerators" the line of shapes against
 //! Embree, "acne" the surfaces that shadow themselves, "large plates" lights far larger than they are away, "study" its search
@@ -86,8 +90,8 @@ mod tests {
     use octolux::lane::F32x8;
     use octolux::pipeline::Settings;
     use octolux::proof::{
-        self, Family, accelerators, agreement, caps, closed_forms, costs, environments, pictures, samplers, strategies,
-        triangles, weights,
+        self, Family, accelerators, agreement, caps, closed_forms, costs, environments, pictures, rings, samplers,
+        strategies, triangles, weights,
     };
     use octolux::scene::{EstimatorKind, FilmSize, SamplerKind};
     use octolux::settings::AccelKind;
@@ -135,6 +139,9 @@ mod tests {
         LastLightOnly "closed form",
         CornersSwapped "oracle",
         BarycentricsLost "accelerators",
+        ArcTakenAsPi "rings",
+        FarRingForgotten "rings",
+        MassBetweenRingsForgotten "rings",
         ShadowsSkipped "exact",
         OnePassOff "exact",
         LaneShift "lanes",
@@ -166,9 +173,10 @@ mod tests {
     }
 
     /// The checks of the proof, at an effort of a second together.
-    const CHECKS: [(&str, fn()); 12] = [
+    const CHECKS: [(&str, fn()); 13] = [
         ("density", density),
         ("weight", weight),
+        ("rings", rings::both),
         ("numbers", || samplers::numbers_of_a_sample(1 << 13)),
         ("closed form", closed_form),
         ("exact", closed_forms::noise_free_scenes),

@@ -21,6 +21,9 @@ pub enum EstimatorKind {
     Mis2Power,
     /// As `light`; sphere lights on diffuse surfaces in proportion to the cosine as well.
     Projected,
+    /// Sphere lights in proportion to the reflected light: on Phong surfaces the lobe inside the light, on diffuse ones the cone, or
+    /// the cosine where a light is large or low. Other lights as `mis`.
+    Product,
 }
 
 /// Where random numbers come from.
@@ -60,7 +63,7 @@ impl AccelKind {
 
 impl EstimatorKind {
     /// The four of the hand-out in its order, then those beyond it.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Uniform,
         Self::Light,
         Self::Brdf,
@@ -68,6 +71,7 @@ impl EstimatorKind {
         Self::Mis2Balance,
         Self::Mis2Power,
         Self::Projected,
+        Self::Product,
     ];
 
     /// Whether a pass draws directions for every light, or one for the point alone.
@@ -85,6 +89,7 @@ impl EstimatorKind {
             Self::Mis2Balance => "mis2-balance",
             Self::Mis2Power => "mis2-power",
             Self::Projected => "projected",
+            Self::Product => "product",
         }
     }
 }

@@ -192,7 +192,7 @@ impl Stats {
         let remedy = match self.estimator {
             EstimatorKind::Uniform | EstimatorKind::Brdf => "--estimator mis or light looks for lights, ",
             EstimatorKind::Light | EstimatorKind::Projected => "--estimator mis also follows polished surfaces, ",
-            EstimatorKind::Mis | EstimatorKind::Mis2Balance | EstimatorKind::Mis2Power => "",
+            EstimatorKind::Mis | EstimatorKind::Mis2Balance | EstimatorKind::Mis2Power | EstimatorKind::Product => "",
         };
         Some(format!(
             "{}: the picture is speckled: 1 of {:.0} samples brings {:.0} % of the light (kurtosis {kurtosis:.0}). {remedy}more \

@@ -70,10 +70,23 @@ impl Mix {
     }
 }
 
+/// How the directions of a sphere that emits are drawn. All but the first take the light's whole pair of random numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Warp {
+    /// Uniformly in the light's cone; of the light's pair, a coin may have taken a bit.
+    Cone,
+    /// Of a diffuse point: in the cone, or by the cosine where the light is large or low.
+    ConeOrCap,
+    /// Of a diffuse point: by the cosine.
+    ProjectedCap,
+    /// Of a Phong point: by its lobe.
+    LobeInCap,
+}
+
 /// A [`Mix`] that is known when a stage is compiled, or one that is looked up when it runs: [`Mix`] itself.
 pub trait Density: Copy {
-    /// Whether a cap is drawn by projected solid angle on diffuse surfaces.
-    const PROJECTED: bool = false;
+    /// How the directions of a light are drawn.
+    const WARP: Warp = Warp::Cone;
     /// The density for a stage that runs with this mix.
     fn of(mix: Mix) -> Self;
     /// Which it is.
@@ -82,13 +95,13 @@ pub trait Density: Copy {
 
 /// Types that stand for a mix which is known when a stage is compiled.
 macro_rules! known {
-    ($($(#[$doc:meta])* $name:ident: $mix:ident, $projected:literal;)*) => {$(
+    ($($(#[$doc:meta])* $name:ident: $mix:ident, $warp:ident;)*) => {$(
         $(#[$doc])*
         #[derive(Clone, Copy, Debug)]
         pub struct $name;
 
         impl Density for $name {
-            const PROJECTED: bool = $projected;
+            const WARP: Warp = Warp::$warp;
             #[inline(always)]
             fn of(_: Mix) -> Self {
                 Self
@@ -103,11 +116,16 @@ macro_rules! known {
 
 known! {
     /// `1 / Ω`: uniform in the cone of the light.
-    ConeOnly: Light, false;
+    ConeOnly: Light, Cone;
     /// `(p_light + p_brdf) / 2`.
-    Average: Average, false;
+    Average: Average, Cone;
     /// `cos / Π`: uniform in the projected solid angle of the light, for diffuse surfaces.
-    Projected: Light, true;
+    Projected: Light, ProjectedCap;
+    /// `1 / Ω`, or `cos / Π` where the light is large or low ([`suits_cap`](super::per_light::suits_cap)): `product` on diffuse surfaces.
+    ConeOrCap: Light, ConeOrCap;
+    /// The lobe over what it has between the light's nearest and farthest ring, over the share of the ring that is in the light:
+    /// `product` on Phong surfaces ([`Rings`](crate::light::Rings)).
+    LobeInCap: Light, LobeInCap;
 }
 
 impl Density for Mix {

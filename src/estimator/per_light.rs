@@ -5,9 +5,9 @@
 use std::f32::consts::FRAC_1_PI;
 
 use super::ShadingPoint;
-use super::density::Density;
+use super::density::{Density, Warp};
 use crate::lane::{Lane, Mask};
-use crate::light::{Cap, Cone, SphereLight, View};
+use crate::light::{Cap, Cone, Ring, Rings, SphereLight, View};
 use crate::math::elementary::sin_cos_turn;
 use crate::math::{Frame, Vec3};
 use crate::sampling::{Pair, Toss, warp};
@@ -70,28 +70,35 @@ pub fn sample<L: Lane, D: Density>(
     let heads = density.mix().by_brdf::<L>(heads);
     let view = light.seen_from(point.p);
     let tails = active & !heads & may_contribute(point, &view);
-    let tails = if D::PROJECTED {
-        by_cap(point, &view, pair, tails)
-    } else {
-        by_light(density, point, &draw(&view, pair), tails)
+    let tails = match D::WARP {
+        Warp::Cone => by_light(density, point, &draw(&view, pair), tails),
+        Warp::ConeOrCap => by_cone_or_cap(density, point, &view, pair, tails),
+        Warp::ProjectedCap => by_cap(point, &view, pair, tails),
+        Warp::LobeInCap => by_lobe(point, &view, pair, tails),
     };
     let heads = active & heads & light.may_meet(point.p, along_lobe(point, pair));
     let heads = by_brdf(density, point, light, along_lobe(point, pair), heads);
-    let found = match (tails, heads) {
-        (Some(a), Some(b)) => Weighed {
-            active: a.active | b.active,
-            wi: Vec3::select(b.active, b.wi, a.wi),
-            distance: L::select(b.active, b.distance, a.distance),
-            weight: a.weight + b.weight,
-        },
-        (a, b) => a.or(b)?,
-    };
+    let found = either(tails, heads)?;
     Some(Contribution {
         active: found.active,
         wi: found.wi,
         distance: found.distance,
         ld: found.ld(light, point.bsdf.rho),
     })
+}
+
+/// Samples of lanes that are in one of two at most.
+#[inline(always)]
+fn either<L: Lane>(a: Option<Weighed<L>>, b: Option<Weighed<L>>) -> Option<Weighed<L>> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(Weighed {
+            active: a.active | b.active,
+            wi: Vec3::select(b.active, b.wi, a.wi),
+            distance: L::select(b.active, b.distance, a.distance),
+            weight: a.weight + b.weight,
+        }),
+        (a, b) => a.or(b),
+    }
 }
 
 /// Draws one direction in the cone of a light, uniformly.
@@ -144,6 +151,88 @@ pub fn by_cap<L: Lane>(
         wi: drawn.wi,
         distance: cone.distance(t),
         weight: (cap.projected() * L::splat(FRAC_1_PI)).or_zero(active),
+    })
+}
+
+/// Sine of half the angle of a light, squared, from which it counts as large: its cosines then differ, and near it the time that the
+/// cap takes is small beside the noise that it saves. Half an angle of 26 degrees.
+const LARGE: f32 = 0.19;
+
+/// Lanes where a diffuse point draws by the cosine, not in the cone: the light is large, or its rim is below the horizon, where a part
+/// of the cone is lost.
+#[inline(always)]
+pub fn suits_cap<L: Lane>(point: &ShadingPoint<L>, view: &View<L>) -> L::Mask {
+    let large = (view.radius * view.radius).gt(view.distance * view.distance * L::splat(LARGE));
+    large | point.bsdf.n.dot(view.to_center).lt(view.radius)
+}
+
+/// Draws a direction of a light for diffuse points, by [`by_cap`] where [`suits_cap`] says so, else in the cone.
+#[inline(always)]
+pub fn by_cone_or_cap<L: Lane, D: Density>(
+    density: D,
+    point: &ShadingPoint<L>,
+    view: &View<L>,
+    numbers: Pair<L::Bits>,
+    active: L::Mask,
+) -> Option<Weighed<L>> {
+    let by_cosine = active & suits_cap(point, view);
+    let rest = active & !by_cosine;
+    let cap = if by_cosine.any() {
+        by_cap(point, view, numbers, by_cosine)
+    } else {
+        None
+    };
+    let cone = if rest.any() {
+        by_light(density, point, &draw(view, numbers), rest)
+    } else {
+        None
+    };
+    either(cone, cap)
+}
+
+/// Draws a direction of the part of each point's lobe that lies inside the light, in proportion to the lobe. The points must be
+/// Phong's. What a render does in three steps over many packets, which then overlap.
+#[inline(always)]
+pub fn by_lobe<L: Lane>(
+    point: &ShadingPoint<L>,
+    view: &View<L>,
+    numbers: Pair<L::Bits>,
+    active: L::Mask,
+) -> Option<Weighed<L>> {
+    let cone = view.cone();
+    let rings = Rings::of(point.bsdf.wr, point.bsdf.alpha, &cone);
+    let active = active & rings.mass.gt(L::zero());
+    if active.none() {
+        return None;
+    }
+    let (u, v) = numbers.unit::<L>();
+    let ring = rings.draw(point.bsdf.alpha, u);
+    on_ring(point, &cone, &ring, rings.weight(&ring), v, active)
+}
+
+/// The direction at `v` of the arc of a ring that lies inside the light; `weight` is [`Rings::weight`]. `None` where no lane gets
+/// light by it.
+#[inline(always)]
+pub fn on_ring<L: Lane>(
+    point: &ShadingPoint<L>,
+    cone: &Cone<L>,
+    ring: &Ring<L>,
+    weight: L,
+    v: L,
+    active: L::Mask,
+) -> Option<Weighed<L>> {
+    let wi = ring.direction(&Frame::about(point.bsdf.wr), cone.axis, v);
+    let (cos_theta, above) = point.above(wi);
+    let weight = weight * cos_theta;
+    let active = active & above & weight.gt(L::zero());
+    if active.none() {
+        return None;
+    }
+    Some(Weighed {
+        active,
+        wi,
+        distance: cone.distance(cone.t(wi)),
+        weight: weight.or_zero(active),
     })
 }
 

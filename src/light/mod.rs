@@ -3,11 +3,13 @@
 pub mod cap;
 pub mod environment;
 pub mod mesh;
+pub mod ring;
 pub mod sphere;
 pub mod triangle;
 
 pub use cap::Cap;
 pub use environment::Environment;
 pub use mesh::MeshLight;
+pub use ring::{Ring, Rings};
 pub use sphere::{Cone, SphereLight, View};
 pub use triangle::{Triangle, TriangleLight, Triangles};

@@ -14,7 +14,7 @@ use super::stream::{Address, Diffuse, Model, Phong};
 use super::tracer::{ByEmbree, InLine, Tracer};
 use super::world::World;
 use crate::embree::{Coherence, NO_SPHERE, Ray};
-use crate::estimator::density::{Mix, Projected};
+use crate::estimator::density::{ConeOrCap, LobeInCap, Mix, Projected, Warp};
 use crate::estimator::{ShadingPoint, per_light, per_point};
 use crate::film::Tile;
 use crate::lane::Word;
@@ -243,8 +243,13 @@ fn directions<T: Tracer>(
             occluded,
         }
     };
-    let mix = rows::mix(settings.estimator);
-    let projected = settings.estimator == EstimatorKind::Projected && !point.bsdf.phong;
+    let mix = rows::mix_of_spheres(settings.estimator);
+    let warp = match settings.estimator {
+        EstimatorKind::Projected if !point.bsdf.phong => Warp::ProjectedCap,
+        EstimatorKind::Product if point.bsdf.phong => Warp::LobeInCap,
+        EstimatorKind::Product => Warp::ConeOrCap,
+        _ => Warp::Cone,
+    };
     let shared = |toss: bool| {
         // All lights share the direction of the BRDF.
         let of = if toss { PassBlock::after_toss } else { PassBlock::pair };
@@ -253,7 +258,7 @@ fn directions<T: Tracer>(
     let for_light = |i: usize| {
         let pair = pairs::light(i);
         let mut tosses = vec![numbers.toss(address.key, address.pass, pair, tile.number())];
-        if mix.both() || projected {
+        if mix.both() || warp != Warp::Cone {
             tosses[0].pair = numbers.pair(address.key, address.pass, pair);
         }
         tosses[0].heads &= mix == Mix::Average;
@@ -268,10 +273,11 @@ fn directions<T: Tracer>(
     };
     let asked = |(i, toss): (usize, Toss<Word>)| {
         let light = &world.lights[i];
-        let drawn = if projected {
-            per_light::sample(Projected, point, light, toss, true)
-        } else {
-            per_light::sample(mix, point, light, toss, true)
+        let drawn = match warp {
+            Warp::Cone => per_light::sample(mix, point, light, toss, true),
+            Warp::ConeOrCap => per_light::sample(ConeOrCap, point, light, toss, true),
+            Warp::ProjectedCap => per_light::sample(Projected, point, light, toss, true),
+            Warp::LobeInCap => per_light::sample(LobeInCap, point, light, toss, true),
         };
         let cone = light.cone(point.p);
         Asked {
@@ -279,10 +285,12 @@ fn directions<T: Tracer>(
             sphere: Some(light.sphere),
             omc: Some(cone.omc),
             cone_pdf: Some(cone.pdf()),
-            technique: match (toss.heads, projected) {
-                (true, _) => "brdf",
-                (false, true) => "cap",
-                (false, false) => "cone",
+            technique: match warp {
+                _ if toss.heads => "brdf",
+                Warp::ProjectedCap => "cap",
+                Warp::ConeOrCap if per_light::suits_cap(point, &light.seen_from(point.p)) => "cap",
+                Warp::Cone | Warp::ConeOrCap => "cone",
+                Warp::LobeInCap => "lobe",
             },
             found: drawn.filter(|drawn| drawn.active).map(|drawn| {
                 let shadow = ray(point.p, drawn.wi, drawn.distance, light.sphere);

@@ -97,13 +97,22 @@ pub fn shade(estimator: EstimatorKind, needs: Effects, model: Effect) -> Vec<Row
     }
 }
 
-/// How an estimator combines directions of lights with those of the BRDF.
+/// How an estimator combines directions of lights with those of the BRDF. `product` does so for all lights but spheres: see
+/// [`mix_of_spheres`].
 pub const fn mix(estimator: EstimatorKind) -> Mix {
     match estimator {
-        EstimatorKind::Mis => Mix::Average,
+        EstimatorKind::Mis | EstimatorKind::Product => Mix::Average,
         EstimatorKind::Mis2Balance => Mix::Balance,
         EstimatorKind::Mis2Power => Mix::Power,
         _ => Mix::Light,
+    }
+}
+
+/// As [`mix`], for spheres that emit.
+pub const fn mix_of_spheres(estimator: EstimatorKind) -> Mix {
+    match estimator {
+        EstimatorKind::Product => Mix::Light,
+        _ => mix(estimator),
     }
 }
 
@@ -115,6 +124,7 @@ fn shade_model<M: Model>(estimator: EstimatorKind, needs: Effects) -> Vec<Row> {
         EstimatorKind::Mis => kinds::<Average, M>(needs),
         EstimatorKind::Mis2Balance | EstimatorKind::Mis2Power => kinds::<Mix, M>(needs),
         EstimatorKind::Projected => kinds::<M::Projected, M>(needs),
+        EstimatorKind::Product => kinds::<M::Product, M>(needs),
     }
 }
 

@@ -3,7 +3,7 @@
 use super::columns::Columns;
 use crate::bsdf::Bsdf;
 use crate::estimator::ShadingPoint;
-use crate::estimator::density::{ConeOnly, Density, Projected};
+use crate::estimator::density::{ConeOnly, ConeOrCap, Density, LobeInCap, Projected};
 use crate::lane::{Bits, Lane};
 use crate::math::Vec3;
 
@@ -27,6 +27,8 @@ pub trait Model {
     const PHONG: bool;
     /// The density of `projected`: a lobe of Phong's model is not in proportion to the cosine, so cones have to do for it.
     type Projected: Density;
+    /// The density of `product`.
+    type Product: Density;
 }
 
 /// Lambert's model.
@@ -39,12 +41,14 @@ impl Model for Diffuse {
     const STREAM: usize = 0;
     const PHONG: bool = false;
     type Projected = Projected;
+    type Product = ConeOrCap;
 }
 
 impl Model for Phong {
     const STREAM: usize = 1;
     const PHONG: bool = true;
     type Projected = ConeOnly;
+    type Product = LobeInCap;
 }
 
 /// Columns that a point is pushed into; what shading finds out is in those behind them.

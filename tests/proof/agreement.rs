@@ -30,7 +30,7 @@ pub fn judge(mut family: Family, table: &str, scene: &Scene, film: FilmSize, see
         EstimatorKind::Uniform => uniform,
         EstimatorKind::Light | EstimatorKind::Projected => light,
         EstimatorKind::Brdf => brdf,
-        EstimatorKind::Mis => mis,
+        EstimatorKind::Mis | EstimatorKind::Product => mis,
         // Twice as many directions.
         EstimatorKind::Mis2Balance | EstimatorKind::Mis2Power => mis / 2,
     };

@@ -14,6 +14,7 @@ pub mod environments;
 pub mod lanes;
 pub mod pictures;
 pub mod places;
+pub mod rings;
 pub mod runs;
 pub mod samplers;
 pub mod stats;

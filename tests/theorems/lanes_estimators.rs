@@ -4,7 +4,7 @@
 use crate::proof::lanes::{HARD, InLanes, flat, in_all_widths, uniform, vector, verdict};
 use octolux::bsdf::Bsdf;
 use octolux::embree::TraceLane;
-use octolux::estimator::density::{Average, ConeOnly, Density, Mix, Projected};
+use octolux::estimator::density::{Average, ConeOnly, ConeOrCap, Density, LobeInCap, Mix, Projected};
 use octolux::estimator::{ShadingPoint, per_light, per_point, per_triangle};
 use octolux::lane::{Bits, Lane, Mask};
 use octolux::light::{SphereLight, Triangle};
@@ -124,7 +124,7 @@ fn by_triangle<L: Lane>(case: &Case, triangle: &Triangle, first: usize) -> Said 
 struct Estimates<'a>(&'a Case, &'a SphereLight, &'a Triangle);
 
 impl InLanes for Estimates<'_> {
-    type Said = [Option<Vec<u32>>; 7];
+    type Said = [Option<Vec<u32>>; 9];
     fn run<L: TraceLane>(&self, first: usize) -> Vec<Self::Said> {
         let Self(case, light, triangle) = *self;
         let mut said = [
@@ -132,6 +132,8 @@ impl InLanes for Estimates<'_> {
             by_light::<L, _>(Average, case, light, first),
             by_light::<L, _>(Mix::Power, case, light, first),
             by_light::<L, _>(Projected, case, light, first),
+            by_light::<L, _>(ConeOrCap, case, light, first),
+            by_light::<L, _>(LobeInCap, case, light, first),
             by_point::<L, per_point::Sphere>(case, first),
             by_point::<L, per_point::Lobe>(case, first),
             by_triangle::<L>(case, triangle, first),
@@ -176,13 +178,13 @@ fn estimators_give_the_bits_of_one_lane_under_partial_masks() {
         ])
     });
     let mut rng = Pcg64::seed_from_u64(17);
-    let (mut wrong, mut heard) = (String::new(), [0; 5]);
+    let (mut wrong, mut heard) = (String::new(), [0; 9]);
     for trial in 0..10_000 {
         let case = Case::random(&mut rng);
         let said = in_all_widths(&Estimates(&case, &lights[trial % 3], &triangles[trial % 3]));
         let alone = &said[0].1;
         for one in alone {
-            (0..5).for_each(|k| heard[k] += usize::from(one[k].is_some()));
+            (0..9).for_each(|k| heard[k] += usize::from(one[k].is_some()));
         }
         for (width, wide) in &said[1..] {
             for (lane, (w, s)) in wide.iter().zip(alone).enumerate().filter(|(_, (w, s))| w != s) {

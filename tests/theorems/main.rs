@@ -24,6 +24,7 @@ mod reference_closed_forms;
 mod reference_geometry;
 mod reference_scene;
 mod replay;
+mod rings;
 mod runs;
 mod samplers;
 mod selftest;

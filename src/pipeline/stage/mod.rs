@@ -6,6 +6,7 @@ mod chunk;
 pub mod environment;
 pub mod eye;
 mod grid;
+mod rings;
 mod scratch;
 pub mod shade;
 pub mod shadow;

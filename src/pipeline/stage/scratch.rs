@@ -2,6 +2,7 @@
 
 use super::chunk::Chunk;
 use super::grid::Grid;
+use super::rings::RingBlock;
 use crate::embree::TraceLane;
 use crate::linear::Candidates;
 use crate::linear::cull::Points;
@@ -33,6 +34,8 @@ pub struct Scratch {
     pub set: Candidates,
     /// The ways from the points of a stream to each light.
     pub shafts: Vec<Shaft>,
+    /// Rings of lobes that lights lie in, between the steps of `product`.
+    pub rings: RingBlock,
 }
 
 /// What may be in the way of rays from the points of a stream to a light.
@@ -55,6 +58,7 @@ impl Default for Scratch {
             points: Points::default(),
             set: Candidates::default(),
             shafts: Vec::new(),
+            rings: RingBlock::new(),
         }
     }
 }

@@ -4,12 +4,13 @@ use std::hint::black_box;
 use std::marker::PhantomData;
 use std::ops::Range;
 
+use super::rings::{self, RingBlock};
 use super::{Ask, Chunk, Scratch, Shaft, Stage, pairs, shadow};
 use crate::embree::TraceLane;
-use crate::estimator::density::Density;
+use crate::estimator::density::{Density, Warp};
 use crate::estimator::{per_light, per_point};
 use crate::lane::{Lane, Mask};
-use crate::light::SphereLight;
+use crate::light::{Rings, SphereLight};
 use crate::math::Vec3;
 use crate::pipeline::queue::{QueuedRays, RayQueue};
 use crate::pipeline::stream::{Address, HitStream, Model};
@@ -31,6 +32,7 @@ impl<D: Density, M: Model> Stage for PerLight<D, M> {
             queue,
             points,
             shafts,
+            rings,
             ..
         } = scratch;
         let stream = &mut hits[M::STREAM];
@@ -65,7 +67,11 @@ impl<D: Density, M: Model> Stage for PerLight<D, M> {
                     queue: &mut *queue,
                     answered: 0,
                 };
-                toward::<L, D, M>(density, chunk, stream, block.clone(), light, &mut sink);
+                if D::WARP == Warp::LobeInCap {
+                    in_lobe::<L, M>(chunk, stream, rings, block.clone(), light, &mut sink);
+                } else {
+                    toward::<L, D, M>(density, chunk, stream, block.clone(), light, &mut sink);
+                }
                 if density.mix().both() {
                     // The queue has room for one ray of each point.
                     chunk.ask(Ask::Visible {
@@ -190,13 +196,15 @@ fn toward<L: TraceLane, D: Density, M: Model>(
         if active.none() {
             continue;
         }
-        let numbers = if mix.both() || D::PROJECTED {
+        let numbers = if mix.both() || D::WARP != Warp::Cone {
             chunk.numbers.pair(address.key, address.pass, light.pair)
         } else {
             chunk.numbers.after_toss(address.key, address.pass, light.pair)
         };
-        let found = if D::PROJECTED {
+        let found = if D::WARP == Warp::ProjectedCap {
             per_light::by_cap(&point, &view, numbers, active)
+        } else if D::WARP == Warp::ConeOrCap && (active & per_light::suits_cap(&point, &view)).any() {
+            per_light::by_cone_or_cap(density, &point, &view, numbers, active)
         } else {
             let drawn = per_light::draw(&view, numbers);
             // Loaded again: sixteen registers do not hold all that is needed before a direction is drawn and after it. The compiler
@@ -206,6 +214,51 @@ fn toward<L: TraceLane, D: Density, M: Model>(
         };
         if let Some(found) = found {
             sink.take(stream, at, &light.sphere, &found);
+        }
+    }
+}
+
+/// Directions of the part of each point's lobe that lies inside the light, in the three steps of [`per_light::by_lobe`].
+#[inline(always)]
+fn in_lobe<L: TraceLane, M: Model>(
+    chunk: &Chunk,
+    stream: &mut HitStream,
+    rings: &mut RingBlock,
+    block: Range<usize>,
+    light: &Lamp,
+    sink: &mut Sink,
+) {
+    for first in block.clone().step_by(rings::BLOCK) {
+        rings.clear();
+        for at in (first..block.end.min(first + rings::BLOCK)).step_by(L::N) {
+            let (mut active, point, _) = stream.packet::<L, M>(at);
+            let view = light.sphere.seen_from(point.p);
+            active = active & per_light::may_contribute(&point, &view);
+            if active.none() {
+                continue;
+            }
+            let found = Rings::of(point.bsdf.wr, point.bsdf.alpha, &view.cone());
+            active = active & found.mass.gt(L::zero());
+            if active.any() {
+                rings.push(at, active, &found);
+            }
+        }
+        for i in 0..rings.len() {
+            let (_, point, Address { key, pass, .. }) = stream.packet::<L, M>(rings.start(i));
+            let (u, v) = chunk.numbers.pair(key, pass, light.pair).unit::<L>();
+            let found = rings.rings::<L>(i);
+            let ring = found.draw(point.bsdf.alpha, u);
+            rings.set_drawn(i, &ring, found.weight(&ring), v);
+        }
+        for i in 0..rings.len() {
+            let at = rings.start(i);
+            let (_, point, _) = stream.packet::<L, M>(at);
+            let drawn = rings.drawn::<L>(i);
+            let cone = light.sphere.cone(point.p);
+            let found = per_light::on_ring(&point, &cone, &drawn.ring, drawn.weight, drawn.v, drawn.active);
+            if let Some(found) = found {
+                sink.take(stream, at, &light.sphere, &found);
+            }
         }
     }
 }

@@ -197,7 +197,7 @@ mod tests {
         let all = variants(settings(), (AccelKind::Linear, Lanes::Eight), true);
         let labels: Vec<String> = all.iter().map(Variant::label).collect();
         assert_eq!(
-            labels[..10],
+            labels[..11],
             [
                 "default",
                 "uniform",
@@ -206,6 +206,7 @@ mod tests {
                 "mis2-balance",
                 "mis2-power",
                 "projected",
+                "product",
                 "independent",
                 "adaptive",
                 "1 lane"
@@ -222,6 +223,6 @@ mod tests {
         assert_eq!(through_embree(false).last().unwrap(), " --robust off");
         assert_eq!(through_embree(true)[through_embree(false).len()..], [" --cull off"]);
         assert_eq!(all[1].arguments(), " --estimator uniform");
-        assert_eq!(all[8].arguments(), " --adaptive");
+        assert_eq!(all[9].arguments(), " --adaptive");
     }
 }

@@ -5,7 +5,7 @@ use super::row::{Check, Checks, Effort};
 use super::spot;
 use crate::bsdf::Bsdf;
 use crate::estimator::ShadingPoint;
-use crate::estimator::density::{Average, ConeOnly, Mix, Projected};
+use crate::estimator::density::{Average, ConeOnly, ConeOrCap, LobeInCap, Mix, Projected};
 use crate::estimator::per_light;
 use crate::estimator::per_point::{self, Lobe, Sphere};
 use crate::lane::Word;
@@ -38,6 +38,11 @@ fn unsound_corners(point: &ShadingPoint<f32>, light: &SphereLight) -> usize {
                     diffuse
                         .then(|| per_light::sample(Projected, point, light, toss, true))
                         .flatten(),
+                    if diffuse {
+                        per_light::sample(ConeOrCap, point, light, toss, true)
+                    } else {
+                        per_light::sample(LobeInCap, point, light, toss, true)
+                    },
                 ];
                 count += found
                     .iter()

@@ -2,7 +2,7 @@
 
 use crate::bsdf::Bsdf;
 use crate::estimator::ShadingPoint;
-use crate::estimator::density::{Average, ConeOnly, Density, Mix, Projected};
+use crate::estimator::density::{Average, ConeOnly, ConeOrCap, Density, LobeInCap, Mix, Projected};
 use crate::estimator::per_light;
 use crate::estimator::per_point::{self, Lobe, Sphere};
 use crate::lane::{Bits, F32x8, Lane, Mask, Mask8, U32x8};
@@ -72,6 +72,8 @@ impl Spot {
                 EstimatorKind::Mis2Power => per_lights(Mix::Power, &point, lights, packet),
                 EstimatorKind::Projected if self.alpha > 1.0 => per_lights(ConeOnly, &point, lights, packet),
                 EstimatorKind::Projected => per_lights(Projected, &point, lights, packet),
+                EstimatorKind::Product if self.alpha > 1.0 => per_lights(LobeInCap, &point, lights, packet),
+                EstimatorKind::Product => per_lights(ConeOrCap, &point, lights, packet),
                 EstimatorKind::Uniform => first_met::<Sphere>(&point, lights, packet),
                 EstimatorKind::Brdf => first_met::<Lobe>(&point, lights, packet),
             };

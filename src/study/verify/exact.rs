@@ -303,7 +303,7 @@ impl Tally {
 }
 
 /// How likely pixels of two intersectors are to differ as much in their mean by chance; below it they see different scenes. Looked at
-/// once for an estimator: with seven of them a false alarm has a probability of 7e-6 at most, besides those of [`super::FALSE_ALARMS`].
+/// once for an estimator: with eight of them a false alarm has a probability of 8e-6 at most, besides those of [`super::FALSE_ALARMS`].
 const SHIFTED: f64 = 1e-6;
 
 /// How likely chance explains that the means of two pictures differ: Student's test of the differences of their pixels.

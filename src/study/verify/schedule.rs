@@ -48,7 +48,8 @@ const fn weight(estimator: EstimatorKind) -> u32 {
         | EstimatorKind::Mis
         | EstimatorKind::Mis2Balance
         | EstimatorKind::Mis2Power
-        | EstimatorKind::Projected => 1,
+        | EstimatorKind::Projected
+        | EstimatorKind::Product => 1,
     }
 }
 

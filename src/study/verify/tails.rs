@@ -37,6 +37,7 @@ impl Source {
         Self::Renderer(EstimatorKind::Mis2Balance),
         Self::Renderer(EstimatorKind::Mis2Power),
         Self::Renderer(EstimatorKind::Projected),
+        Self::Renderer(EstimatorKind::Product),
         Self::Oracle,
     ];
 
@@ -56,6 +57,9 @@ impl Source {
             Self::Renderer(EstimatorKind::Light | EstimatorKind::Projected) => both / light,
             Self::Renderer(EstimatorKind::Brdf) => both / brdf,
             Self::Renderer(EstimatorKind::Mis) => 2.0,
+            // In a cone the light's density is at least half the cosine's; a lobe inside a light draws in proportion to what a direction
+            // brings, to a factor of 2; meshes and the sky are as in `mis`.
+            Self::Renderer(EstimatorKind::Product) => 3.0,
             // The more probable technique: what it counts is the larger, by 1.21 at most.
             Self::Renderer(EstimatorKind::Mis2Power) => both * light.max(brdf) / (light * light + brdf * brdf),
             Self::Renderer(EstimatorKind::Mis2Balance) | Self::Oracle => 1.0,

@@ -1,0 +1,140 @@
+//! The part of a Phong lobe that lies inside a sphere light's cap, sampled in proportion to the lobe: "product sampling".
+//!
+//! The lobe is `(a + 1) / (2 pi) cos(theta)^a` about the mirror direction `wr`; the cap is the cone that the light subtends. Circles
+//! of constant `theta` about `wr` ("rings") meet the cap between its nearest and its farthest ring, each in one arc:
+//!
+//! - the polar angle is drawn uniformly in the lobe's mass between those two rings,
+//! - the azimuth is drawn uniformly in the arc of that ring that lies inside the cap.
+//!
+//! The density of a direction is `lobe(wi) pi / (m phi(theta))`, where `m` is the lobe's mass between the rings and `phi` half
+//! the arc, so `f_cos / pdf = rho m phi / pi (n . wi)`: at most `rho`, and smooth. There is no coin and no table.
+//!
+//! All angles are kept as `1 - cos`, and nothing nearly equal is subtracted, so that the forms hold for lights of a sine of 1e-7
+//! and for exponents of 1e6. With `d` the angle between `wr` and the axis of the cap and `tl` the half-angle of the cap,
+//! `(1 - cos(d - tl)) (1 - cos(d + tl)) = (cos d - cos tl)^2` gives the nearest ring from the farthest.
+
+use std::f32::consts::{FRAC_1_PI, PI};
+
+use super::Cone;
+use crate::lane::Lane;
+use crate::math::elementary::{angle, exp, expm1, ln_1m, sin_cos_turn};
+use crate::math::{Frame, Vec3};
+
+/// The largest `t` below 1: `ln(1 - t)` is finite.
+const BELOW_ONE: f32 = 1.0 - 1.0 / 16_777_216.0;
+
+/// Which rings of a lobe meet a light's cap. All fields are pure numbers.
+#[derive(Clone, Copy, Debug)]
+pub struct Rings<L: Lane> {
+    /// `1 - cos(d)`, with `d` the angle between the lobe's axis and the cap's.
+    pub apart: L,
+    /// `1 - cos` of the nearest ring of the cap's rim, and of the farthest less that.
+    pub nearest: L,
+    /// See [`Self::nearest`]. Not negative.
+    pub width: L,
+    /// `1 - cos` of the cap's half-angle.
+    pub omc: L,
+    /// Share of the lobe nearer than the farthest ring, of what is beyond the first ring that has any of the cap; in [0, 1].
+    pub share: L,
+    /// Share of the whole lobe between the rings, in [0, 1].
+    pub mass: L,
+}
+
+/// A ring that was drawn.
+#[derive(Clone, Copy, Debug)]
+pub struct Ring<L: Lane> {
+    /// `1 - cos` from the lobe's axis, in [0, 1].
+    pub t: L,
+    /// Half the arc of the ring inside the cap, in [0, pi].
+    pub half_arc: L,
+}
+
+impl<L: Lane> Rings<L> {
+    /// The rings of the lobe about the unit vector `wr` with exponent `alpha` that meet `cone`. From inside a light it is the whole
+    /// lobe.
+    #[inline(always)]
+    pub fn of(wr: Vec3<L>, alpha: L, cone: &Cone<L>) -> Self {
+        let (zero, one, two) = (L::zero(), L::one(), L::splat(2.0));
+        let omc = cone.omc;
+        // From the chord: true to its last digits where the axes nearly coincide.
+        let apart = cone.t(wr);
+        // sin(d) sin(tl); a rounded `apart` may exceed 2.
+        let sines = (apart * (two - apart) * omc * (two - omc)).safe_sqrt();
+        let farthest = apart + omc - apart * omc + sines;
+        let gap = apart - omc;
+        let nearest = (gap * gap).div_or_zero(farthest, farthest.gt(zero));
+        let width = sines + sines;
+        let outside = gap.gt(zero) & !cone.inside;
+        let first = nearest.or_zero(outside);
+        let span = L::select(outside, width, farthest);
+        let left = one - first;
+        let lit = left.gt(zero);
+        let part = span.div_or_zero(left, lit);
+        // Beyond 90 degrees the lobe is 0: all of what is beyond the first ring counts.
+        let whole = part.ge(one) | cone.inside;
+        let power = alpha + one;
+        let share = -expm1(power * ln_1m(part.min(L::splat(BELOW_ONE))));
+        let share = L::select(whole, one, mutate!(share, FarRingForgotten => one));
+        let beyond = exp(power * ln_1m(first.min(L::splat(BELOW_ONE))));
+        Self {
+            apart,
+            nearest,
+            width,
+            omc,
+            share,
+            mass: mutate!(beyond * share, MassBetweenRingsForgotten => beyond).or_zero(lit),
+        }
+    }
+
+    /// Lanes where the lobe's axis is outside of the cap.
+    #[inline(always)]
+    fn outside(&self) -> L::Mask {
+        self.apart.gt(self.omc) & self.omc.le(L::one())
+    }
+
+    /// Draws a ring from `u` in [0, 1).
+    #[inline(always)]
+    pub fn draw(&self, alpha: L, u: L) -> Ring<L> {
+        let (zero, one) = (L::zero(), L::one());
+        let outside = self.outside();
+        let inside_light = self.omc.gt(one);
+        let first = self.nearest.or_zero(outside);
+        let part = (u * self.share).min(L::splat(BELOW_ONE));
+        let r = -expm1(ln_1m(part) / (alpha + one));
+        let past = (one - first) * r;
+        let t = first + past;
+        // Rings past the nearest one of the rim.
+        let g = L::select(outside, past, t - self.nearest);
+        let sine = (g * (self.width - g)).safe_sqrt();
+        let cosine = t + self.apart - t * self.apart - self.omc;
+        let arc = angle(sine, cosine);
+        let half_arc = L::select(inside_light, L::splat(PI), mutate!(arc, ArcTakenAsPi => L::splat(PI)));
+        Ring {
+            t: t.max(zero),
+            half_arc,
+        }
+    }
+
+    /// `f_cos / pdf` without the reflectance and the cosine of a direction of `ring`.
+    #[inline(always)]
+    pub fn weight(&self, ring: &Ring<L>) -> L {
+        self.mass * ring.half_arc * L::splat(FRAC_1_PI)
+    }
+}
+
+impl<L: Lane> Ring<L> {
+    /// The unit direction at `v` in [0, 1) of the ring's arc. `frame` is about the lobe's axis, `toward` is the axis of the cap.
+    #[inline(always)]
+    pub fn direction(&self, frame: &Frame<L>, toward: Vec3<L>, v: L) -> Vec3<L> {
+        let one = L::one();
+        let (a, b) = (toward.dot(frame.tangent), toward.dot(frame.bitangent));
+        let level = a.mul_add(a, b * b);
+        // Where the axes coincide any azimuth will do.
+        let leans = level.gt(L::zero());
+        let (a, level) = (L::select(leans, a, one), L::select(leans, level, one));
+        let (sin, cos) = sin_cos_turn((v + v - one) * self.half_arc * L::splat(0.5 * FRAC_1_PI));
+        let k = (self.t * (L::splat(2.0) - self.t) / level).safe_sqrt();
+        let across = frame.tangent * (k * (a * cos - b * sin)) + frame.bitangent * (k * (b * cos + a * sin));
+        frame.axis.mul_add(one - self.t, across)
+    }
+}

@@ -17,3 +17,4 @@ mod render;
 mod shards;
 mod study;
 mod verify;
+mod view;

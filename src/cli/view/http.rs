@@ -1,7 +1,7 @@
 //! The little of HTTP that a page needs: five files from memory, and the door to the WebSocket.
 
 use std::io::{self, Read, Write};
-use std::net::TcpStream;
+use std::net::{Shutdown, TcpStream};
 use std::time::{Duration, Instant};
 
 use tungstenite::handshake::derive_accept_key;
@@ -16,6 +16,9 @@ const MOST_HEADERS: usize = 64;
 
 /// How long a head may take to arrive.
 const PATIENCE: Duration = Duration::from_secs(5);
+
+/// How long a client that is refused may go on talking.
+const LINGER: Duration = Duration::from_millis(500);
 
 /// What the page is made of: name, kind, text.
 const FILES: [(&str, &str, &str); 8] = [
@@ -160,5 +163,10 @@ fn reply(stream: &mut TcpStream, status: &str, kind: &str, text: &str, host: &st
     );
     stream.write_all(head.as_bytes())?;
     stream.write_all(text.as_bytes())?;
-    stream.shutdown(std::net::Shutdown::Write)
+    stream.shutdown(Shutdown::Write)?;
+    // What was sent and not read would make the system reset the connection, and the answer would be lost.
+    let (deadline, mut rest) = (Instant::now() + LINGER, [0; 4096]);
+    stream.set_read_timeout(Some(LINGER))?;
+    while Instant::now() < deadline && stream.read(&mut rest)? > 0 {}
+    Ok(())
 }

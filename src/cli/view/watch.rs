@@ -14,7 +14,7 @@ use crate::cli::CliError;
 use crate::cli::reading::Reading;
 
 /// How often the files are looked at.
-const PERIOD: Duration = Duration::from_millis(200);
+const PERIOD: Duration = Duration::from_millis(100);
 
 /// What is shown of a long text, in bytes: a mesh may stand in it.
 const LONGEST_TEXT: usize = 256 << 10;
@@ -39,10 +39,12 @@ impl Watch {
     pub fn run(self, mut files: Vec<PathBuf>) {
         self.show(&Value::Null);
         let mut seen = stamp(&files);
+        let mut changing = seen.clone();
         loop {
             std::thread::sleep(PERIOD);
             let now = stamp(&files);
-            if now == seen {
+            // A file that is being saved may be empty for a moment: it is read when it has come to rest.
+            if now == seen || std::mem::replace(&mut changing, now.clone()) != now {
                 continue;
             }
             seen = now;
@@ -56,7 +58,7 @@ impl Watch {
                         return;
                     }
                 }
-                // The file may be half written: it is read again when it is whole.
+                // The last good picture stays.
                 Err(error) => self.show(&fault(&error)),
             }
         }

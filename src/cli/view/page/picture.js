@@ -31,6 +31,26 @@ const paint = (out, at, share) => {
   out[at] = RAMP[i]; out[at + 1] = RAMP[i + 1]; out[at + 2] = RAMP[i + 2];
 };
 
+/** A bar of the colours, with what they mean. */
+function legend(context, ratio, height, title, ticks) {
+  const width = 260 * ratio, x = 14 * ratio, y = height - 34 * ratio;
+  context.save();
+  context.fillStyle = "rgb(0 0 0 / .62)";
+  context.fillRect(x - 8 * ratio, y - 22 * ratio, width + 24 * ratio, 50 * ratio);
+  for (let i = 0; i < width; i++) {
+    const c = 3 * Math.floor(255 * i / width);
+    context.fillStyle = `rgb(${RAMP[c]} ${RAMP[c + 1]} ${RAMP[c + 2]})`;
+    context.fillRect(x + i, y, 1, 9 * ratio);
+  }
+  context.fillStyle = "#fff"; context.font = `${12 * ratio}px system-ui, sans-serif`; context.textBaseline = "alphabetic";
+  context.fillText(title, x, y - 7 * ratio);
+  for (const [share, text] of ticks) {
+    context.textAlign = share === 0 ? "left" : share === 1 ? "right" : "center";
+    context.fillText(text, x + share * width, y + 22 * ratio);
+  }
+  context.restore();
+}
+
 /** One picture: its half floats, and a canvas of them behind a tone curve. */
 export class Layer {
   constructor(id) {
@@ -210,6 +230,9 @@ export class Stage {
       context.drawImage(layer.canvas, place.x, place.y, place.w, place.h);
       context.restore();
     });
+    const short = x => String(+x.toPrecision(2)).replace(/^0\./, ".");
+    if (reference) legend(context, this.ratio, canvas.height, "squared error over squared reference", [0, 1, 2, 3].map(k => [k / 3, `1e${2 * k - 6}`]));
+    else if (tone.mode === "false") legend(context, this.ratio, canvas.height, "luminance", [0, 1, 2, 3, 4].map(k => [k / 4, short(2 ** (3 * k - 9) / tone.gain)]));
     if (this.split) for (const d of this.dividers.slice(0, layers.length - 1)) {
       const x = Math.round(d * canvas.width), y = canvas.height / 2, r = 11 * this.ratio;
       context.fillStyle = "#fff";

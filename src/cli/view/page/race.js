@@ -10,7 +10,7 @@ export class RacePanel {
   constructor(start) {
     this.choices = FIRST.map(([estimator, sampler]) => ({ estimator, sampler, adaptive: false }));
     $("race-add").onclick = () => { this.choices.push({ ...this.choices.at(-1) }); this.draw(); };
-    $("race-start").onclick = () => start(this.choices);
+    $("race-start").onclick = () => { $("race-choices").open = false; start(this.choices); };
     new ResizeObserver(() => this.curves()).observe($("curves"));
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.curves());
   }
@@ -47,7 +47,7 @@ export class RacePanel {
     this.race = race;
     $("race-running").hidden = !race;
     $("race-start").textContent = race ? "Start again" : "Start";
-    if (!race) return;
+    if (!race) { $("race-choices").open = true; return; }
     const { reference, racers } = race;
     $("race-says").textContent = !reference.ready
       ? `Rendering the reference first: ${reference.seconds.toFixed(1)} of ${reference.of.toFixed(0)} s, two pictures of other seeds.`

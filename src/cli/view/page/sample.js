@@ -120,13 +120,13 @@ export class SamplePanel {
       path(Array.from({ length: 37 }, (_, i) => [Math.cos(i * Math.PI / 36) * Math.cos(t), Math.cos(i * Math.PI / 36) * Math.sin(t), Math.sin(i * Math.PI / 36)]));
       line(of("--line"), 1);
     }
-    this.caps(local, path, line, context, of);
+    this.caps(local, path, line, context, of, see);
     this.lobe(local, wo, n, path, line, context, of);
     const arrow = (w, label, colour, reach = 1) => {
       const p = local(w), from = see([0, 0, 0]), to = see(p.map(x => reach * x));
       context.beginPath(); context.moveTo(from[0], from[1]); context.lineTo(to[0], to[1]); line(colour, 2.4);
       context.fillStyle = colour; context.font = "italic 600 1.05rem Georgia, serif"; context.textAlign = "center";
-      const end = see(p.map(x => (reach + 0.09) * x));
+      const end = see(p.map(x => (reach + 0.13) * x));
       context.fillText(label, end[0], end[1] + 5);
     };
     arrow(n, "n", of("--ink"), 1.08);
@@ -151,7 +151,7 @@ export class SamplePanel {
     context.globalAlpha = 1;
   }
   /** What each light covers of the hemisphere, as far as it is above the ground. */
-  caps(local, path, line, context, of) {
+  caps(local, path, line, context, of, see) {
     for (const cap of this.sample.caps) {
       const axis = local(cap.to), cos = cap.cos, sin = Math.sqrt(Math.max(0, 1 - cos * cos));
       const a = unit(cross(axis, Math.abs(axis[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0])), b = cross(axis, a);
@@ -164,6 +164,11 @@ export class SamplePanel {
       path(above, true);
       context.globalAlpha = 0.25; context.fillStyle = of("--good"); context.fill(); context.globalAlpha = 1;
       line(of("--good"), 1.8);
+      // A small light is a point of the hemisphere: a ring shows where.
+      const spot = see(axis);
+      if (Math.hypot(...see(rim[0]).map((x, i) => i < 2 ? x - spot[i] : 0)) < 5) {
+        context.beginPath(); context.arc(spot[0], spot[1], 8, 0, 7); line(of("--good"), 1.5);
+      }
     }
   }
   /** The density of the BRDF's sampling over its greatest, as a radius: slices through its axis. */

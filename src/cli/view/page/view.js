@@ -9,7 +9,7 @@ const REFERENCE = 255;
 const layers = new Map();
 const tone = new Tone();
 const stage = new Stage($("stage"));
-let status = null, hello = null, socket = null, tool = "look", errors = false, over = null, exact = null, frames = 0;
+let status = null, hello = null, socket = null, tool = "look", errors = false, over = null, exact = null, frames = 0, drawn = null;
 
 // ---- The server
 
@@ -22,7 +22,11 @@ function connect() {
     setTimeout(connect, 1000);
   };
 }
-const ask = message => socket?.readyState === WebSocket.OPEN && socket.send(JSON.stringify(message));
+function ask(message) {
+  // What was said is about what was done before.
+  if (!["next", "pixel"].includes(message.do)) $("message").hidden = true;
+  if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message));
+}
 
 function see(buffer) {
   const id = new Uint32Array(buffer, 0, 1)[0];
@@ -34,7 +38,10 @@ const HEAR = {
   look({ epoch }) {
     for (const [id, layer] of layers) if (layer.epoch !== epoch) layers.delete(id);
     frames++;
-    redraw(() => ask({ do: "next" }));
+    redraw(() => {
+      drawn = { epoch, at: performance.now(), first: drawn?.first ?? performance.timeOrigin + performance.now() };
+      ask({ do: "next" });
+    });
   },
   hello(message) {
     hello = message;
@@ -76,12 +83,19 @@ const HEAR = {
     }), ...(message.cut ? [Object.assign(document.createElement("div"), { textContent: "… the rest is not shown" })] : []));
     $("scene-error").hidden = !message.error;
     if (message.error) {
-      $("scene-error").textContent = `${message.error.what}. ${message.error.help ?? ""}`;
+      $("scene-error").textContent = `${message.error.what}\n${message.error.help ?? ""}`;
       panel("scene", true);
-      $("scene-text").querySelector(".wrong")?.scrollIntoView({ block: "nearest" });
+      const text = $("scene-text"), line = text.querySelector(".wrong");
+      if (line) text.scrollTop = line.offsetTop - text.offsetTop - text.clientHeight / 2;
+      $("scene-error").scrollIntoView({ block: "nearest" });
     }
   },
-  sample(message) { panel("sample", true); samples.take(message); },
+  sample(message) {
+    const opens = $("sample-panel").hidden;
+    panel("sample", true);
+    samples.take(message);
+    if (opens) $("sample-panel").scrollIntoView({ block: "start" });
+  },
   pixel(message) { exact = message; pointer(); },
   said({ level, what }) { say(what, level); },
 };
@@ -119,7 +133,7 @@ function labels(shown) {
     const cell = stage.cells(shown.length)[i];
     const text = layer.id === REFERENCE ? "the reference" : racerName(racers[layer.id] ?? {});
     const left = stage.split ? (i ? stage.dividers[i - 1] : 0) * stage.canvas.width : cell.x;
-    texts.push([text, left / stage.ratio, cell.y / stage.ratio, layer.id === REFERENCE ? "var(--quiet)" : `var(--c${layer.id})`]);
+    texts.push([text, left / stage.ratio, Math.max(cell.y, stage.place(cell).y) / stage.ratio, layer.id === REFERENCE ? "var(--quiet)" : `var(--c${layer.id})`]);
   });
   const box = $("labels"), key = JSON.stringify(texts);
   if (box.dataset.key === key) return;
@@ -160,7 +174,7 @@ function pointer() {
   const truth = status?.race && layer.id !== REFERENCE && layers.get(REFERENCE);
   if (truth?.width) {
     const error = value.reduce((sum, v, c) => { const r = truth.at(x, y)[c]; return sum + (v - r) ** 2 / (r * r + 1e-4) / 3; }, 0);
-    text += `  relative squared error ${error.toExponential(1)}`;
+    text += `  error² ${error.toExponential(1)}`;
   }
   $("pixel").textContent = text;
 }
@@ -364,5 +378,5 @@ addEventListener("keydown", event => {
 });
 
 // For tests, and for whoever opens the console.
-window.octolux = { layers, stage, tone, samples, camera, get status() { return status; }, get frames() { return frames; } };
+window.octolux = { layers, stage, tone, samples, camera, get status() { return status; }, get frames() { return frames; }, get drawn() { return drawn; } };
 connect();

@@ -1,6 +1,7 @@
 //! The one thread that renders. It takes orders between steps, and pins up looks that somebody waits for.
 
 mod told;
+mod turning;
 mod writing;
 
 use std::collections::VecDeque;
@@ -12,7 +13,7 @@ use std::time::{Duration, Instant};
 use super::board::{Board, Layer, Look};
 use super::camera::Changes;
 use super::desk::{Desk, Shown};
-use super::message::{Ask, Choice, View};
+use super::message::{Ask, Choice};
 use super::race::Race;
 use super::said;
 use crate::cli::options::Options;
@@ -21,14 +22,26 @@ use octolux::pipeline::{Prepared, Settings, SetupError};
 use octolux::run::{MOST_SPP, Run};
 use octolux::scene::{Effects, FilmSize, Scene};
 
-/// Time between two looks.
+/// Time between two looks at a young picture.
 const LOOK: Duration = Duration::from_millis(100);
+
+/// Time between two looks at an old one. A look costs some milliseconds of a thread, and the eye sees less and less change.
+const LATE_LOOK: Duration = Duration::from_millis(500);
+
+/// The age of a picture over the time between two looks at it.
+const LOOKS_OF_AN_AGE: u32 = 20;
+
+/// A first picture of more pixels than these is preceded by a smaller one.
+const LARGE: u32 = 1 << 16;
 
 /// Time between two looks at a race, which shows several pictures and measures their errors.
 const RACE_LOOK: Duration = Duration::from_millis(250);
 
 /// What a picture may take that follows a turned camera. One that takes longer is preceded by a smaller one.
 const SWIFT: f64 = 0.02;
+
+/// What a first pass is taken for before there was one.
+const UNKNOWN: f64 = 0.3;
 
 /// What the engine is told.
 #[derive(Debug)]
@@ -106,7 +119,7 @@ impl Engine {
             playing: true,
             halted: true,
             looked: None,
-            first_pass: 0.0,
+            first_pass: UNKNOWN,
         }
     }
 
@@ -114,15 +127,18 @@ impl Engine {
     ///
     /// # Errors
     /// A scene that cannot be rendered so.
-    pub fn set_up(&mut self) -> Result<(), SetupError> {
-        let prepared = self.prepare(&self.file, self.film())?;
+    pub fn set_up(&mut self) -> Result<Prepared, SetupError> {
         self.hello();
-        self.show_picture(self.file.clone(), prepared);
-        Ok(())
+        self.prepare(&self.file, self.film())
     }
 
-    /// Renders and takes orders until nobody can give any.
-    pub fn run(mut self) {
+    /// Renders and takes orders until nobody can give any; begins with what was set up.
+    pub fn run(mut self, prepared: Prepared) {
+        let scene = self.file.clone();
+        if self.film().width * self.film().height > LARGE {
+            self.show_small(&scene);
+        }
+        self.show_picture(scene, prepared);
         loop {
             let busy = self.playing && !self.halted;
             match self.next_order(busy) {
@@ -196,38 +212,6 @@ impl Engine {
             // Others answer these.
             Order::Ask(_, Ask::Next | Ask::Sample { .. } | Ask::Pixel { .. }) => {}
         }
-    }
-
-    fn turn(&mut self, view: Option<View>) {
-        self.changes.view = view;
-        self.playing = true;
-        self.begin(true);
-    }
-
-    /// Focuses on what a pixel shows, or turns about it.
-    fn aim(&mut self, x: u32, y: u32) {
-        let (Some(point), Some(shown)) = (self.desk.met(x, y), self.desk.shown()) else {
-            return;
-        };
-        let camera = shown.scene.camera();
-        let forward = (camera.target - camera.origin).normalize();
-        let (pinhole, forward) = (camera.origin.to_array(), forward.to_array());
-        let depth: f64 = [0, 1, 2]
-            .iter()
-            .map(|&axis| forward[axis] * (point[axis] - pinhole[axis]))
-            .sum();
-        let focus = camera.lens.map(|_| depth);
-        self.board.interrupt();
-        self.turn(Some(View {
-            origin: camera.origin.to_array(),
-            target: if focus.is_some() {
-                camera.target.to_array()
-            } else {
-                point
-            },
-            up: camera.up.to_array(),
-            focus,
-        }));
     }
 
     fn settings(&self, scene: &Scene, film: FilmSize) -> Settings {
@@ -340,7 +324,7 @@ impl Engine {
             Show::Picture(run) => {
                 let more = run.step_until(Some(Instant::now() + LOOK)).is_more();
                 self.first_pass = run.first_block_time().as_secs_f64();
-                (more, LOOK)
+                (more, (run.render_time() / LOOKS_OF_AN_AGE).clamp(LOOK, LATE_LOOK))
             }
             Show::Race(race) => (race.step(), RACE_LOOK),
         };

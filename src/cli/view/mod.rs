@@ -141,7 +141,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     };
     let (files, scene) = (scene.files().to_vec(), Arc::new(scene));
     let mut engine = Engine::new(setup, scene.clone(), board.clone(), desk.clone(), taken);
-    engine.set_up().map_err(|error| CliError::setup(&args.scene, &error))?;
+    let prepared = engine.set_up().map_err(|error| CliError::setup(&args.scene, &error))?;
     if !args.quiet {
         scene.notes().iter().for_each(|note| report::note(note));
     }
@@ -152,7 +152,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
         orders: orders.clone(),
     };
     spawn("watch", move || watch.run(files))?;
-    spawn("render", move || engine.run())?;
+    spawn("render", move || engine.run(prepared))?;
     if let Some(tev) = tev {
         let (board, name) = (board.clone(), scene.name().to_owned());
         spawn("tev", move || {

@@ -10,11 +10,12 @@ const turn = (v, axis, angle) => add(add(v.map(x => x * Math.cos(angle)), cross(
 
 export class Camera {
   /** Calls `moved(view)` for every new view, at most once a frame of the screen. */
-  constructor(moved) { this.moved = moved; this.busy = false; }
+  constructor(moved) { this.moved = moved; this.busy = this.more = false; this.sent = -1e9; }
   /** What the server looks at; a view of one's own that is on its way counts more. */
   take(told) {
     this.told = told;
-    if (!this.busy) this.view = { origin: told.origin, target: told.target, up: told.up, focus: told.focus };
+    // What the server tells may be older than what was just sent.
+    if (performance.now() - this.sent > 600) this.view = { origin: told.origin, target: told.target, up: told.up, focus: told.focus };
   }
   get ready() { return Boolean(this.view); }
   axes() {
@@ -23,9 +24,15 @@ export class Camera {
     return { back, forward, right, up: cross(right, forward), distance: length(back) };
   }
   send() {
-    if (this.busy) return;
+    this.sent = performance.now();
+    // The first view goes at once; those that come before the next frame of the screen wait for it, and the last one goes.
+    if (this.busy) { this.more = true; return; }
     this.busy = true;
-    requestAnimationFrame(() => { this.busy = false; this.moved(this.view); });
+    this.moved(this.view);
+    requestAnimationFrame(() => {
+      this.busy = false;
+      if (this.more) { this.more = false; this.send(); }
+    });
   }
   /** Turns about the target; full angles in radians. */
   orbit(yaw, pitch) {

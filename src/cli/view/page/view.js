@@ -273,7 +273,7 @@ function show(mode) { tone.set({ mode }); $("tone").value = mode; redraw(); }
 $("tone").onchange = () => show($("tone").value);
 const fit = () => { stage.fit(); redraw(); };
 $("fit").onclick = fit;
-const home = () => ask({ do: "reset-camera" });
+const home = () => { camera.sent = -Infinity; ask({ do: "reset-camera" }); };
 $("camera-reset").onclick = home;
 $("camera-copy").onclick = async () => {
   try {
@@ -337,7 +337,9 @@ canvas.oncontextmenu = event => event.preventDefault();
 canvas.ondblclick = event => {
   if (tool !== "camera") return;
   const { x, y, inside } = stage.pixel(event.clientX, event.clientY, visible().length);
-  if (inside) ask({ do: "aim", x, y });
+  if (!inside) return;
+  camera.sent = -Infinity;
+  ask({ do: "aim", x, y });
 };
 canvas.addEventListener("wheel", event => {
   event.preventDefault();

@@ -304,6 +304,7 @@ def main():
         shot("scene-dark")
 
         print("phone")
+        browser.ask("document.getElementById('stage').focus()")
         browser.screen(*PHONE)
         time.sleep(0.3)
         check(browser.ask(FITS), "nothing is wider than the screen, with the scene")

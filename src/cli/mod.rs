@@ -35,6 +35,7 @@ mod study;
 mod units;
 mod verify;
 mod verify_report;
+mod view;
 
 use std::process::ExitCode;
 
@@ -53,6 +54,8 @@ Examples:
       takes as many samples as 10 seconds allow
   octolux explain scenes/veach-mis.toml
       says what the scene calls for, without rendering it
+  octolux view scenes/veach-mis.toml
+      shows the picture in the browser while it is rendered
   octolux verify scenes/veach-mis.toml
       proves in a minute that the renderer is right on this scene
   octolux study scenes/veach-mis.toml -o study
@@ -73,6 +76,8 @@ struct Cli {
 enum Command {
     /// Render scenes to pictures
     Render(render::Args),
+    /// Show a picture in the browser while it is rendered, race estimators, open one sample
+    View(view::Args),
     /// Render the pictures that a manifest names and that are not there yet
     Batch(batch::Args),
     /// Add up the parts that shards of one render have written
@@ -103,6 +108,7 @@ pub fn main() -> ExitCode {
     let command = parsed.unwrap_or_else(|error| error.exit()).command;
     let outcome = environment().and_then(|()| match command {
         Command::Render(args) => render::run(&args),
+        Command::View(args) => view::run(&args),
         Command::Batch(args) => batch::run(&args),
         Command::Merge(args) => merge::run(&args),
         Command::Shards(args) => shards::run(&args),

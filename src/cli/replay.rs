@@ -59,7 +59,8 @@ fn sound(path: &Path, replay: &Replay) -> Result<(), CliError> {
     Err(CliError::failed(what).with_help("the steps above show where; please report the scene"))
 }
 
-fn text(replay: &Replay, kernel: &str) -> String {
+/// The steps in lines for people.
+pub fn text(replay: &Replay, kernel: &str) -> String {
     let [x, y, pass] = replay.sample;
     let mut lines = vec![
         format!("sample     pixel {x},{y}, pass {pass}, by {kernel}; positions are relative to the pinhole"),

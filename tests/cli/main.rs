@@ -18,3 +18,4 @@ mod render;
 mod shards;
 mod study;
 mod verify;
+mod view;

@@ -1,0 +1,166 @@
+//! What a page may ask for.
+
+use serde::Deserialize;
+
+use octolux::settings::{EstimatorKind, SamplerKind};
+
+/// The longest message of a page in bytes: the longest is a race of four.
+pub const LONGEST: usize = 16 << 10;
+
+/// The most settings of a race.
+pub const MOST_RACERS: usize = 4;
+
+/// The most passes of a pixel that are drawn at once.
+pub const MOST_SAMPLES: u32 = 256;
+
+/// One message.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(tag = "do", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Ask {
+    /// The page has shown a picture and takes another one.
+    Next,
+    /// Go on rendering.
+    Go,
+    /// Stop until `Go`.
+    Stop,
+    /// Write the files that the command line names; the PNG brightened by so many stops.
+    Write {
+        /// Stops, as `--exposure`.
+        exposure: f64,
+    },
+    /// Look from elsewhere.
+    Camera(View),
+    /// Look as the scene says.
+    ResetCamera,
+    /// Render with another estimator and sampler.
+    Settings(Choice),
+    /// Race these settings at equal time.
+    Race {
+        /// Two to [`MOST_RACERS`].
+        racers: Vec<Choice>,
+    },
+    /// Back to one picture.
+    EndRace,
+    /// Samples of one pixel, step by step.
+    Sample {
+        /// Column.
+        x: u32,
+        /// Row.
+        y: u32,
+        /// The first pass.
+        pass: u32,
+        /// How many, at most [`MOST_SAMPLES`].
+        count: u32,
+        /// Which racer's estimator; 0 where there is no race.
+        #[serde(default)]
+        layer: usize,
+    },
+    /// The radiance of a pixel, in full precision.
+    Pixel {
+        /// Column.
+        x: u32,
+        /// Row.
+        y: u32,
+    },
+    /// Focus on what a pixel shows, or turn about it where there is no lens.
+    Aim {
+        /// Column.
+        x: u32,
+        /// Row.
+        y: u32,
+    },
+    /// Every light's radiance times a factor.
+    Lights {
+        /// One for each light, in the order in which the page was told of them.
+        gains: Vec<f64>,
+    },
+}
+
+/// A camera; the angle of view stays the scene's.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct View {
+    /// The pinhole.
+    pub origin: [f64; 3],
+    /// The point in the middle.
+    pub target: [f64; 3],
+    /// Up.
+    pub up: [f64; 3],
+    /// Distance of the plane in focus, where there is a lens.
+    pub focus: Option<f64>,
+}
+
+/// How a picture is made.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(deny_unknown_fields)]
+pub struct Choice {
+    /// Its estimator.
+    pub estimator: EstimatorKind,
+    /// Its sampler.
+    pub sampler: SamplerKind,
+    /// Whether samples go where the error is.
+    #[serde(default)]
+    pub adaptive: bool,
+}
+
+impl Ask {
+    /// Reads a message.
+    ///
+    /// # Errors
+    /// A sentence about what it is not.
+    pub fn read(text: &str) -> Result<Self, String> {
+        let ask: Self = serde_json::from_str(text).map_err(|error| format!("not understood: {error}"))?;
+        match &ask {
+            Self::Race { racers } if !(2..=MOST_RACERS).contains(&racers.len()) => {
+                Err(format!("a race has 2 to {MOST_RACERS} settings"))
+            }
+            Self::Sample { count, .. } if !(1..=MOST_SAMPLES).contains(count) => {
+                Err(format!("1 to {MOST_SAMPLES} samples are drawn at once"))
+            }
+            Self::Write { exposure } if !(-64.0..=64.0).contains(exposure) => {
+                Err("an exposure is a number of stops from -64 to 64".to_owned())
+            }
+            Self::Lights { gains } if !gains.iter().all(|gain| (0.0..=1e6).contains(gain)) => {
+                Err("a light is dimmed or brightened by a factor from 0 to a million".to_owned())
+            }
+            _ => Ok(ask),
+        }
+    }
+
+    /// Whether the picture at hand is given up for it, so that its run need not come to the end of its tiles.
+    pub fn begins_anew(&self) -> bool {
+        matches!(
+            self,
+            Self::Camera(_)
+                | Self::ResetCamera
+                | Self::Settings(_)
+                | Self::Race { .. }
+                | Self::EndRace
+                | Self::Lights { .. }
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_message_is_a_sentence() {
+        for bad in [
+            "",
+            "[]",
+            "{}",
+            r#"{"do":"rm"}"#,
+            r#"{"do":"sample","x":-1,"y":0,"pass":0,"count":1}"#,
+            r#"{"do":"sample","x":1,"y":0,"pass":0,"count":100000}"#,
+            r#"{"do":"write","exposure":1e9}"#,
+            r#"{"do":"write","exposure":0,"path":"/etc/passwd"}"#,
+            r#"{"do":"race","racers":[]}"#,
+            r#"{"do":"lights","gains":[-1]}"#,
+        ] {
+            assert!(Ask::read(bad).is_err(), "{bad}");
+        }
+        assert_eq!(Ask::read(r#"{"do":"next"}"#), Ok(Ask::Next));
+    }
+}

@@ -1,0 +1,555 @@
+//! `octolux view`, asked over its own sockets: who is let in, what is sent, and that what is written has the bits of `render`.
+
+use std::fs;
+use std::io::{BufRead as _, BufReader, Read, Write as _};
+use std::net::{TcpListener, TcpStream};
+use std::process::{Child, Stdio};
+use std::time::Duration;
+
+use half::f16;
+use octolux::film::{Picture, read_picture};
+use serde_json::{Value, json};
+use tungstenite::{Message, WebSocket};
+
+use crate::place::{Place, stdout};
+
+/// Longer than anything takes here.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A server that ends with the test.
+struct Server {
+    child: Child,
+    /// Such as `127.0.0.1:40000`.
+    host: String,
+    token: String,
+}
+
+impl Server {
+    fn start(place: &Place, arguments: &str) -> Self {
+        let mut command = place.command(&format!("view --no-open --quiet {arguments}"));
+        let mut child = command.stdout(Stdio::piped()).spawn().unwrap();
+        let mut line = String::new();
+        BufReader::new(child.stdout.as_mut().unwrap())
+            .read_line(&mut line)
+            .unwrap();
+        let rest = line.trim().strip_prefix("http://").unwrap();
+        let (host, token) = rest.trim_end_matches('/').split_once('/').unwrap();
+        let (host, token) = (host.to_owned(), token.to_owned());
+        Self { child, host, token }
+    }
+
+    fn connect(&self) -> TcpStream {
+        let stream = TcpStream::connect(&self.host).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        stream
+    }
+
+    /// The status that a request gets; 0 where the connection is closed without one.
+    fn status(&self, request: &str) -> u32 {
+        let mut stream = self.connect();
+        let _ = stream.write_all(request.as_bytes());
+        let mut answer = Vec::new();
+        let _ = stream.read_to_end(&mut answer);
+        let answer = String::from_utf8_lossy(&answer);
+        answer.split(' ').nth(1).map_or(0, |status| status.parse().unwrap())
+    }
+
+    fn get(&self, path: &str, headers: &str) -> u32 {
+        self.status(&format!("GET {path} HTTP/1.1\r\n{headers}\r\n"))
+    }
+
+    fn upgrade(&self, headers: &str) -> u32 {
+        let own = "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n\
+                   Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
+        let mut stream = self.connect();
+        let request = format!("GET /{}/live HTTP/1.1\r\n{own}{headers}\r\n", self.token);
+        stream.write_all(request.as_bytes()).unwrap();
+        let mut line = String::new();
+        BufReader::new(stream).read_line(&mut line).unwrap();
+        line.split(' ').nth(1).map_or(0, |status| status.parse().unwrap())
+    }
+
+    fn page(&self) -> Page {
+        use tungstenite::client::IntoClientRequest as _;
+        let address = format!("ws://{}/{}/live", self.host, self.token);
+        let mut request = address.into_client_request().unwrap();
+        let origin = format!("http://{}", self.host).parse().unwrap();
+        request.headers_mut().insert("Origin", origin);
+        let (socket, _) = tungstenite::client(request, self.connect()).unwrap();
+        Page {
+            socket,
+            halves: Vec::new(),
+        }
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// A page without a browser.
+struct Page {
+    socket: WebSocket<TcpStream>,
+    /// The picture as it was sent.
+    halves: Vec<[f16; 3]>,
+}
+
+impl Page {
+    fn ask(&mut self, message: &Value) {
+        self.socket.send(Message::text(message.to_string())).unwrap();
+    }
+
+    /// The next message of a kind that is as wanted; pictures are taken on the way.
+    fn hear(&mut self, kind: &str, wanted: impl Fn(&Value) -> bool) -> Value {
+        loop {
+            match self.socket.read().unwrap() {
+                Message::Binary(bytes) => self.see(&bytes),
+                Message::Text(text) => {
+                    let message: Value = serde_json::from_str(&text).unwrap();
+                    if message["kind"] == "look" {
+                        self.ask(&json!({ "do": "next" }));
+                    }
+                    if message["kind"] == kind && wanted(&message) {
+                        return message;
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// `src/cli/view/frame.rs` says what a message holds.
+    fn see(&mut self, bytes: &[u8]) {
+        let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
+        let short = |at: usize| usize::from(u16::from_le_bytes(bytes[at..at + 2].try_into().unwrap()));
+        let (layer, width, height, tiles) = (word(0), word(8), word(12), word(16));
+        if layer != 0 {
+            return;
+        }
+        self.halves.resize(width * height, [f16::ZERO; 3]);
+        let mut at = 20 + 8 * tiles;
+        for tile in 0..tiles {
+            let [x, y, w, h] = [0, 2, 4, 6].map(|part| short(20 + 8 * tile + part));
+            for y in y..y + h {
+                for x in x..x + w {
+                    self.halves[y * width + x] = [0, 2, 4].map(|part| f16::from_bits(short(at + part) as u16));
+                    at += 6;
+                }
+            }
+        }
+        assert_eq!(at, bytes.len(), "a message holds its tiles and nothing else");
+    }
+
+    fn wait_for(&mut self, state: &str) -> Value {
+        self.hear("status", |status| status["state"] == state)
+    }
+
+    fn write(&mut self) -> String {
+        self.ask(&json!({ "do": "write", "exposure": 0.0 }));
+        let said = self.hear("said", |_| true);
+        assert_eq!(said["level"], "note", "{said}");
+        said["what"].as_str().unwrap().to_owned()
+    }
+}
+
+fn in_halves(picture: &Picture) -> Vec<[f16; 3]> {
+    picture.pixels.iter().map(|pixel| pixel.map(f16::from_f32)).collect()
+}
+
+/// The same with numbers in single precision: one side writes an `f32` with its own digits, the other with those of an `f64`.
+fn in_single(value: &Value) -> Value {
+    match value {
+        Value::Number(number) => json!(number.as_f64().unwrap() as f32),
+        Value::Array(items) => items.iter().map(in_single).collect(),
+        Value::Object(items) => items.iter().map(|(key, item)| (key.clone(), in_single(item))).collect(),
+        other => other.clone(),
+    }
+}
+
+#[test]
+fn requests_that_break_a_rule_are_refused_and_the_page_is_served() {
+    let place = Place::new();
+    let server = Server::start(&place, "in/small.toml --spp 1");
+    let (host, token) = (format!("Host: {}\r\n", server.host), &server.token);
+    let page = format!("/{token}/");
+    // What the page is made of, by either name of this machine.
+    for name in ["", "view.js", "view.css", "picture.js"] {
+        assert_eq!(server.get(&format!("/{token}/{name}"), &host), 200, "{name}");
+    }
+    let port = server.host.rsplit_once(':').unwrap().1;
+    assert_eq!(server.get(&page, &format!("Host: localhost:{port}\r\n")), 200);
+    let own = format!("{host}Origin: http://{}\r\n", server.host);
+    assert_eq!(server.upgrade(&own), 101);
+
+    let refused = [
+        ("a foreign name", server.get(&page, "Host: evil.example\r\n"), 403),
+        (
+            "a name that begins well",
+            server.get(&page, "Host: localhost.evil.example\r\n"),
+            403,
+        ),
+        ("no name", server.get(&page, ""), 403),
+        (
+            "two names",
+            server.get(&page, &format!("{host}Host: evil.example\r\n")),
+            403,
+        ),
+        ("no token", server.get("/", &host), 403),
+        ("no token for a file", server.get("/view.js", &host), 403),
+        (
+            "another token",
+            server.get(&format!("/{}/", "0".repeat(32)), &host),
+            403,
+        ),
+        (
+            "a part of the token",
+            server.get(&format!("/{}/", &token[..31]), &host),
+            403,
+        ),
+        (
+            "a foreign page",
+            server.get(&page, &format!("{host}Origin: http://evil.example\r\n")),
+            403,
+        ),
+        (
+            "a way out",
+            server.get(&format!("/{token}/../../etc/passwd"), &host),
+            404,
+        ),
+        (
+            "a way out in disguise",
+            server.get(&format!("/{token}/..%2f..%2fetc%2fpasswd"), &host),
+            404,
+        ),
+        (
+            "an absolute way out",
+            server.get(&format!("/{token}//etc/passwd"), &host),
+            404,
+        ),
+        (
+            "the scene file",
+            server.get(&format!("/{token}/in/small.toml"), &host),
+            404,
+        ),
+        (
+            "a way around the token",
+            server.get(&format!("/{token}/../view.js"), &host),
+            404,
+        ),
+        (
+            "another verb",
+            server.status(&format!("POST {page} HTTP/1.1\r\n{host}\r\n")),
+            405,
+        ),
+        (
+            "a head without end",
+            server.get(&page, &format!("{host}X: {}\r\n", "x".repeat(20_000))),
+            431,
+        ),
+        (
+            "many headers",
+            server.get(&page, &format!("{host}{}", "X: y\r\n".repeat(200))),
+            400,
+        ),
+        ("no HTTP", server.status("hello\r\n\r\n"), 400),
+        ("nothing of use", server.status("\0\u{1}\u{2}\r\n\r\n"), 400),
+        (
+            "a socket for a foreign page",
+            server.upgrade(&format!("{host}Origin: http://evil.example\r\n")),
+            403,
+        ),
+        (
+            "a socket for a sandbox",
+            server.upgrade(&format!("{host}Origin: null\r\n")),
+            403,
+        ),
+        ("a socket for no page", server.upgrade(&host), 403),
+        (
+            "a socket by a foreign name",
+            server.upgrade("Host: evil.example\r\nOrigin: http://evil.example\r\n"),
+            403,
+        ),
+        (
+            "a socket without a handshake",
+            server.get(&format!("/{token}/live"), &own),
+            400,
+        ),
+    ];
+    for (what, status, expected) in refused {
+        assert_eq!(status, expected, "{what}");
+    }
+    // None of it has hurt: the picture still comes.
+    let mut page = server.page();
+    page.wait_for("done");
+    assert!(place.files().is_empty(), "nothing was written");
+}
+
+#[test]
+fn half_a_handshake_is_dropped_and_keeps_nobody_out() {
+    let place = Place::new();
+    let server = Server::start(&place, "in/small.toml --spp 1");
+    let halves: Vec<TcpStream> = (0..20)
+        .map(|_| {
+            let mut stream = server.connect();
+            let half = format!("GET /{}/live HTTP/1.1\r\nHost: {}\r\nUpgr", server.token, server.host);
+            stream.write_all(half.as_bytes()).unwrap();
+            stream
+        })
+        .collect();
+    server.page().wait_for("done");
+    for mut half in halves {
+        let mut answer = Vec::new();
+        // The end of the stream, not the end of this test's patience.
+        let closed = half.read_to_end(&mut answer);
+        assert!(closed.is_ok() || closed.unwrap_err().kind() == std::io::ErrorKind::ConnectionReset);
+        assert!(answer.is_empty());
+    }
+}
+
+#[test]
+fn messages_that_are_huge_or_no_messages_cost_a_page_and_not_the_render() {
+    let place = Place::new();
+    let server = Server::start(&place, "in/small.toml --spp 1");
+    let mut page = server.page();
+    for bad in ["", "{", "[]", r#"{"do":"everything"}"#, r#"{"do":"race","racers":[]}"#] {
+        page.socket.send(Message::text(bad)).unwrap();
+        assert_eq!(page.hear("said", |_| true)["level"], "error", "{bad}");
+    }
+    let beside = json!({ "do": "sample", "x": 8, "y": 0, "pass": 0, "count": 1 });
+    page.ask(&beside);
+    let said = page.hear("said", |_| true);
+    assert!(
+        said["what"].as_str().unwrap().contains("there is no pixel 8,0"),
+        "{said}"
+    );
+    let far = json!({ "do": "camera", "origin": [1e300, 0, 0], "target": [0, 0, 0], "up": [0, 1, 0], "focus": null });
+    page.ask(&far);
+    page.hear("said", |said| said["level"] == "error");
+    page.wait_for("done");
+
+    let mut huge = server.page();
+    let _ = huge.socket.send(Message::text(" ".repeat(1 << 20)));
+    let closed = loop {
+        match huge.socket.read() {
+            Ok(Message::Close(_)) | Err(_) => break true,
+            Ok(Message::Text(text)) if text.contains("not understood") => break false,
+            Ok(_) => {}
+        }
+    };
+    assert!(closed, "a message of a mebibyte was read");
+    server.page().wait_for("done");
+}
+
+#[test]
+fn files_written_at_the_goal_have_the_bytes_of_a_render_and_the_page_shows_the_same() {
+    let place = Place::new();
+    let server = Server::start(&place, "in/small.toml --size 96x70 --spp 13 -o a.exr -o a.png");
+    let mut page = server.page();
+    page.wait_for("done");
+    let said = page.write();
+    let command = "octolux render in/small.toml --size 96x70 --spp 13 gives the same bits";
+    assert!(
+        said.contains("wrote a.exr and a.png") && said.contains(command),
+        "{said}"
+    );
+    place.succeeds("render in/small.toml --size 96x70 --spp 13 -o b.exr -o b.png");
+    for ending in ["exr", "png"] {
+        let bytes = |name: &str| fs::read(place.path().join(name).with_extension(ending)).unwrap();
+        assert!(bytes("a") == bytes("b"), "{ending}");
+    }
+    page.hear("look", |_| true);
+    assert!(page.halves == in_halves(&read_picture(&place.path().join("b.exr")).unwrap()));
+}
+
+#[test]
+fn files_written_on_the_way_have_the_bytes_of_a_render_of_as_many_samples() {
+    let place = Place::new();
+    let server = Server::start(&place, "in/small.toml --size 96x70 --estimator light -o a.exr");
+    let mut page = server.page();
+    page.hear("status", |status| status["picture"]["least"].as_u64() > Some(3));
+    page.ask(&json!({ "do": "stop" }));
+    page.wait_for("stopped");
+    let said = page.write();
+    let from = said.find("octolux render").unwrap() + "octolux ".len();
+    let command = said[from..].strip_suffix(" gives the same bits").unwrap();
+    place.succeeds(&format!("{command} -o b.exr"));
+    let bytes = |name: &str| fs::read(place.path().join(name)).unwrap();
+    assert!(bytes("a.exr") == bytes("b.exr"), "{command}");
+    // It has not ended: more samples come.
+    let (_, spp) = command.rsplit_once("--spp ").unwrap();
+    let before: u64 = spp.parse().unwrap();
+    page.ask(&json!({ "do": "go" }));
+    page.hear("status", |status| status["picture"]["least"].as_u64() > Some(before));
+}
+
+#[test]
+fn a_turned_camera_shows_what_its_table_renders() {
+    let place = Place::new();
+    let server = Server::start(&place, "in/small.toml --spp 5 -o a.exr");
+    let mut page = server.page();
+    page.wait_for("done");
+    let view = json!({ "do": "camera", "origin": [2, 1.5, 5], "target": [0.25, 0, 0], "up": [0, 1, 0], "focus": null });
+    page.ask(&view);
+    let status = page.hear("status", |status| status["turned"] == true && status["state"] == "done");
+    page.write();
+    let table = status["camera"]["table"].as_str().unwrap();
+    let scene = fs::read_to_string(place.path().join("in/small.toml")).unwrap();
+    let rest = &scene[scene.find("[film]").unwrap()..];
+    fs::write(place.path().join("in/turned.toml"), format!("{table}\n{rest}")).unwrap();
+    place.succeeds("render in/turned.toml --spp 5 -o b.exr");
+    place.succeeds("render in/small.toml --spp 5 -o c.exr");
+    let read = |name: &str| read_picture(&place.path().join(name)).unwrap();
+    assert!(read("a.exr") == read("b.exr"));
+    assert!(read("a.exr") != read("c.exr"), "the camera has turned");
+}
+
+#[test]
+fn a_sample_is_told_as_replay_tells_it() {
+    let place = Place::new();
+    let server = Server::start(&place, "in/small.toml --spp 1");
+    let mut page = server.page();
+    page.wait_for("done");
+    page.ask(&json!({ "do": "sample", "x": 4, "y": 2, "pass": 1, "count": 2 }));
+    let sample = page.hear("sample", |_| true);
+    for (place_of, pass) in [(0, 1), (1, 2)] {
+        let line = stdout(&place.succeeds(&format!("render in/small.toml --replay 4,2,{pass} --json")));
+        let told: Value = serde_json::from_str(&line).unwrap();
+        assert_eq!(in_single(&sample["replays"][place_of]), in_single(&told));
+    }
+    // One light of radius 0.5 at (0, 3, 2), seen from the point on the ball of radius 1 around 0.
+    let cap = &sample["caps"][0];
+    let point: Vec<f64> = serde_json::from_value(sample["replays"][0]["point"]["p"].clone()).unwrap();
+    let point = [point[0], point[1], point[2] + 6.0];
+    let distance = [0, 1, 2]
+        .map(|axis: usize| [0.0, 3.0, 2.0][axis] - point[axis])
+        .iter()
+        .map(|x| x * x)
+        .sum::<f64>();
+    let cosine = (1.0 - 0.25 / distance).sqrt();
+    assert!((cap["cos"].as_f64().unwrap() - cosine).abs() < 1e-12, "{cap}");
+}
+
+#[test]
+fn a_saved_scene_is_rendered_again_and_an_error_stands_at_its_line() {
+    let place = Place::new();
+    let server = Server::start(&place, "in/small.toml --spp 1 -o a.exr");
+    let mut page = server.page();
+    let epoch = page.wait_for("done")["epoch"].as_u64();
+    let path = place.path().join("in/small.toml");
+    let text = fs::read_to_string(&path).unwrap();
+    let broken = text.replace("radius   = 0.5", "radius   = -0.5");
+    fs::write(&path, &broken).unwrap();
+    let scene = page.hear("scene", |scene| !scene["error"].is_null());
+    let line = 1 + broken[..broken.find("-0.5").unwrap()].matches('\n').count();
+    assert_eq!(scene["error"]["line"], line);
+    assert_eq!(scene["text"], broken);
+    fs::write(
+        &path,
+        text.replace("emission = [10.0, 10.0, 10.0]", "emission = [20.0, 5.0, 10.0]"),
+    )
+    .unwrap();
+    page.hear("scene", |scene| scene["error"].is_null());
+    page.hear("status", |status| {
+        status["epoch"].as_u64() > epoch && status["state"] == "done"
+    });
+    page.write();
+    place.succeeds("render in/small.toml --spp 1 -o b.exr");
+    let read = |name: &str| read_picture(&place.path().join(name)).unwrap();
+    assert!(read("a.exr") == read("b.exr"));
+}
+
+#[test]
+fn four_racers_have_the_same_time_and_their_errors_are_against_the_given_reference() {
+    let place = Place::new();
+    place.succeeds("render in/small.toml --size 96x70 --seed 9 --spp 256 -o r.exr");
+    let server = Server::start(&place, "in/small.toml --size 96x70 --reference r.exr");
+    let mut page = server.page();
+    let racer =
+        |estimator: &str, adaptive: bool| json!({ "estimator": estimator, "sampler": "sobol", "adaptive": adaptive });
+    let racers = [
+        racer("uniform", false),
+        racer("light", false),
+        racer("mis", false),
+        racer("mis", true),
+    ];
+    page.ask(&json!({ "do": "race", "racers": racers }));
+    let all = |status: &Value| {
+        let racers = status["race"]["racers"].as_array();
+        racers.is_some_and(|racers| racers.iter().all(|racer| racer["curve"].as_array().unwrap().len() > 2))
+    };
+    let race = page.hear("status", all)["race"].clone();
+    assert!(race["reference"]["ready"] == true && race["reference"]["noise"].is_null());
+    let error = |racer: usize| {
+        race["racers"][racer]["curve"].as_array().unwrap().last().unwrap()[1]
+            .as_f64()
+            .unwrap()
+    };
+    // The light covers a fiftieth of the directions: `uniform` has a variance at least ten times that of `light` for a sample.
+    assert!(error(0) > 2.0 * error(1), "{race}");
+    assert!((0..4).all(|racer| error(racer) > 0.0 && error(racer).is_finite()));
+    page.ask(&json!({ "do": "end-race" }));
+    page.hear("status", |status| status["race"].is_null());
+}
+
+#[test]
+fn tev_gets_the_picture_of_the_file_in_tiles() {
+    let place = Place::new();
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let at = listener.local_addr().unwrap();
+    let _server = Server::start(&place, &format!("in/small.toml --size 150x140 --spp 4 --tev {at}"));
+    place.succeeds("render in/small.toml --size 150x140 --spp 4 -o b.npy");
+    let file = read_picture(&place.path().join("b.npy")).unwrap();
+    let (mut stream, _) = listener.accept().unwrap();
+    stream.set_read_timeout(Some(PATIENCE)).unwrap();
+    let (mut picture, mut tiles) = (Vec::new(), 0);
+    while picture != file.pixels {
+        let mut length = [0; 4];
+        stream.read_exact(&mut length).unwrap();
+        let mut packet = vec![0; u32::from_le_bytes(length) as usize - 4];
+        stream.read_exact(&mut packet).unwrap();
+        let name = 2 + packet[2..].iter().position(|&byte| byte == 0).unwrap();
+        assert_eq!(&packet[2..name], b"small");
+        let word = |at: usize| u32::from_le_bytes(packet[at..at + 4].try_into().unwrap()) as usize;
+        match packet[0] {
+            // Create: width, height, channels and their names.
+            4 => {
+                assert_eq!([word(name + 1), word(name + 5), word(name + 9)], [150, 140, 3]);
+                assert_eq!(&packet[name + 13..], b"R\0G\0B\0");
+                picture = vec![[0.0; 3]; 150 * 140];
+            }
+            // Update: channels and their names, a rectangle, offsets and strides, values.
+            6 => {
+                assert_eq!(&packet[name + 5..name + 11], b"R\0G\0B\0");
+                let [x, y, w, h] = [11, 15, 19, 23].map(|at| word(name + at));
+                let values = packet[name + 27 + 48..].chunks_exact(4);
+                let values: Vec<f32> = values
+                    .map(|four| f32::from_le_bytes(four.try_into().unwrap()))
+                    .collect();
+                assert_eq!(values.len(), 3 * w * h);
+                for (at, pixel) in values.chunks_exact(3).enumerate() {
+                    picture[(y + at / w) * 150 + x + at % w] = pixel.try_into().unwrap();
+                }
+                tiles += 1;
+            }
+            other => panic!("packet {other}"),
+        }
+    }
+    assert!(tiles >= 4, "150 x 140 pixels are four tiles of 128");
+}
+
+#[test]
+fn what_cannot_be_viewed_is_bad_usage() {
+    let place = Place::new();
+    let says = |arguments: &str| place.refused(&format!("view --no-open in/small.toml {arguments}"));
+    assert!(says("-o a.acc").contains("view writes pictures"));
+    assert!(says("-o in/small.toml").contains("in/small.toml"));
+    assert!(says("--reference none.exr").contains("none.exr"));
+    assert!(says("--size 20000x4").contains("16384"));
+    assert!(says("--tev 127.0.0.1:1").contains("--tev 127.0.0.1:1"));
+    let taken = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = taken.local_addr().unwrap().port();
+    assert!(says(&format!("--port {port}")).contains("cannot serve at"));
+}

@@ -35,7 +35,7 @@ use self::gate::{Gate, Refusal};
 use super::inputs::Inputs;
 use super::options::{self, Options};
 use super::outputs::{self, is_sums};
-use super::{CliError, Exit, report};
+use super::{CliError, Exit, report, units};
 use octolux::film::{read_picture, replace};
 
 /// Connections at a time: each page holds one, and a few more while it loads.
@@ -76,7 +76,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
     /// How long the reference of a race is rendered where no file is given
-    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = options::seconds, allow_negative_numbers = true)]
+    #[arg(long, value_name = "TIME", default_value = "10", value_parser = units::time, allow_negative_numbers = true)]
     pub reference_time: f64,
     /// The address to serve the page at. Others than this machine can reach it then, and whoever knows the whole address sees
     /// the picture and the scene's text [default: this machine alone]

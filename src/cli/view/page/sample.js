@@ -9,6 +9,8 @@ const mix = (a, s, b, t) => a.map((x, i) => s * x + t * b[i]);
 
 /** How the techniques are called and coloured. */
 const TECHNIQUES = { cone: ["towards a light's cone", 0], cap: ["a light's cap by the cosine", 3], brdf: ["the BRDF's lobe", 1], sphere: ["the whole sphere", 2] };
+/** Others by their own name. */
+const technique = name => TECHNIQUES[name] ?? [name, 3];
 
 export class SamplePanel {
   constructor(ask) {
@@ -74,7 +76,7 @@ export class SamplePanel {
       return item;
     };
     const used = [...new Set(this.drawn.map(a => a.technique))];
-    const items = used.map(t => entry(`var(--c${TECHNIQUES[t][1]})`, TECHNIQUES[t][0]));
+    const items = used.map(t => entry(`var(--c${technique(t)[1]})`, technique(t)[0]));
     if (this.rays.length) items.push(entry("var(--c2)", "towards a mesh or the environment"));
     if (this.blocked) items.push(entry("var(--quiet)", this.drawn.some(a => a.light == null) ? "hollow: meets no light" : "hollow: blocked", "blocked"));
     if (this.point) items.push(entry("var(--ink)", "n, wo", "line"), entry("var(--accent)", this.point.alpha > 1 ? "lobe" : "lobe (cosine)", "line"));
@@ -142,7 +144,7 @@ export class SamplePanel {
     const marks = this.drawn.map(a => ({ a, p: local(a.found.wi) })).map(m => ({ ...m, at: see(m.p) })).sort((l, r) => l.at[2] - r.at[2]);
     const origin = see([0, 0, 0]);
     for (const { a, p, at } of marks) {
-      const colour = of(`--c${TECHNIQUES[a.technique][1]}`), blocked = a.found.occluded;
+      const colour = of(`--c${technique(a.technique)[1]}`), blocked = a.found.occluded;
       context.globalAlpha = p[2] < 0 ? 0.35 : 1;
       context.beginPath(); context.moveTo(origin[0], origin[1]); context.lineTo(at[0], at[1]);
       if (blocked) context.setLineDash([5, 5]);

@@ -105,6 +105,12 @@ impl Desk {
         let replays = one_lane(prepared, count, [x, y, pass])?;
         let point = replays.iter().find_map(|replay| replay.point);
         let first = replays.first().ok_or("no sample")?;
+        // Meshes and the environment are not told one by one, but the rays to them are there.
+        let untold = replays.iter().filter(|replay| replay.meshes_untold);
+        let rays: Vec<[f32; 3]> = untold
+            .flat_map(|replay| &replay.rays)
+            .map(|ray| ray.direction)
+            .collect();
         Ok(json!({
             "kind": "sample",
             "x": x,
@@ -115,6 +121,7 @@ impl Desk {
             "sampler": settings.sampler.name(),
             "text": replay::text(first, prepared.kernel()),
             "caps": point.map_or_else(Vec::new, |point| caps(&scene, point.p)),
+            "rays": rays,
             "replays": replays,
         }))
     }

@@ -19,7 +19,7 @@ mod watch;
 mod write;
 
 use std::net::{IpAddr, SocketAddr, TcpListener, TcpStream};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, mpsc};
@@ -169,7 +169,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     serve(&listener, &gate, &board, &desk, &orders)
 }
 
-fn reference(path: &PathBuf, (width, height): (u32, u32)) -> Result<octolux::film::Picture, CliError> {
+fn reference(path: &Path, (width, height): (u32, u32)) -> Result<octolux::film::Picture, CliError> {
     let picture = read_picture(path).map_err(|error| CliError::bad_path(&error))?;
     if (picture.width, picture.height) != (width, height) {
         let what = format!(

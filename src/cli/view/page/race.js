@@ -44,10 +44,11 @@ export class RacePanel {
   }
   /** What the server tells of the race; null where there is none. */
   take(race) {
+    const had = this.race;
     this.race = race;
     $("race-running").hidden = !race;
     $("race-start").textContent = race ? "Start again" : "Start";
-    if (!race) { $("race-choices").open = true; return; }
+    if (!race) { if (had) $("race-choices").open = true; return; }
     const { reference, racers } = race;
     $("race-says").textContent = !reference.ready
       ? `Rendering the reference first: ${reference.seconds.toFixed(1)} of ${reference.of.toFixed(0)} s, two pictures of other seeds.`

@@ -8,7 +8,9 @@ const unit = a => { const l = Math.hypot(...a); return a.map(x => x / l); };
 const mix = (a, s, b, t) => a.map((x, i) => s * x + t * b[i]);
 
 /** How the techniques are called and coloured. */
-const TECHNIQUES = { cone: ["towards a light's cone", 0], cap: ["a light's cap by the cosine", 3], brdf: ["the BRDF's lobe", 1], sphere: ["the whole sphere", 2] };
+const TECHNIQUES = { cone: ["towards a light's cone", 0], cap: ["a light's cap by the cosine", 3], brdf: ["the BRDF's lobe", 1], lobe: ["the lobe inside a light's cap", 1], sphere: ["the whole sphere", 2] };
+/** Others by their own name. */
+const technique = name => TECHNIQUES[name] ?? [name, 3];
 
 export class SamplePanel {
   constructor(ask) {
@@ -47,16 +49,21 @@ export class SamplePanel {
     const { replays } = sample;
     this.point = replays.find(r => r.point)?.point;
     this.drawn = replays.flatMap(r => r.asked).filter(a => a.found);
+    // Rays to lights that are told one by one are drawn with them.
+    const told = this.drawn.map(a => a.found.wi);
+    this.rays = sample.rays.filter(ray => !told.some(wi => dot(wi, ray) > 1 - 1e-6));
     this.asked = replays.reduce((n, r) => n + r.asked.length, 0);
     this.blocked = this.drawn.filter(a => a.found.occluded).length;
     $("sample-title").textContent = `Pixel ${sample.x}, ${sample.y}`;
     const passes = replays.length === 1 ? `Pass ${sample.pass}` : `Passes ${sample.pass} to ${sample.pass + replays.length - 1}`;
     const radiance = replays.reduce((sum, r) => mix(sum, 1, r.radiance, 1 / replays.length), [0, 0, 0]);
     const far = this.drawn.some(a => a.light == null) ? "meet no light" : "are blocked";
-    const untold = replays.some(r => r.meshes_untold) ? " Lights that are meshes or the environment are in the radiance, and not drawn." : "";
-    $("sample-says").textContent = (this.point
-      ? `${passes}, ${sample.estimator}: of ${this.asked} directions ${this.drawn.length} can bring light, and ${this.blocked} of these ${far}. Radiance ${radiance.map(x => x.toPrecision(3)).join(", ")}.`
-      : `${passes}: the ray meets nothing that reflects. Radiance ${radiance.map(x => x.toPrecision(3)).join(", ")}.`) + untold;
+    const untold = replays.some(r => r.meshes_untold);
+    const light = `Radiance ${radiance.map(x => x.toPrecision(3)).join(", ")}.`;
+    const spheres = !this.asked && untold ? "" : `of ${this.asked} directions${untold ? " to spheres" : ""} ${this.drawn.length} can bring light, and ${this.blocked} of these ${far}. `;
+    const others = untold ? `${this.rays.length} rays went to meshes and the environment; whether they arrived is in the radiance. ` : "";
+    $("sample-says").textContent = this.point ? `${passes}, ${sample.estimator}: ${spheres}${others}${light}`
+      : `${passes}: the ray meets nothing that reflects. ${light}`;
     $("sample-text").textContent = sample.text;
     this.legend();
     this.draw();
@@ -69,7 +76,8 @@ export class SamplePanel {
       return item;
     };
     const used = [...new Set(this.drawn.map(a => a.technique))];
-    const items = used.map(t => entry(`var(--c${TECHNIQUES[t][1]})`, TECHNIQUES[t][0]));
+    const items = used.map(t => entry(`var(--c${technique(t)[1]})`, technique(t)[0]));
+    if (this.rays.length) items.push(entry("var(--c2)", "towards a mesh or the environment"));
     if (this.blocked) items.push(entry("var(--quiet)", this.drawn.some(a => a.light == null) ? "hollow: meets no light" : "hollow: blocked", "blocked"));
     if (this.point) items.push(entry("var(--ink)", "n, wo", "line"), entry("var(--accent)", this.point.alpha > 1 ? "lobe" : "lobe (cosine)", "line"));
     if (this.sample.caps.length && this.point) items.push(entry("var(--good)", "lights' caps", "line"));
@@ -136,7 +144,7 @@ export class SamplePanel {
     const marks = this.drawn.map(a => ({ a, p: local(a.found.wi) })).map(m => ({ ...m, at: see(m.p) })).sort((l, r) => l.at[2] - r.at[2]);
     const origin = see([0, 0, 0]);
     for (const { a, p, at } of marks) {
-      const colour = of(`--c${TECHNIQUES[a.technique][1]}`), blocked = a.found.occluded;
+      const colour = of(`--c${technique(a.technique)[1]}`), blocked = a.found.occluded;
       context.globalAlpha = p[2] < 0 ? 0.35 : 1;
       context.beginPath(); context.moveTo(origin[0], origin[1]); context.lineTo(at[0], at[1]);
       if (blocked) context.setLineDash([5, 5]);
@@ -149,6 +157,12 @@ export class SamplePanel {
       else { context.fillStyle = colour; context.fill(); }
     }
     context.globalAlpha = 1;
+    for (const ray of this.rays) {
+      const at = see(local(ray));
+      context.beginPath(); context.moveTo(origin[0], origin[1]); context.lineTo(at[0], at[1]);
+      line(of("--c2"), this.rays.length > 24 ? 0.8 : 2, this.rays.length > 24 ? 0.35 : 1);
+      context.beginPath(); context.arc(at[0], at[1], this.rays.length > 24 ? 3.4 : 6, 0, 7); context.fillStyle = of("--c2"); context.fill();
+    }
   }
   /** What each light covers of the hemisphere, as far as it is above the ground. */
   caps(local, path, line, context, of, see) {

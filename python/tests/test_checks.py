@@ -103,7 +103,12 @@ def positive(x):
 # The fault that is planted, what of the example it replaces, in which estimator, and the names that may be the first hint. What has
 # two names has one picture.
 PLANTED: list[tuple[str, dict, Callable, set[str]]] = [
-    ("missing cosine", {"contribution": contribution(lambda x: (x > 0) * 1.0)}, handout.light_sampling, {"missing cosine"}),
+    (
+        "missing cosine",
+        {"contribution": contribution(lambda x: (x > 0) * 1.0)},
+        handout.light_sampling,
+        {"missing cosine"},
+    ),
     ("doubled density", {"light_pdf": times(right["light_pdf"], 2)}, handout.light_sampling, {"doubled density"}),
     (
         "own shadow",
@@ -115,11 +120,21 @@ PLANTED: list[tuple[str, dict, Callable, set[str]]] = [
     ("alpha + 2", {"brdf": alpha_plus_two}, handout.mis_sampling, {"alpha + 2"}),
     ("heads without the half", {}, sum_of_densities, {"half missing", "doubled density"}),
     ("forgotten light", {}, lambda s, *given: handout.mis_sampling(_Fewer(s), *given), {"forgotten light"}),
-    ("horizon ignored", {"contribution": contribution(lambda x: x, along_wi=True)}, handout.light_sampling, {"horizon ignored"}),
+    (
+        "horizon ignored",
+        {"contribution": contribution(lambda x: x, along_wi=True)},
+        handout.light_sampling,
+        {"horizon ignored"},
+    ),
     ("wrong frame", {"about": no_frame_at_minus_z}, handout.brdf_sampling, {"wrong frame"}),
     ("shared numbers", {}, lambda *given: handout.light_sampling(*given[:3], _Twice(given[3])), {"shared numbers"}),
     ("rho squared", {"contribution": contribution(positive, power=2)}, handout.mis_sampling, {"rho squared"}),
-    ("back faces lit", {"contribution": contribution(np.abs, along_wi=True)}, handout.light_sampling, {"back faces lit"}),
+    (
+        "back faces lit",
+        {"contribution": contribution(np.abs, along_wi=True)},
+        handout.light_sampling,
+        {"back faces lit"},
+    ),
 ]
 
 

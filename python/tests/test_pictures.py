@@ -16,12 +16,26 @@ SETTINGS = {"size": (48, 32), "spp": 4, "seed": 3}
 def by_command(scene: str, folder: Path) -> np.ndarray:
     """Render with the program."""
     path = folder / "picture.npy"
-    command = [OCTOLUX, "render", str(REPOSITORY / scene), "-o", str(path), "--size", "48x32", "--spp", "4", "--seed", "3"]
+    command = [
+        OCTOLUX,
+        "render",
+        str(REPOSITORY / scene),
+        "-o",
+        str(path),
+        "--size",
+        "48x32",
+        "--spp",
+        "4",
+        "--seed",
+        "3",
+    ]
     subprocess.run(command, check=True, capture_output=True)
     return np.load(path)
 
 
-@pytest.mark.parametrize("scene", ["veach-mis", "knot", "many-spheres", "sky", "textures", "lens", "mesh-light", "blend"])
+@pytest.mark.parametrize(
+    "scene", ["veach-mis", "knot", "many-spheres", "sky", "textures", "lens", "mesh-light", "blend"]
+)
 def test_a_loaded_scene_has_the_bits_of_the_command(scene: str, tmp_path: Path) -> None:
     """Of every kind of scene."""
     image = ol.render(ol.load(REPOSITORY / f"scenes/{scene}.toml"), **SETTINGS)

@@ -57,7 +57,9 @@ def child(code: str, **keywords: object) -> subprocess.Popen:
         scene.add_geometry(ol.Mesh(V, F, brdf_params=(.5, .5, .5, 1)))
     """
     text = textwrap.dedent(prelude) + textwrap.dedent(code)
-    return subprocess.Popen([sys.executable, "-u", "-c", text], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **keywords)
+    return subprocess.Popen(
+        [sys.executable, "-u", "-c", text], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **keywords
+    )
 
 
 def test_a_forked_process_works(ball: ol.Scene) -> None:

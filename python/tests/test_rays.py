@@ -19,7 +19,12 @@ def test_a_sphere_is_met_where_the_formula_says(ball: ol.Scene) -> None:
     """Against the quadratic in f64: t to 1e-4, and who is met, away from the silhouettes."""
     o, d = random_rays(20000, 1)
     hits = ball.intersect(o, d)
-    a, nearest, who, sure = (d.astype(float) ** 2).sum(1), np.full(len(o), np.inf), np.full(len(o), -1), np.ones(len(o), bool)
+    a, nearest, who, sure = (
+        (d.astype(float) ** 2).sum(1),
+        np.full(len(o), np.inf),
+        np.full(len(o), -1),
+        np.ones(len(o), bool),
+    )
     for number, (c, r) in enumerate([((0, 0, 0), 1.0), ((0, 4, 1), 0.5)]):
         oc = o.astype(float) - c
         b = (oc * d).sum(1)
@@ -36,7 +41,9 @@ def test_a_sphere_is_met_where_the_formula_says(ball: ol.Scene) -> None:
     assert np.all((hits.normal[met] * d[met]).sum(1) < 0)
     assert np.array_equal(ball.occluded(o, d), hits.hit)
     assert np.array_equal(hits.Le[met], np.array([[0, 0, 0], [10, 9, 8]], np.float32)[who[met]])
-    np.testing.assert_array_equal(hits[met].brdf_params[who[met] == 0], np.float32([(0.5, 0.6, 0.7, 1)] * (who[met] == 0).sum()))
+    np.testing.assert_array_equal(
+        hits[met].brdf_params[who[met] == 0], np.float32([(0.5, 0.6, 0.7, 1)] * (who[met] == 0).sum())
+    )
 
 
 def test_a_triangle_has_its_coordinates() -> None:

@@ -5,7 +5,7 @@ import operator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 
 def array(name: str, value: object, columns: int | None, dtype: type = np.float32) -> NDArray[Any]:
@@ -30,9 +30,9 @@ def array(name: str, value: object, columns: int | None, dtype: type = np.float3
         return np.require(found, dtype=dtype, requirements=["C", "A"])
 
 
-def vectors(name: str, value: object, count: int | None = None) -> NDArray[np.float32]:
+def vectors(name: str, value: ArrayLike, count: int | None = None) -> NDArray[np.float32]:
     """Give rays' `(n, 3)`; one vector `(3,)` stands for all `count`."""
-    if count is not None and np.shape(value) == (3,):  # type: ignore[arg-type]
+    if count is not None and np.shape(value) == (3,):
         return np.ascontiguousarray(np.broadcast_to(array(name, [value], 3), (count, 3)))
     return array(name, value, 3)
 

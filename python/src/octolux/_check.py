@@ -107,7 +107,9 @@ class Report:
                 lines.append("it looks as if " + ", or ".join(fault.sentence for fault in self.hints))
             elif self.blocks:
                 lines.append("it looks like none of the known faults")
-        lines.append(f"{self.passes} passes; a right estimator is called wrong once in {1 / self.rate:.0f} checks at most")
+        lines.append(
+            f"{self.passes} passes; a right estimator is called wrong once in {1 / self.rate:.0f} checks at most"
+        )
         if self.efficiency:
             lines.append("efficiency: " + ", ".join(f"{name} {value:.3g}" for name, value in self.efficiency.items()))
         return "\n".join(lines)
@@ -163,7 +165,9 @@ class _Sums:
     def variance(self) -> float:
         """Mean variance of a sample, over the pixels."""
         mean = self.picture / self.count
-        return float(np.maximum(self.pixel_square / self.count - mean**2, 0).mean() * self.count / max(self.count - 1, 1))
+        return float(
+            np.maximum(self.pixel_square / self.count - mean**2, 0).mean() * self.count / max(self.count - 1, 1)
+        )
 
 
 class _Wrong(Exception):  # noqa: N818
@@ -228,7 +232,11 @@ def check(  # noqa: PLR0913
 
 
 def _small(size: tuple[int, int]) -> tuple[int, int]:
-    return (48, max(8, round(48 * size[1] / size[0]))) if size[0] >= size[1] else (max(8, round(48 * size[0] / size[1])), 48)
+    return (
+        (48, max(8, round(48 * size[1] / size[0])))
+        if size[0] >= size[1]
+        else (max(8, round(48 * size[0] / size[1])), 48)
+    )
 
 
 def _oracle_passes(scene: Scene, shape: tuple[int, int], passes: int | None, left: float) -> int:
@@ -262,11 +270,15 @@ def _passes(
 def _estimates(estimator: Estimator, scene: Scene, hits: Hits, wo: Any, rng: np.random.Generator) -> F:  # noqa: ANN401
     found = np.asarray(estimator(scene, hits, wo, rng))
     if found.shape != (len(hits), 3) or found.dtype.kind not in "fiu":
-        raise _Wrong(f"the estimator must return real numbers of the shape ({len(hits)}, 3), and returned {found.dtype} {found.shape}")
+        raise _Wrong(
+            f"the estimator must return real numbers of the shape ({len(hits)}, 3), and returned {found.dtype} {found.shape}"
+        )
     bad = ~np.isfinite(found).all(axis=1)
     if bad.any():
         i = int(np.flatnonzero(bad)[0])
-        raise _Wrong(f"{int(bad.sum())} of {len(hits)} estimates of a pass are not finite, such as {found[i]} at {hits.point[i]}")
+        raise _Wrong(
+            f"{int(bad.sum())} of {len(hits)} estimates of a pass are not finite, such as {found[i]} at {hits.point[i]}"
+        )
     return found.astype(np.float64)
 
 
@@ -310,7 +322,9 @@ def _block(sums: _Sums, i: int, k: int, truth: F, z: float) -> Block:
     else:
         y, x = np.divmod(np.flatnonzero(sums.block == i), width)
         (top, bottom), (left, right) = (int(y[0]), int(y[-1]) + 1), (int(x.min()), int(x.max()) + 1)
-    return Block((top, bottom), (left, right), ("red", "green", "blue")[k], float(sums.first[i, k]), float(truth[i, k]), z)
+    return Block(
+        (top, bottom), (left, right), ("red", "green", "blue")[k], float(sums.first[i, k]), float(truth[i, k]), z
+    )
 
 
 def _explain(report: Report, scene: Scene, sums: _Sums, seed: int) -> None:
@@ -345,6 +359,9 @@ def _efficiency(report: Report, scene: Scene, sums: _Sums, truth: F, seed: int) 
     scale = float(truth.mean()) ** 2
     report.efficiency["yours"] = scale / max(sums.variance, 1e-300)
     for name in ("light", "brdf", "mis"):
-        pictures = [render(scene, estimator=name, spp=1, sampler="independent", size=sums.size, seed=seed + i) for i in range(16)]
+        pictures = [
+            render(scene, estimator=name, spp=1, sampler="independent", size=sums.size, seed=seed + i)
+            for i in range(16)
+        ]
         variance = float(np.var(np.array(pictures, np.float64), axis=0, ddof=1).mean())
         report.efficiency[name] = scale / max(variance, 1e-300)

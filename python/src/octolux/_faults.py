@@ -93,10 +93,12 @@ class Planted:
         rho, alpha = hits.brdf_params[:, :3].astype(np.float64), hits.brdf_params[:, 3].astype(np.float64)
         mirror = 2 * _dot(n, wo)[:, None] * n - wo
         lobe = np.where((alpha > 1)[:, None], mirror, n)
+        if light.center is None or light.radius is None:
+            raise ValueError("the known faults are those of lights that are spheres")
         to = light.center - p
         distance = np.linalg.norm(to, axis=1)
         axis = to / distance[:, None]
-        ratio = np.minimum(light.radius / distance, 1.0)  # type: ignore[operator]
+        ratio = np.minimum(light.radius / distance, 1.0)
         span = 1 - np.sqrt(1 - ratio**2)
         angle = {"cone too wide": 1.01, "cone too narrow": 0.99}.get(self.name)
         counted = span if angle is None else 1 - np.cos(np.minimum(angle * np.arcsin(ratio), np.pi / 2))
@@ -161,4 +163,5 @@ class Planted:
 
 
 def _dot(a: F, b: F) -> F:
-    return np.einsum("ij,ij->i", a, b)
+    product: F = np.einsum("ij,ij->i", a, b)
+    return product

@@ -10,4 +10,6 @@ except (OSError, StopIteration):
     pass
 else:
     if missing := NEEDED - set(_flags.split()):
-        raise ImportError(f"octolux needs a processor with AVX2 and FMA, and this one lacks {', '.join(sorted(missing))}")
+        raise ImportError(
+            f"octolux needs a processor with AVX2 and FMA, and this one lacks {', '.join(sorted(missing))}"
+        )

@@ -22,7 +22,9 @@ class Hits:
 
     __slots__ = ("_made", "_rays", "_tables", "normal", "object", "primitive", "t", "uv")
 
-    def __init__(self, rays: tuple[Floats, Floats], tables: tuple[Floats, Floats], found: tuple[NDArray[Any], ...]) -> None:
+    def __init__(
+        self, rays: tuple[Floats, Floats], tables: tuple[Floats, Floats], found: tuple[NDArray[Any], ...]
+    ) -> None:
         """Hold the answers to `rays`; `tables` have the surfaces of all objects."""
         self._rays, self._tables = rays, tables
         self.t: Floats = found[0]
@@ -51,12 +53,14 @@ class Hits:
     @property
     def hit(self) -> NDArray[np.bool_]:
         """Which rays meet something, `(n,)`."""
-        return self._keep("hit", lambda: self.object >= 0)
+        hit: NDArray[np.bool_] = self._keep("hit", lambda: self.object >= 0)
+        return hit
 
     @property
     def point(self) -> Floats:
         """Where they do, `(n, 3)` float32 in the units of the scene; not finite where nothing is met."""
-        return self._keep("point", self._points)
+        point: Floats = self._keep("point", self._points)
+        return point
 
     @property
     def brdf_params(self) -> Floats:
@@ -64,12 +68,14 @@ class Hits:
 
         0, 0, 0, 1 on lights and where nothing is met. A texture is left out, and a blend of both models is NaN.
         """
-        return self._keep("brdf_params", lambda: self._tables[0][self.object])
+        brdf: Floats = self._keep("brdf_params", lambda: self._tables[0][self.object])
+        return brdf
 
     @property
     def Le(self) -> Floats:  # noqa: N802
         """Radiance that the surface emits, `(n, 3)` float32; 0 where nothing is met."""
-        return self._keep("Le", lambda: self._tables[1][self.object])
+        emitted: Floats = self._keep("Le", lambda: self._tables[1][self.object])
+        return emitted
 
     def _points(self) -> Floats:
         origins, directions = self._rays

@@ -122,7 +122,9 @@ def room(shape: tuple[int, int]) -> None:
     need = 64 * shape[0] * shape[1]
     have = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     if need > have // 2:
-        raise MemoryError(f"a picture of {shape[0]} x {shape[1]} pixels takes {need >> 20} MiB, and this machine has {have >> 20}")
+        raise MemoryError(
+            f"a picture of {shape[0]} x {shape[1]} pixels takes {need >> 20} MiB, and this machine has {have >> 20}"
+        )
 
 
 def reference(

@@ -1,8 +1,9 @@
-"""Rays a second of `intersect` and `occluded` for arrays of a million, beside trimesh's with embreex on the same rays, in turn.
+"""Rays a second of `intersect` and `occluded` for a million rays, beside those of trimesh with embreex, in turn.
 
-`python3 -m pip install ./python trimesh embreex`, then `python3 python/benches/rates.py [TRIANGLES]...`; each scene is a rumpled sheet of so
-many triangles. A line each: least / median / most million rays a second over the rounds, and the ratio of the medians. embreex is asked
-for what it can answer: which triangle, and whether any. With `--dump FOLDER` rays and scenes are written for other programs.
+`python3 -m pip install ./python trimesh embreex`, then `python3 python/benches/rates.py [TRIANGLES]...`; each scene
+is a rumpled sheet of so many triangles. A line each: least / median / most million rays a second over the rounds, and
+the ratio of the medians. embreex is asked for what it can answer: which triangle, and whether any. With `--dump
+FOLDER` rays and scenes are written for other programs.
 """
 
 import argparse
@@ -40,8 +41,8 @@ def main() -> None:
 
 def compare(triangles: int, dump: Path | None) -> None:
     """Measure one scene, coherent rays and the same in another order."""
-    import trimesh  # noqa: PLC0415
-    from trimesh.ray.ray_pyembree import RayMeshIntersector  # noqa: PLC0415
+    import trimesh
+    from trimesh.ray.ray_pyembree import RayMeshIntersector
 
     vertices, faces = sheet(triangles)
     scene = ol.Scene(size=(1000, RAYS // 1000))
@@ -74,7 +75,8 @@ def compare(triangles: int, dump: Path | None) -> None:
         for way, rate in rates.items():
             print(f"  {way:14} {min(rate):7.2f} / {median[way]:7.2f} / {max(rate):7.2f} million rays a second")
         print(
-            f"  ratios: first {median['intersect'] / median['embreex first']:.2f}, any {median['occluded'] / median['embreex any']:.2f}"
+            f"  ratios: first {median['intersect'] / median['embreex first']:.2f}, "
+            f"any {median['occluded'] / median['embreex any']:.2f}"
         )
 
 

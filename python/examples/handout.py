@@ -1,7 +1,8 @@
 """The three deliverables of the hand-out in numpy, as a student would write them, and their checks.
 
-ECSE 446/546, assignment 3: light importance sampling of spheres, BRDF importance sampling, and multiple importance sampling by the
-average of both densities. Each estimator is a function of points that are seen; `octolux` finds what rays meet.
+ECSE 446/546, assignment 3: light importance sampling of spheres, BRDF importance sampling, and multiple importance
+sampling by the average of both densities. Each estimator is a function of points that are seen; `octolux` finds what
+rays meet.
 
     python handout.py [SCENE.toml]
 """
@@ -117,7 +118,7 @@ def dot(a, b):
 
 
 def small_scene():
-    """Two sphere lights over a floor, a plate that shines, a wall whose normal is -z, and a screen with a light behind it."""
+    """Two sphere lights, a floor, a plate that shines, a wall whose normal is -z, a screen with a light behind it."""
     scene = ol.Scene(size=(96, 64))
     scene.set_camera(eye=(0, 2.2, -6), at=(0, 0.7, 0), up=(0, 1, 0), fov_x=42)
     floor = [(-6, 0, -4), (6, 0, -4), (6, 0, 3), (-6, 0, 3)]

@@ -1,4 +1,4 @@
-"""`check` passes the hand-out's three deliverables and finds twelve planted faults; each report depends on its seed alone."""
+"""`check` passes the hand-out's three deliverables and finds twelve planted faults; reports depend on seeds alone."""
 
 from collections.abc import Callable, Iterator
 from unittest import mock
@@ -100,8 +100,8 @@ def positive(x):
     return np.maximum(x, 0)
 
 
-# The fault that is planted, what of the example it replaces, in which estimator, and the names that may be the first hint. What has
-# two names has one picture.
+# The fault that is planted, what of the example it replaces, in which estimator, and the names that may be the first
+# hint. What has two names has one picture.
 PLANTED: list[tuple[str, dict, Callable, set[str]]] = [
     (
         "missing cosine",

@@ -71,7 +71,8 @@ def test_a_forked_process_works(ball: ol.Scene) -> None:
         if pid == 0:
             same = np.array_equal(ol.render(scene, spp=2), before) and np.array_equal(scene.intersect(V, -V).t, rays.t)
             scene.add_geometry(ol.Sphere((3, 0, 0), 1))
-            same = same and ol.render(scene, spp=2).shape == (48, 64, 3) and np.isfinite(ol.reference(scene, spp=2)[0]).all()
+            same = same and ol.render(scene, spp=2).shape == (48, 64, 3)
+            same = same and np.isfinite(ol.reference(scene, spp=2)[0]).all()
             os._exit(0 if same else 1)
         sys.exit(os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]))
     """)

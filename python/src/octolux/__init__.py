@@ -7,14 +7,15 @@
 >>> scene.add_geometry(ol.Sphere((-2, 4, 2), 0.5, Le=(40, 38, 34)))
 >>> image = ol.render(scene, estimator="mis", spp=64)      # (256, 384, 3) float32, linear radiance
 
-`load` reads scene files, `progressive` shows a picture as it converges, `Scene.intersect` and `Scene.occluded` answer rays in arrays,
-and `check` holds an estimator of your own against the oracle.
+`load` reads scene files, `progressive` shows a picture as it converges, `Scene.intersect` and `Scene.occluded` answer
+rays in arrays, and `check` holds an estimator of your own against the oracle.
 
-Lengths are in the units of the scene, angles in degrees, radiances in W / (m^2 sr), linear RGB. Scenes that cannot be are a
-`SceneError`, a `ValueError` that names the part and what would do. Other wrong arguments are a `ValueError` or a `TypeError`.
+Lengths are in the units of the scene, angles in degrees, radiances in W / (m^2 sr), linear RGB. Scenes that cannot be
+are a `SceneError`, a `ValueError` that names the part and what would do. Other wrong arguments are a `ValueError` or
+a `TypeError`.
 """
 
-from . import _processor  # noqa: F401 - first: the module's code needs AVX2
+from . import _processor
 from ._check import Block, Report, check
 from ._native import SceneError
 from ._picture import Image, read, save

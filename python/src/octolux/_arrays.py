@@ -21,7 +21,7 @@ def array(name: str, value: object, columns: int | None, dtype: type = np.float3
         raise TypeError(f"{name} must hold {numbers}, and its type is {found.dtype}")
     if found.size == 0 and found.ndim == 1 and columns is not None:
         found = found.reshape(0, columns)
-    fits = found.ndim == 1 if columns is None else found.ndim == 2 and found.shape[1] == columns  # noqa: PLR2004
+    fits = found.ndim == 1 if columns is None else found.ndim == 2 and found.shape[1] == columns
     if not fits:
         raise ValueError(f"{name} must have the shape {wanted}, and has {found.shape}")
     if dtype is np.uint32 and found.size > 0 and (int(found.min()) < 0 or int(found.max()) > 0xFFFFFFFF):
@@ -89,11 +89,11 @@ def whole(name: str, value: object, least: int, most: int) -> int:
 
 def size(value: object) -> tuple[int, int]:
     """Give width and height in pixels."""
-    if not isinstance(value, (tuple, list, np.ndarray)) or len(value) != 2:  # noqa: PLR2004
+    if not isinstance(value, (tuple, list, np.ndarray)) or len(value) != 2:
         raise TypeError(f"size must be (width, height), and is {_short(value)}")
     return whole("width", value[0], 1, 65536), whole("height", value[1], 1, 65536)
 
 
 def _short(value: object) -> str:
     text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."  # noqa: PLR2004
+    return text if len(text) <= 60 else text[:57] + "..."

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._arrays import number, size as as_size, whole
+from ._arrays import number, whole
+from ._arrays import size as as_size
 from ._faults import Fault, Planted, known
 from ._picture import Image
 from ._rays import Hits
@@ -27,7 +28,7 @@ LEAST_PASSES = 32
 """Fewer passes say nothing of their own variance."""
 
 LEAST_EVENTS = 100.0
-"""A block is judged by itself where its samples weigh as much as so many equal ones, and within the whole picture anyway."""
+"""A block is judged by itself where its samples weigh as much as so many equal ones; the whole picture always is."""
 
 FAR = 50.0
 """Pictures whose blocks differ by more, in variances, are not alike."""
@@ -170,11 +171,11 @@ class _Sums:
         )
 
 
-class _Wrong(Exception):  # noqa: N818
+class _Wrong(Exception):
     """Estimates that no picture can be made of."""
 
 
-def check(  # noqa: PLR0913
+def check(
     estimator: Estimator,
     scene: Scene,
     *,
@@ -186,19 +187,22 @@ def check(  # noqa: PLR0913
     hints: bool = True,
     efficiency: bool = False,
 ) -> Report:
-    """Hold an estimator against the oracle, and say whether it is biased, where, by how much, and which known fault it resembles.
+    """Hold an estimator against the oracle: is it biased, where, by how much, and which known fault does it resemble?
 
-    `estimator(scene, hits, wo, rng)` returns `(n, 3)` estimates of the radiance that surfaces reflect: `hits` are `Hits` on `n`
-    reflecting points (lights that are seen are none of its business), `wo` `(n, 3)` float32 are unit directions from there to the eye,
-    `rng` is a `numpy.random.Generator`. It is called once a pass, for one jittered ray of each pixel, for half of `seconds`, or for
-    `passes` (32 at least; the report then depends on `seed` alone). The oracle takes the other half.
+    `estimator(scene, hits, wo, rng)` returns `(n, 3)` estimates of the radiance that surfaces reflect: `hits` are
+    `Hits` on `n` reflecting points (lights that are seen are none of its business), `wo` `(n, 3)` float32 are unit
+    directions from there to the eye, `rng` is a `numpy.random.Generator`. It is called once a pass, for one jittered
+    ray of each pixel, for half of `seconds`, or for `passes` (32 at least; the report then depends on `seed` alone).
+    The oracle takes the other half.
 
-    `size` is that of the picture, 48 pixels wide where nothing is said. It is divided into blocks whose means are compared channel by
-    channel, as is the whole. `rate` is how often a right estimator may be called wrong, for all comparisons together. Blocks that too
-    few samples lit are judged within the whole alone. `hints` runs estimators with known faults where something is off; they know
-    lights that are spheres. `efficiency` measures the variance of Octolux's estimators too.
+    `size` is that of the picture, 48 pixels wide where nothing is said. It is divided into blocks whose means are
+    compared channel by channel, as is the whole. `rate` is how often a right estimator may be called wrong, for all
+    comparisons together. Blocks that too few samples lit are judged within the whole alone. `hints` runs estimators
+    with known faults where something is off; they know lights that are spheres. `efficiency` measures the variance of
+    Octolux's estimators too.
 
-    An error of the estimator's own is passed on. Scenes with what `hits` do not tell of (textures, smooth normals, ...) are refused.
+    An error of the estimator's own is passed on. Scenes with what `hits` do not tell of (textures, smooth normals,
+    ...) are refused.
     """
     if not callable(estimator):
         raise TypeError(f"an estimator is a function f(scene, hits, wo, rng), and this is {type(estimator).__name__}")
@@ -267,11 +271,12 @@ def _passes(
     return sums
 
 
-def _estimates(estimator: Estimator, scene: Scene, hits: Hits, wo: Any, rng: np.random.Generator) -> F:  # noqa: ANN401
+def _estimates(estimator: Estimator, scene: Scene, hits: Hits, wo: Any, rng: np.random.Generator) -> F:
     found = np.asarray(estimator(scene, hits, wo, rng))
     if found.shape != (len(hits), 3) or found.dtype.kind not in "fiu":
         raise _Wrong(
-            f"the estimator must return real numbers of the shape ({len(hits)}, 3), and returned {found.dtype} {found.shape}"
+            f"the estimator must return real numbers of the shape ({len(hits)}, 3), "
+            f"and returned {found.dtype} {found.shape}"
         )
     bad = ~np.isfinite(found).all(axis=1)
     if bad.any():
@@ -290,7 +295,8 @@ def _quantile(p: float, dof: float) -> float:
 
 
 def _judge(sums: _Sums, truth: F, doubt: F, rate: float) -> Report:
-    # Where an estimator seldom meets a light and has been unlucky, its variance is as low as its mean: it grows with the truth.
+    # Where an estimator seldom meets a light and has been unlucky, its variance is as low as its mean: it grows with
+    # the truth.
     low = np.divide(truth, sums.first, out=np.ones_like(truth), where=sums.first > 0)
     error = np.sqrt(sums.error**2 * np.clip(low, 1, 4) + doubt**2)
     # Sums of exact numbers are off by their rounding, and points of float32 by theirs.

@@ -1,7 +1,8 @@
 """Known faults of estimators, planted one at a time: what `check` compares a wrong picture with.
 
-An estimator of spheres' light, in numpy: `Planted(strategy, fault)` is called as `check` calls an estimator of a user. Without a
-fault it is right. Strategies are the hand-out's `light`, `brdf` and `mis`, the last per light as Octolux has it.
+An estimator of spheres' light, in numpy: `Planted(strategy, fault)` is called as `check` calls an estimator of a
+user. Without a fault it is right. Strategies are the hand-out's `light`, `brdf` and `mis`, the last per light as
+Octolux has it.
 """
 
 from collections.abc import Iterator
@@ -21,12 +22,12 @@ SENTENCES = {
     "doubled density": "everything is divided by twice the density",
     "half missing": "the mixture's density lacks the half before one or both of its parts",
     "own shadow": "a light shadows itself: its own surface counts as an occluder, so that no reflected light arrives",
-    "cone too wide": "the cone of a light is too wide: its angle is off by about one percent, or its density by two",
-    "cone too narrow": "the cone of a light is too narrow: its angle is off by about one percent, or its density by two",
+    "cone too wide": "the cone of a light is too wide: its angle is off by about 1 %, or its density by 2 %",
+    "cone too narrow": "the cone of a light is too narrow: its angle is off by about 1 %, or its density by 2 %",
     "alpha + 2": "Phong's lobe is normalised with alpha + 2 where the hand-out has alpha + 1",
     "forgotten light": "one light is forgotten",
     "horizon ignored": "directions below the horizon count, with their negative cosines",
-    "back faces lit": "light from below the horizon counts as if it came from above: abs(n . wi) in place of max(0, n . wi)",
+    "back faces lit": "light from below the horizon counts as if it came from above: abs(n . wi), not max(0, n . wi)",
     "wrong frame": "the coordinate frame is wrong about an axis near -z",
     "shared numbers": "one random number is used for two purposes",
     "rho squared": "the reflectance is multiplied in twice",
@@ -35,7 +36,7 @@ SENTENCES = {
 
 @dataclass(frozen=True)
 class Fault:
-    """A fault by its name; of a forgotten light the number of the object. Variants have the same name and other pictures."""
+    """A fault by its name; of a forgotten light the object's number. Variants have one name and several pictures."""
 
     name: str
     light: int = -1
@@ -79,7 +80,7 @@ class Planted:
         self.name = "" if fault is None else fault.name
         self.variant = 0 if fault is None else fault.variant
 
-    def __call__(self, scene: Scene, hits: Hits, wo: Any, rng: np.random.Generator) -> F:  # noqa: ANN401
+    def __call__(self, scene: Scene, hits: Hits, wo: Any, rng: np.random.Generator) -> F:
         """Estimate the reflected radiance, `(n, 3)`."""
         total = np.zeros((len(hits), 3))
         for light in scene.lights:
@@ -107,7 +108,7 @@ class Planted:
             two, heads = (one, heads) if self.variant == 0 else (two, one)
         by_light = self._about(axis, 1 - one * span, two)
         by_brdf = self._about(lobe, one ** (1 / (alpha + 1)), two)
-        choice = {"light": np.ones(count, bool), "brdf": np.zeros(count, bool)}.get(self.strategy, heads < 0.5)  # noqa: PLR2004
+        choice = {"light": np.ones(count, bool), "brdf": np.zeros(count, bool)}.get(self.strategy, heads < 0.5)
         wi = np.where(choice[:, None], by_light, by_brdf)
         cos, towards = _dot(n, wi), np.maximum(_dot(lobe, wi), 0)
         f = np.where(alpha > 1, (alpha + self._more("f")) / (2 * np.pi) * towards**alpha, 1 / np.pi)
@@ -157,7 +158,7 @@ class Planted:
         wi: F = x * first + y * second + cos[:, None] * axis
         if self.name == "wrong frame":
             # The case that a formula leaves out, filled in with the axes of space.
-            near = axis[:, 2] < -0.999  # noqa: PLR2004
+            near = axis[:, 2] < -0.999
             wi[near] = np.concatenate([x, y, cos[:, None]], axis=1)[near]
         return wi
 

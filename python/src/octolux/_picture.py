@@ -26,7 +26,7 @@ class Image(np.ndarray[Any, np.dtype[np.float32]]):
         save(path, self, exposure)
 
     def _repr_png_(self) -> bytes | None:
-        if self.ndim != 3 or self.shape[2] != 3 or self.size == 0:  # noqa: PLR2004
+        if self.ndim != 3 or self.shape[2] != 3 or self.size == 0:
             return None
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "picture.png"
@@ -35,7 +35,7 @@ class Image(np.ndarray[Any, np.dtype[np.float32]]):
 
 
 def save(path: Path_, pixels: ArrayLike, exposure: float = 0.0) -> None:
-    """Write a picture `(h, w, 3)` whole or not at all; the ending of `path` chooses `.exr`, `.npy` (linear) or `.png` (sRGB).
+    """Write a picture `(h, w, 3)` whole or not at all, as `.exr`, `.npy` (linear) or `.png` (sRGB): the ending decides.
 
     A PNG is brightened by `exposure` stops. An `OSError` says what cannot be written.
     """
@@ -43,7 +43,7 @@ def save(path: Path_, pixels: ArrayLike, exposure: float = 0.0) -> None:
         found = np.asarray(pixels)
     except ValueError as error:
         raise ValueError("a picture has the shape (h, w, 3), and these rows differ in length") from error
-    if found.ndim != 3 or found.shape[2] != 3 or found.size == 0:  # noqa: PLR2004
+    if found.ndim != 3 or found.shape[2] != 3 or found.size == 0:
         raise ValueError(f"a picture has the shape (h, w, 3), and this has {found.shape}")
     if found.dtype.kind not in "fiu":
         raise TypeError(f"a picture holds real numbers, and the type of this is {found.dtype}")

@@ -14,7 +14,8 @@ class Hits:
     - `t (n,)` float32: distance in lengths of the direction, `inf` where nothing is met;
     - `normal (n, 3)` float32: unit geometric normal on the side of the ray's origin, 0 where nothing is met;
     - `uv (n, 2)` float32: barycentric coordinates of a triangle's second and third corner, 0 on spheres;
-    - `object (n,)` int32: meshes count from 0 in the scene's order, spheres from the number of meshes on; -1 where nothing is met;
+    - `object (n,)` int32: meshes count from 0 in the scene's order, spheres from the number of meshes on; -1 where
+      nothing is met;
     - `primitive (n,)` int32: the triangle of a mesh, 0 on spheres, -1 where nothing is met.
 
     Further arrays are made when they are first asked for: `hit`, `point`, `brdf_params`, `Le`.
@@ -38,7 +39,7 @@ class Hits:
         """How many rays there are."""
         return len(self.t)
 
-    def __getitem__(self, which: Any) -> "Hits":  # noqa: ANN401
+    def __getitem__(self, which: Any) -> "Hits":
         """Choose among the rays by a mask, a slice or an array of indices."""
         if isinstance(which, (int, np.integer)):
             raise TypeError("hits are chosen by a mask, a slice or an array of indices; one ray is hits[i:i+1]")
@@ -72,7 +73,7 @@ class Hits:
         return brdf
 
     @property
-    def Le(self) -> Floats:  # noqa: N802
+    def Le(self) -> Floats:
         """Radiance that the surface emits, `(n, 3)` float32; 0 where nothing is met."""
         emitted: Floats = self._keep("Le", lambda: self._tables[1][self.object])
         return emitted
@@ -82,7 +83,7 @@ class Hits:
         with np.errstate(invalid="ignore", over="ignore"):
             return (origins + self.t[:, None].astype(np.float64) * directions).astype(np.float32)
 
-    def _keep(self, name: str, make: Any) -> Any:  # noqa: ANN401
+    def _keep(self, name: str, make: Any) -> Any:
         if name not in self._made:
             self._made[name] = make()
         return self._made[name]

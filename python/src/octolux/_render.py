@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _native
-from ._arrays import number, size as as_size, whole
+from ._arrays import number, whole
+from ._arrays import size as as_size
 from ._picture import Image, image
 from ._scene import Scene
 
@@ -21,7 +22,7 @@ MOST_SPP = 1 << 30
 _PAUSE = 0.05
 
 
-def render(  # noqa: PLR0913
+def render(
     scene: Scene,
     *,
     estimator: str | None = None,
@@ -35,7 +36,7 @@ def render(  # noqa: PLR0913
     adaptive: bool = False,
     target_error: float | None = None,
 ) -> Image:
-    """Render a scene: `(h, w, 3)` float32 linear radiance, row 0 on top, with the bits of the command line's `octolux render`.
+    """Render a scene: `(h, w, 3)` float32 linear radiance, row 0 on top, with the bits of the command `octolux render`.
 
     What is not said is as the scene says, else as follows.
 
@@ -56,7 +57,7 @@ def render(  # noqa: PLR0913
     return image(run.picture())
 
 
-def progressive(  # noqa: PLR0913
+def progressive(
     scene: Scene,
     *,
     estimator: str | None = None,
@@ -68,7 +69,7 @@ def progressive(  # noqa: PLR0913
     threads: int | None = None,
     accel: str | None = None,
 ) -> Iterator[tuple[int, Image]]:
-    """Yield `(passes, image)` at 1, 2, 4, 8, ... passes and at the end; every image is unbiased. Leave the loop at any time.
+    """Yield `(passes, image)` at 1, 2, 4, 8, ... passes and at the end; each is unbiased. Leave the loop at any time.
 
     The keywords are those of `render`. The last image has the bits of `render`.
     """
@@ -86,7 +87,7 @@ def _look(run: _native.Run) -> Iterator[tuple[int, Image]]:
             yield passes, image(run.picture())
 
 
-def _start(  # noqa: PLR0913
+def _start(
     scene: Scene,
     estimator: str | None,
     spp: int | None,
@@ -96,7 +97,7 @@ def _start(  # noqa: PLR0913
     sampler: str | None,
     threads: int | None,
     accel: str | None,
-    adaptive: bool,  # noqa: FBT001
+    adaptive: bool,
     error: float | None,
 ) -> _native.Run:
     if not isinstance(scene, Scene):
@@ -132,14 +133,16 @@ def reference(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Ask the oracle: mean and standard error of each pixel, both `(h, w, 3)` float64.
 
-    It is another program, in f64 and one ray at a time, that shares nothing with the renderer but the scene. It is slow.
+    It is another program, in f64 and one ray at a time, that shares nothing with the renderer but the scene. It is
+    slow.
     """
     if not isinstance(scene, Scene):
         raise TypeError(f"the oracle takes a scene, and this is {type(scene).__name__}")
     shape = scene.size if size is None else as_size(size)
     room(shape)
     spp, seed = whole("spp", spp, 1, MOST_SPP), whole("seed", seed, 0, 2**63)
-    # Piece by piece, so that ctrl-c is heard; pieces are of one size but for the last, and moments are put together as of groups.
+    # Piece by piece, so that ctrl-c is heard; pieces are of one size but for the last, and moments are put together
+    # as of groups.
     piece = max(2, min(spp, 200_000 // (shape[0] * shape[1]) or 1))
     count, mean, squares = 0, np.zeros((shape[1], shape[0], 3)), np.zeros((shape[1], shape[0], 3))
     part = 0

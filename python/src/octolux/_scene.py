@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _native
-from ._arrays import array, numbers, real, size as as_size, vectors
+from ._arrays import array, numbers, real, vectors
+from ._arrays import size as as_size
 from ._rays import Floats, Hits
 
 
@@ -30,8 +31,9 @@ def _surface(
 class Sphere:
     """A sphere that reflects as `brdf_params` say, or emits the radiance `Le`.
 
-    `brdf_params` are (r, g, b, alpha): with alpha 1 a diffuse reflectance, with alpha above 1 a specular one and Phong's exponent.
-    `Le` is (r, g, b) in W / (m^2 sr), the same in all directions. Without both it is black. `one_sided`: its inside reflects nothing.
+    `brdf_params` are (r, g, b, alpha): with alpha 1 a diffuse reflectance, with alpha above 1 a specular one and
+    Phong's exponent. `Le` is (r, g, b) in W / (m^2 sr), the same in all directions. Without both it is black.
+    `one_sided`: its inside reflects nothing.
     """
 
     def __init__(
@@ -66,7 +68,7 @@ class Mesh:
     counter-clockwise). With `smooth`, or with `normals` (n, 3) at the vertices, shading normals are interpolated.
     """
 
-    def __init__(  # noqa: PLR0913
+    def __init__(
         self,
         vertices: ArrayLike,
         faces: ArrayLike,
@@ -151,7 +153,7 @@ class Scene:
         self._builder.set_size(*as_size(size))
         self._forget()
 
-    def set_camera(  # noqa: PLR0913
+    def set_camera(
         self,
         eye: ArrayLike,
         at: ArrayLike,
@@ -163,8 +165,8 @@ class Scene:
     ) -> None:
         """Put a camera at `eye` that looks at the point `at`; `up` is a direction.
 
-        The full angle of view in degrees is `fov_x` across the width or `fov_y` across the height. `lens` is (radius, distance
-        of the plane in focus).
+        The full angle of view in degrees is `fov_x` across the width or `fov_y` across the height. `lens` is (radius,
+        distance of the plane in focus).
         """
         if (fov_x is None) == (fov_y is None):
             raise ValueError("a camera has one angle of view: give fov_x or fov_y, such as fov_x=40")
@@ -197,7 +199,7 @@ class Scene:
         return self._built
 
     def check(self) -> list[str]:
-        """Check everything now; return what should be said of the scene, a sentence each. A `SceneError` says what cannot be."""
+        """Check everything now; return what should be said of the scene, or raise a `SceneError` of what cannot be."""
         return self.built.notes
 
     @property
@@ -235,7 +237,7 @@ class Scene:
             self._tables = np.concatenate([brdf, nothing]), np.concatenate([emitted, np.zeros((1, 3), np.float32)])
         return self._tables
 
-    def prepared(  # noqa: PLR0913
+    def prepared(
         self,
         size: tuple[int, int] | None = None,
         estimator: str | None = None,
@@ -262,12 +264,13 @@ class Scene:
     ) -> Hits:
         """Say what rays meet first.
 
-        `origins` and `directions` are `(n, 3)`, or one of them a vector `(3,)` for all rays; directions need not be unit. `tmax`
-        `(n,)`, or a number, ends rays after so many lengths of their directions. C-contiguous float32 is read as it lies. With
-        `coherent`, for neighbours that go the same way as those of a camera, it is faster; answers are the same.
+        `origins` and `directions` are `(n, 3)`, or one of them a vector `(3,)` for all rays; directions need not be
+        unit. `tmax` `(n,)`, or a number, ends rays after so many lengths of their directions. C-contiguous float32 is
+        read as it lies. With `coherent`, for neighbours that go the same way as those of a camera, it is faster;
+        answers are the same.
 
-        A ray whose numbers are not finite, or whose direction is 0, meets nothing. Rays start at their origins, so those that leave a
-        surface must start a little beside it.
+        A ray whose numbers are not finite, or whose direction is 0, meets nothing. Rays start at their origins, so
+        those that leave a surface must start a little beside it.
         """
         o, d, end = self._rays(origins, directions, tmax)
         return Hits((o, d), self.tables, self.prepared().intersect(o, d, end, bool(coherent)))
@@ -279,7 +282,7 @@ class Scene:
         o, d, end = self._rays(origins, directions, tmax)
         return self.prepared().occluded(o, d, end, bool(coherent))
 
-    def _rays(self, origins: ArrayLike, directions: ArrayLike, tmax: Any) -> tuple[Floats, Floats, Floats | None]:  # noqa: ANN401
+    def _rays(self, origins: ArrayLike, directions: ArrayLike, tmax: Any) -> tuple[Floats, Floats, Floats | None]:
         many = [len(x) for x in (origins, directions) if np.ndim(x) > 1 and isinstance(x, (np.ndarray, Sequence))]
         count = many[0] if many else 1
         o, d = vectors("origins", origins, count), vectors("directions", directions, count)
@@ -340,7 +343,7 @@ def _lacking_camera() -> _native.SceneError:
 
 
 def load(path: str | os.PathLike[str]) -> Scene:
-    """Load a scene file with all that the command reads. A `SceneError` names file, line, key and value, and what would do."""
+    """Load a scene file as the command does. A `SceneError` names file, line, key and value, and what would do."""
     if not isinstance(path, (str, os.PathLike)):
         raise TypeError(f"a scene file's path is a str or a Path, and this is {type(path).__name__}")
-    return Scene._of(_native.load(os.fspath(path)))  # noqa: SLF001
+    return Scene._of(_native.load(os.fspath(path)))

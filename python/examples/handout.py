@@ -128,7 +128,7 @@ def small_scene():
     matt = {"floor": (floor, 0.5), "wall": (wall, 0.4), "screen": (screen, 0.7)}
     for corners, rho in matt.values():
         scene.add_geometry(ol.Mesh(corners, QUAD, brdf_params=(rho, rho, 0.45, 1)))
-    scene.add_geometry(ol.Mesh(plate, QUAD, brdf_params=(0.6, 0.6, 0.62, 40)))
+    scene.add_geometry(ol.Mesh(plate, QUAD, brdf_params=(0.6, 0.6, 0.62, 12)))
     scene.add_geometry(ol.Sphere((-2.2, 0.8, -0.4), 0.8, brdf_params=(0.7, 0.35, 0.2, 1)))
     scene.add_geometry(ol.Sphere((-1.5, 3.2, -1), 0.5, Le=(14, 13, 11)))
     scene.add_geometry(ol.Sphere((1.8, 2.2, 1), 0.8, Le=(3, 4, 6)))

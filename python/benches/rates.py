@@ -2,13 +2,11 @@
 
 `python3 -m pip install ./python trimesh embreex`, then `python3 python/benches/rates.py [TRIANGLES]...`; each scene
 is a rumpled sheet of so many triangles. A line each: least / median / most million rays a second over the rounds, and
-the ratio of the medians. embreex is asked for what it can answer: which triangle, and whether any. With `--dump
-FOLDER` rays and scenes are written for other programs.
+the ratio of the medians. embreex is asked for what it can answer: which triangle, and whether any.
 """
 
 import argparse
 import time
-from pathlib import Path
 
 import numpy as np
 
@@ -33,13 +31,12 @@ def main() -> None:
     """Measure."""
     parser = argparse.ArgumentParser()
     parser.add_argument("triangles", type=int, nargs="*", default=[1000, 1_000_000])
-    parser.add_argument("--dump", type=Path)
     asked = parser.parse_args()
     for triangles in asked.triangles:
-        compare(triangles, asked.dump)
+        compare(triangles)
 
 
-def compare(triangles: int, dump: Path | None) -> None:
+def compare(triangles: int) -> None:
     """Measure one scene, coherent rays and the same in another order."""
     import trimesh
     from trimesh.ray.ray_pyembree import RayMeshIntersector
@@ -53,8 +50,6 @@ def compare(triangles: int, dump: Path | None) -> None:
     order = np.random.default_rng(1).permutation(RAYS)
     for name, at in (("coherent", np.arange(RAYS)), ("shuffled", order)):
         o, d = origins[at], directions[at]
-        if dump:
-            np.concatenate([o, d]).tofile(dump / f"{triangles}-{name}.f32")
         coherent = name == "coherent"
         found = scene.intersect(o, d, coherent=coherent)
         agree = np.mean(found.primitive == other.intersects_first(o, d))

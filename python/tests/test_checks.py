@@ -143,7 +143,7 @@ def test_a_planted_fault_is_found_and_named(
     scene: ol.Scene, name: str, changed: dict, estimator: Callable, names: set[str]
 ) -> None:
     """By the first hint."""
-    with mock.patch.multiple(handout, **changed):
+    with mock.patch.multiple(handout, EPSILON=handout.EPSILON, **changed):
         report = ol.check(estimator, scene, passes=PASSES, seed=1)
     assert not report, f"{name} is not found"
     assert report.hint in names, f"{name}: {report}"

@@ -340,9 +340,11 @@ def _explain(report: Report, scene: Scene, sums: _Sums, seed: int) -> None:
     for count, kept in ((LEAST_PASSES, 8), (4 * LEAST_PASSES, 8)):
         found = []
         for strategy, fault in candidates:
-            rng = np.random.default_rng([seed, count])
-            planted = _passes(Planted(strategy, fault), scene, sums.size, rng, count, 0.0)
-            found.append((_distance(sums, planted), strategy, fault))
+            key = (sums.size, seed, count, strategy, fault)
+            if key not in scene.faults:
+                rng = np.random.default_rng([seed, count])
+                scene.faults[key] = _passes(Planted(strategy, fault), scene, sums.size, rng, count, 0.0)
+            found.append((_distance(sums, scene.faults[key]), strategy, fault))
         found.sort(key=lambda found: found[0])
         candidates = [(strategy, fault) for _, strategy, fault in found[:kept]]
     nearest = found[0][0]

@@ -141,6 +141,8 @@ class Scene:
         self._prepared: dict[object, _native.Prepared] = {}
         self._tables: tuple[Floats, Floats] | None = None
         self._lights: list[Light] | None = None
+        self.faults: dict[object, Any] = {}
+        """What `check` found of known faults in this scene: the same for every estimator that is checked."""
         self._pid = os.getpid()
 
     @property

@@ -62,7 +62,9 @@ def known(scene: Scene) -> Iterator[tuple[str, Fault]]:
     for strategy in ("any", "brdf", "mis"):
         yield strategy, Fault("alpha + 2")
     for strategy in ("light", "brdf", "mis"):
+        # Where a direction turns to depends on the frame: those of two textbooks.
         yield strategy, Fault("shared numbers")
+        yield strategy, Fault("shared numbers", variant=2)
         yield strategy, Fault("wrong frame")
     yield "mis", Fault("shared numbers", variant=1)
     for variant in (0, 1, 2):
@@ -105,7 +107,7 @@ class Planted:
         counted = span if angle is None else 1 - np.cos(np.minimum(angle * np.arcsin(ratio), np.pi / 2))
         one, two, heads = rng.random((3, count))
         if self.name == "shared numbers":
-            two, heads = (one, heads) if self.variant == 0 else (two, one)
+            two, heads = (two, one) if self.variant == 1 else (one, heads)
         by_light = self._about(axis, 1 - one * span, two)
         by_brdf = self._about(lobe, one ** (1 / (alpha + 1)), two)
         choice = {"light": np.ones(count, bool), "brdf": np.zeros(count, bool)}.get(self.strategy, heads < 0.5)
@@ -152,6 +154,11 @@ class Planted:
         b = axis[:, 0] * axis[:, 1] * a
         first = np.stack([1 + sign * axis[:, 0] ** 2 * a, sign * b, -sign * axis[:, 0]], axis=1)
         second = np.stack([b, sign + axis[:, 1] ** 2 * a, -axis[:, 1]], axis=1)
+        if self.name == "shared numbers" and self.variant == 2:
+            helper = np.where(np.abs(axis[:, [0]]) > 0.9, [[0.0, 1.0, 0.0]], [[1.0, 0.0, 0.0]])
+            first = np.cross(helper, axis)
+            first = first / np.linalg.norm(first, axis=1, keepdims=True)
+            second = np.cross(axis, first)
         sin = np.sqrt(np.maximum(1 - cos**2, 0))[:, None]
         phi = 2 * np.pi * turn
         x, y = np.cos(phi)[:, None] * sin, np.sin(phi)[:, None] * sin

@@ -101,7 +101,7 @@ def _parser() -> argparse.ArgumentParser:
         default="octolux",
         help="the program, here and on the workers: a name in the PATH or a path [default: octolux]",
     )
-    add("--version", action="version", version=f"octolux-dask {metadata.version('octolux-dask')}")
+    add("--version", action="version", version=f"octolux-dask {metadata.version('octolux')}")
     add("-q", "--quiet", action="store_true", help="say nothing but errors")
     return parser
 

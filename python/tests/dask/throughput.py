@@ -1,6 +1,6 @@
 """Throughput of two Dask workers of one thread each against one process of two threads, in turn.
 
-`python3 -m pip install ./python`, which brings `distributed`, then `python3 python/tests/throughput.py [ROUNDS [SPP]]` after a
+`python3 -m pip install './python[dask]'`, then `python3 python/tests/dask/throughput.py [ROUNDS [SPP]]` after a
 release build. The start of the command counts, that of the cluster does not. A line a round, then least / median / most
 of the ratio.
 """

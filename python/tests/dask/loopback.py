@@ -14,7 +14,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import BinaryIO, Self
 
-REPOSITORY = Path(__file__).resolve().parents[2]
+REPOSITORY = Path(__file__).resolve().parents[3]
 OCTOLUX = os.environ.get("OCTOLUX", str(REPOSITORY / "target/release/octolux"))
 SCENE = REPOSITORY / "scenes/veach-mis.toml"
 

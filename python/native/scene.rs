@@ -1,0 +1,279 @@
+//! Scenes and scenes in the making.
+
+use std::path::PathBuf;
+
+use glam::{DVec2, DVec3};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2};
+use octolux::scene::{
+    self, Bsdf, Camera, Environment, Features, FilmSize, Fov, Lens, Material, Mesh, SceneBuilder, Sphere, Surface,
+};
+use pyo3::exceptions::PyIndexError;
+use pyo3::prelude::*;
+
+use crate::errors;
+use crate::threads::detached;
+
+type Array2<'py, T> = Bound<'py, PyArray2<T>>;
+
+/// A scene in the making.
+#[pyclass(module = "octolux._native")]
+pub struct Builder(SceneBuilder);
+
+impl Builder {
+    fn surface(&mut self, of: String, brdf: Option<[f64; 4]>, le: Option<[f64; 3]>, one_sided: bool) -> Surface {
+        if let Some(le) = le {
+            return Surface::emission(le);
+        }
+        let [r, g, b, alpha] = brdf.unwrap_or([0.0, 0.0, 0.0, 1.0]);
+        let rho = DVec3::new(r, g, b);
+        let bsdf = if alpha == 1.0 {
+            Bsdf::Diffuse { rho }
+        } else {
+            Bsdf::Phong { rho, alpha }
+        };
+        let material = Material {
+            one_sided,
+            ..Material::new(of, bsdf)
+        };
+        self.0.material(material).into()
+    }
+}
+
+#[pymethods]
+impl Builder {
+    #[new]
+    fn new(width: u32, height: u32) -> Self {
+        let camera = Camera::new([0.0, 0.0, 1.0], [0.0; 3], Fov::X(40.0));
+        Self(SceneBuilder::new(camera, FilmSize { width, height }))
+    }
+
+    fn copy(&self) -> Self {
+        Self(self.0.clone())
+    }
+
+    #[getter]
+    fn size(&self) -> (u32, u32) {
+        (self.0.film.width, self.0.film.height)
+    }
+
+    fn set_size(&mut self, width: u32, height: u32) {
+        self.0.film = FilmSize { width, height };
+    }
+
+    /// Radius and focus of the lens are both 0 for a pinhole.
+    fn set_camera(
+        &mut self,
+        eye: [f64; 3],
+        at: [f64; 3],
+        up: Option<[f64; 3]>,
+        fov: f64,
+        across: bool,
+        lens: Option<(f64, f64)>,
+    ) {
+        let fov = if across { Fov::X(fov) } else { Fov::Y(fov) };
+        let camera = Camera::new(eye, at, fov);
+        self.0.camera = Camera {
+            up: up.map_or(camera.up, DVec3::from),
+            lens: lens.map(|(radius, focus)| Lens { radius, focus }),
+            ..camera
+        };
+    }
+
+    fn set_environment(&mut self, radiance: [f64; 3]) {
+        self.0.environment(Environment::Constant(radiance.into()));
+    }
+
+    fn add_sphere(
+        &mut self,
+        center: [f64; 3],
+        radius: f64,
+        brdf: Option<[f64; 4]>,
+        le: Option<[f64; 3]>,
+        one_sided: bool,
+    ) {
+        let name = format!("of sphere {}", self.0.spheres.len() + 1);
+        let surface = self.surface(name, brdf, le, one_sided);
+        self.0.sphere(Sphere::new(center, radius, surface));
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn add_mesh(
+        &mut self,
+        py: Python<'_>,
+        vertices: PyReadonlyArray2<'_, f64>,
+        faces: PyReadonlyArray2<'_, u32>,
+        normals: Option<PyReadonlyArray2<'_, f64>>,
+        smooth: bool,
+        brdf: Option<[f64; 4]>,
+        le: Option<[f64; 3]>,
+        one_sided: bool,
+    ) -> PyResult<()> {
+        let name = format!("of mesh {}", self.0.meshes.len() + 1);
+        let surface = self.surface(name, brdf, le, one_sided);
+        let vertices = vertices.as_slice()?.as_chunks::<3>().0;
+        let faces = faces.as_slice()?.as_chunks::<3>().0;
+        let normals = normals.as_ref().map(|normals| normals.as_slice()).transpose()?;
+        let mesh = py.detach(|| {
+            let mut mesh = Mesh::new(vertices.iter().copied(), faces.to_vec(), surface);
+            mesh.normals = normals.map(|n| n.as_chunks::<3>().0.iter().map(|n| DVec3::from(*n)).collect());
+            if smooth { mesh.smooth() } else { mesh }
+        });
+        self.0.mesh(mesh);
+        Ok(())
+    }
+
+    fn build(&self, py: Python<'_>) -> PyResult<Scene> {
+        let builder = self.0.clone();
+        detached(py, || builder.build())?
+            .map(Scene)
+            .map_err(|error| errors::invalid(py, &error))
+    }
+}
+
+/// A checked scene; it does not change.
+#[pyclass(frozen, module = "octolux._native")]
+pub struct Scene(pub scene::Scene);
+
+/// Reads a scene file.
+#[pyfunction]
+pub fn load(py: Python<'_>, path: PathBuf) -> PyResult<Scene> {
+    detached(py, || scene::Scene::load(&path))?
+        .map(Scene)
+        .map_err(|error| errors::unreadable(py, &error))
+}
+
+/// `rho` with the exponent, and the radiance. What four numbers cannot say, a blend, is not a number.
+fn row(scene: &scene::Scene, surface: Surface) -> ([f32; 4], [f32; 3]) {
+    let material = match surface {
+        Surface::Emission(le) => return ([0.0, 0.0, 0.0, 1.0], le.as_vec3().to_array()),
+        Surface::Material(id) => scene.material(id),
+    };
+    let with = |rho: DVec3, alpha: f64| [rho.x as f32, rho.y as f32, rho.z as f32, alpha as f32];
+    let brdf = match material.bsdf {
+        Bsdf::Diffuse { rho } => with(rho, 1.0),
+        Bsdf::Phong { rho, alpha } => with(rho, alpha),
+        Bsdf::Blend { .. } => [f32::NAN; 4],
+    };
+    (brdf, [0.0; 3])
+}
+
+#[pymethods]
+impl Scene {
+    fn builder(&self) -> Builder {
+        Builder(self.0.to_builder())
+    }
+
+    #[getter]
+    fn name(&self) -> &str {
+        self.0.name()
+    }
+
+    #[getter]
+    fn size(&self) -> (u32, u32) {
+        (self.0.film().width, self.0.film().height)
+    }
+
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        self.0.notes().to_vec()
+    }
+
+    #[getter]
+    fn hash(&self, py: Python<'_>) -> String {
+        py.detach(|| self.0.hash().to_owned())
+    }
+
+    /// What the scene asks for: samples, estimator, sampler, seed.
+    #[getter]
+    fn render(&self) -> (Option<u32>, Option<&'static str>, Option<&'static str>, Option<u32>) {
+        let table = self.0.render();
+        let (estimator, sampler) = (table.estimator.map(|e| e.name()), table.sampler.map(|s| s.name()));
+        (table.spp, estimator, sampler, table.seed)
+    }
+
+    /// Names of what it calls for.
+    #[getter]
+    fn effects(&self) -> Vec<&'static str> {
+        Features::of(&self.0, self.0.film()).effects().names()
+    }
+
+    /// Eye, target, up, the angle in degrees, whether that is across the width, and the lens.
+    #[getter]
+    #[allow(clippy::type_complexity)]
+    fn camera(&self) -> ([f64; 3], [f64; 3], [f64; 3], f64, bool, Option<(f64, f64)>) {
+        let camera = self.0.camera();
+        let (fov, across) = match camera.fov {
+            Fov::X(fov) => (fov, true),
+            Fov::Y(fov) => (fov, false),
+        };
+        let lens = camera.lens.map(|lens| (lens.radius, lens.focus));
+        (
+            camera.origin.to_array(),
+            camera.target.to_array(),
+            camera.up.to_array(),
+            fov,
+            across,
+            lens,
+        )
+    }
+
+    /// How many meshes and how many spheres: objects count meshes first.
+    #[getter]
+    fn counts(&self) -> (usize, usize) {
+        (self.0.meshes().len(), self.0.spheres().len())
+    }
+
+    /// Of each object the BRDF's parameters `(n, 4)` and the radiance `(n, 3)`.
+    fn surfaces<'py>(&self, py: Python<'py>) -> PyResult<(Array2<'py, f32>, Array2<'py, f32>)> {
+        let meshes = self.0.meshes().iter().map(|mesh| mesh.surface);
+        let surfaces = meshes.chain(self.0.spheres().iter().map(|sphere| sphere.surface));
+        let (brdf, le): (Vec<_>, Vec<_>) = surfaces.map(|surface| row(&self.0, surface)).unzip();
+        Ok((rows(py, &brdf)?, rows(py, &le)?))
+    }
+
+    /// Centre and radius of a sphere, by its place among the spheres.
+    fn sphere(&self, index: usize) -> PyResult<([f64; 3], f64)> {
+        let sphere = self
+            .0
+            .spheres()
+            .get(index)
+            .ok_or_else(|| PyIndexError::new_err("no such sphere"))?;
+        Ok((sphere.center.to_array(), sphere.radius))
+    }
+
+    /// Vertices, faces, and normals at the vertices of a mesh.
+    #[allow(clippy::type_complexity)]
+    fn mesh<'py>(
+        &self,
+        py: Python<'py>,
+        index: usize,
+    ) -> PyResult<(Array2<'py, f64>, Array2<'py, u32>, Option<Array2<'py, f64>>)> {
+        let mesh = self
+            .0
+            .meshes()
+            .get(index)
+            .ok_or_else(|| PyIndexError::new_err("no such mesh"))?;
+        let points = |points: &[DVec3]| points.iter().map(|p| p.to_array()).collect::<Vec<_>>();
+        let normals = mesh
+            .normals
+            .as_ref()
+            .map(|normals| rows(py, &points(normals)))
+            .transpose()?;
+        Ok((rows(py, &points(&mesh.vertices))?, rows(py, &mesh.triangles)?, normals))
+    }
+
+    /// Texture coordinates of a mesh's vertices.
+    fn uvs<'py>(&self, py: Python<'py>, index: usize) -> PyResult<Option<Array2<'py, f64>>> {
+        let mesh = self
+            .0
+            .meshes()
+            .get(index)
+            .ok_or_else(|| PyIndexError::new_err("no such mesh"))?;
+        let pairs = |uvs: &Vec<DVec2>| uvs.iter().map(|uv| uv.to_array()).collect::<Vec<_>>();
+        mesh.uvs.as_ref().map(|uvs| rows(py, &pairs(uvs))).transpose()
+    }
+}
+
+fn rows<'py, T: numpy::Element + Copy, const N: usize>(py: Python<'py>, rows: &[[T; N]]) -> PyResult<Array2<'py, T>> {
+    PyArray1::from_slice(py, rows.as_flattened()).reshape([rows.len(), N])
+}

@@ -4,7 +4,7 @@ use octolux::reference;
 use octolux::scene::{EstimatorKind, FilmSize, Scene};
 
 use super::Family;
-use super::runs::{Runs, leave, names, oracle_estimates, settings};
+use super::runs::{Estimate, Runs, leave, names, oracle_estimates, settings};
 
 /// Parts of a film that are compared each.
 pub const COLUMNS: u32 = 4;
@@ -44,10 +44,19 @@ pub fn judge(mut family: Family, table: &str, scene: &Scene, film: FilmSize, see
     for (name, _, picture) in &columns {
         leave(picture, &format!("{table}-{name}"));
     }
+    let brightest = columns[0].1.iter().fold(0.0_f64, |most, part| most.max(part.mean));
     for (i, (a, ours, _)) in columns.iter().enumerate() {
         for (b, theirs, _) in &columns[..i] {
             for ((x, y), name) in ours.iter().zip(theirs).zip(names(COLUMNS, ROWS)) {
-                family.add(x.p(*y, ROUNDING), format!("{a} {b} {name}: {}", x.against(*y)));
+                // Directions that are not aimed at lights may all miss them, in every seed: such a mean has no error that it could be held
+                // to. It is let pass where next to nothing is to be found.
+                let missed = |who: &str, one: &Estimate| {
+                    matches!(who, "uniform" | "brdf") && one.mean == 0.0 && one.variance == 0.0
+                };
+                let dark = x.mean.max(y.mean) < 1e-3 * brightest;
+                let excused = dark && (missed(a, x) || missed(b, y));
+                let p = if excused { 1.0 } else { x.p(*y, ROUNDING) };
+                family.add(p, format!("{a} {b} {name}: {}", x.against(*y)));
             }
         }
     }

@@ -8,7 +8,7 @@ fn effects_are_found_with_their_evidence_and_the_absent_ones_named() {
     let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/blend.toml");
     let text = stdout(&place.succeeds(&format!("explain {scene}")));
     for words in [
-        "blend           4 of 6 materials, on 4 shapes in sight",
+        "blend             4 of 6 materials, on 4 shapes in sight",
         "absent     one-sided, smooth normals, textures, lens, mesh lights",
     ] {
         assert!(text.contains(words), "{words}\n{text}");

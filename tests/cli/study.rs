@@ -4,6 +4,7 @@ use std::fs;
 use std::process::Output;
 
 use crate::place::{Place, stderr, stdout};
+use octolux::scene::EstimatorKind;
 use serde_json::Value;
 
 fn json(place: &Place, name: &str) -> Value {
@@ -80,8 +81,11 @@ fn the_report_is_whole() {
     assert_eq!(sections.join(" "), expected);
     assert!(!page.contains("{{") && !page.contains("NaN"), "a part is missing");
     assert_eq!(page.matches("<svg ").count(), 4);
-    // 7 pictures, 7 errors, the scale; the film is too small for crops.
-    assert_eq!(page.matches("<img src=\"data:image/png;base64,").count(), 15);
+    // A picture and an error of each estimator, and the scale; the film is too small for crops.
+    assert_eq!(
+        page.matches("<img src=\"data:image/png;base64,").count(),
+        2 * EstimatorKind::ALL.len() + 1
+    );
     for word in ["http://", "https://", "src=\"/", "<script", "@import", "url("] {
         let allowed = if word == "http://" {
             page.matches("http://www.w3.org/2000/svg").count()

@@ -39,8 +39,8 @@ fn run() -> Result<(), String> {
     if !features.contains(&"avx2") || !features.contains(&"fma") {
         return Err(
             "Octolux needs AVX2 and FMA at compile time, and this build has neither -C target-cpu=x86-64-v3 nor better.\n\
-             A RUSTFLAGS variable replaces the flags of .cargo/config.toml, and so does a build from another directory: \n\
-             unset RUSTFLAGS, add `-C target-cpu=x86-64-v3` to it, or run cargo inside the checkout (from elsewhere: \n\
+             A RUSTFLAGS variable replaces the flags of .cargo/config.toml, and so does a build from another directory:\n\
+             unset RUSTFLAGS, add `-C target-cpu=x86-64-v3` to it, or run cargo inside the checkout (from elsewhere:\n\
              cargo --config CHECKOUT/.cargo/config.toml build --manifest-path CHECKOUT/Cargo.toml)."
                 .to_owned(),
         );
@@ -61,7 +61,7 @@ fn run() -> Result<(), String> {
 /// The variable that decides whether kernels for AVX-512 are compiled; the program heeds it too.
 const AVX512: &str = "OCTOLUX_AVX512";
 
-/// Compiles kernels for AVX-512 where this machine has it: they take half of the library's compile time. `on` compiles them anyway,
+/// Compiles kernels for AVX-512 where this machine has it: they take about a third of the library's compile time. `on` compiles them anyway,
 /// for a program that is to run elsewhere; `off` leaves them out.
 fn avx512() -> Result<(), String> {
     println!("cargo::rerun-if-env-changed={AVX512}");

@@ -44,7 +44,7 @@ pub enum SamplerKind {
 pub enum AccelKind {
     /// Embree's hierarchy.
     Embree,
-    /// All shapes in a line, culled per tile and light: for tiny scenes.
+    /// Brute force over all shapes, culled per tile and light: for few shapes.
     Linear,
 }
 

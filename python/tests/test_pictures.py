@@ -13,6 +13,14 @@ import octolux as ol
 SETTINGS = {"size": (48, 32), "spp": 4, "seed": 3}
 
 
+def test_estimators_are_those_of_the_command() -> None:
+    """The program lists its own in the answer to a name that it does not know."""
+    command = [OCTOLUX, "render", "scene.toml", "--estimator", "none"]
+    said = subprocess.run(command, capture_output=True, text=True, check=False).stderr
+    listed = said.split("[possible values: ")[1].split("]")[0]
+    assert tuple(listed.split(", ")) == ol.ESTIMATORS
+
+
 def by_command(scene: str, folder: Path) -> np.ndarray:
     """Render with the program."""
     path = folder / "picture.npy"

@@ -19,3 +19,4 @@ mod shards;
 mod study;
 mod verify;
 mod view;
+mod viewed;

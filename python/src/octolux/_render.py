@@ -12,7 +12,7 @@ from ._arrays import size as as_size
 from ._picture import Image, image
 from ._scene import Scene
 
-ESTIMATORS = ("uniform", "light", "brdf", "mis", "mis2-balance", "mis2-power", "projected")
+ESTIMATORS = ("uniform", "light", "brdf", "mis", "mis2-balance", "mis2-power", "projected", "product")
 """Names of estimators: the four of the hand-out, then those beyond it."""
 
 MOST_SPP = 1 << 30

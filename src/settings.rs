@@ -37,6 +37,48 @@ pub enum SamplerKind {
     Independent,
 }
 
+/// Which lights a pass asks, where an estimator draws a direction for every light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum LightsAsked {
+    /// All up to 64 ([`Self::FEW`]), else a list of 16 for each tile and pass.
+    #[default]
+    Auto,
+    /// All, however many there are; of a large mesh one triangle.
+    All,
+    /// A list of so many for each tile and pass: 1 to 64.
+    List(u8),
+}
+
+impl LightsAsked {
+    /// The most lights that are all asked where the choice is free; a triangle that emits counts as one.
+    pub const FEW: usize = 64;
+    /// Lights of a list where the choice is free.
+    pub const LENGTH: u8 = 16;
+    /// The longest list that can be asked for.
+    pub const LONGEST: u8 = 64;
+
+    /// How many lights a list has of so many; `None` where all are asked.
+    pub const fn list_of(self, lights: usize) -> Option<u32> {
+        match self {
+            _ if lights == 0 => None,
+            Self::All => None,
+            Self::Auto if lights <= Self::FEW => None,
+            Self::Auto => Some(Self::LENGTH as u32),
+            Self::List(length) => Some(length as u32),
+        }
+    }
+}
+
+impl std::fmt::Display for LightsAsked {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Auto => f.write_str("auto"),
+            Self::All => f.write_str("all"),
+            Self::List(length) => length.fmt(f),
+        }
+    }
+}
+
 /// Who answers rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]

@@ -54,6 +54,7 @@ fn evidence(scene: &Scene, features: &Features, effect: Effect) -> String {
         Effect::Meshes | Effect::MeshLights | Effect::SmoothNormals | Effect::SmoothTerminator => {
             of(count, scene.meshes().len(), "meshes")
         }
+        Effect::ManyLights => format!("{count} spheres and triangles emit"),
         Effect::Lens => {
             let lens = scene.camera().lens.map_or((0.0, 0.0), |lens| (lens.radius, lens.focus));
             format!("radius {}, in focus at {}", lens.0, lens.1)

@@ -8,7 +8,7 @@ use octolux::lane::{AVX512, has_avx512};
 use octolux::pipeline::Settings;
 use octolux::run::{MOST_SPP, RenderOptions};
 use octolux::scene::{Effect, EstimatorKind, FilmSize, SamplerKind, Scene, available_memory};
-use octolux::settings::{AccelKind, Lanes};
+use octolux::settings::{AccelKind, Lanes, LightsAsked};
 
 /// The longest side of a picture in pixels, as in scene files.
 const LONGEST_SIDE: u32 = 65_536;
@@ -54,6 +54,10 @@ pub struct Options {
     /// ray, for benchmarks of rays: the picture is the same but for the last rounding [default: on]
     #[arg(long, value_name = "on|off", value_parser = PossibleValuesParser::new(SWITCH).map(|value| value == SWITCH[0]))]
     pub cull: Option<bool>,
+    /// Which lights a pass asks: all, or a list of so many (1 to 64) for each tile of 16 x 16 pixels, drawn by what they may bring;
+    /// the mean is the same [default: auto, all up to 64 lights, else lists of 16]
+    #[arg(long, value_name = "auto|all|N", value_parser = lights)]
+    pub lights: Option<LightsAsked>,
     /// Threads, 1 to 1024 [default: as many as the machine offers]
     #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
     pub threads: Option<usize>,
@@ -86,6 +90,7 @@ impl Options {
             accel: self.accel,
             robust: self.robust.unwrap_or(true),
             cull: self.cull.unwrap_or(true),
+            lights: self.lights.unwrap_or_default(),
             ..RenderOptions::default()
         }
     }
@@ -105,6 +110,7 @@ impl Options {
             ("accel", text(self.accel.map(AccelKind::name))),
             ("robust", text(self.robust.map(switch))),
             ("cull", text(self.cull.map(switch))),
+            ("lights", self.lights.map(|lights| lights.to_string())),
             ("threads", self.threads.map(|threads| threads.to_string())),
         ];
         let kept = all.into_iter().filter(|(name, _)| *name != turned);
@@ -143,6 +149,18 @@ pub fn stops(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(number) if number.abs() <= 64.0 => Ok(number),
         _ => Err("an exposure is a number of stops from -64 to 64, such as 1 or -0.5".to_owned()),
+    }
+}
+
+fn lights(text: &str) -> Result<LightsAsked, String> {
+    match (text, text.parse()) {
+        ("auto", _) => Ok(LightsAsked::Auto),
+        ("all", _) => Ok(LightsAsked::All),
+        (_, Ok(length @ 1..=LightsAsked::LONGEST)) => Ok(LightsAsked::List(length)),
+        _ => Err(format!(
+            "lights are auto, all or a whole number from 1 to {}",
+            LightsAsked::LONGEST
+        )),
     }
 }
 

@@ -87,10 +87,52 @@ pub enum Warp {
 pub trait Density: Copy {
     /// How the directions of a light are drawn.
     const WARP: Warp = Warp::Cone;
+    /// Whether all lights of a point follow one coin, also where random numbers are independent.
+    const SHARES_COIN: bool = false;
     /// The density for a stage that runs with this mix.
     fn of(mix: Mix) -> Self;
     /// Which it is.
     fn mix(self) -> Mix;
+    /// One over the density of a light's own directions, with the chance that it is asked at all; `omega` is that without.
+    #[inline(always)]
+    fn asked<L: Lane>(self, omega: L) -> L {
+        omega
+    }
+}
+
+/// A density for lights of which not all are asked.
+#[derive(Clone, Copy, Debug)]
+pub struct Listed<D> {
+    density: D,
+    /// One over the chance that a light is asked, or a guess of it.
+    inverse: f32,
+}
+
+impl<D: Density> Listed<D> {
+    /// For a light that is asked with about this chance.
+    pub fn new(density: D, chance: f32) -> Self {
+        Self {
+            density,
+            inverse: 1.0 / chance,
+        }
+    }
+}
+
+impl<D: Density> Density for Listed<D> {
+    const WARP: Warp = D::WARP;
+    const SHARES_COIN: bool = true;
+    #[inline(always)]
+    fn of(mix: Mix) -> Self {
+        Self::new(D::of(mix), 1.0)
+    }
+    #[inline(always)]
+    fn mix(self) -> Mix {
+        self.density.mix()
+    }
+    #[inline(always)]
+    fn asked<L: Lane>(self, omega: L) -> L {
+        omega * L::splat(self.inverse)
+    }
 }
 
 /// Types that stand for a mix which is known when a stage is compiled.

@@ -284,7 +284,10 @@ fn weigh<L: Lane, D: Density>(
         active,
         wi: *wi,
         distance: cone.distance(*t),
-        weight: density.mix().weight(omega, lobe, by_brdf).or_zero(active),
+        weight: density
+            .mix()
+            .weight(density.asked(omega), lobe, by_brdf)
+            .or_zero(active),
     })
 }
 

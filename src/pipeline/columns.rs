@@ -3,6 +3,8 @@
 //! A packet with idle lanes is packed when it is pushed, so every packet that is read is full but the last. The order
 //! of what is pushed does not depend on the width of packets: lanes go in ascending order.
 
+use std::ops::Range;
+
 use crate::lane::{Lane, Mask};
 use crate::math::Vec3;
 
@@ -95,6 +97,14 @@ impl<const K: usize> Columns<K> {
     #[inline(always)]
     pub(super) fn clear(&mut self) {
         self.len = 0;
+    }
+
+    /// Becomes a part of other columns.
+    pub(super) fn copy(&mut self, other: &Self, part: Range<usize>) {
+        self.len = part.len();
+        for (own, others) in self.columns.0.iter_mut().zip(&other.columns.0) {
+            own[..part.len()].copy_from_slice(&others[part.clone()]);
+        }
     }
 
     /// Repeats the last number of the first columns behind the end: idle lanes of the last packet then hold it.

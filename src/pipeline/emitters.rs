@@ -18,6 +18,8 @@ pub struct Emitters {
     pub triangles: Vec<TriangleLight>,
     /// Large meshes.
     pub meshes: Vec<MeshLight>,
+    /// For every mesh of the scene, the place of its first triangle among [`Self::triangles`]; `u32::MAX` where they are not there.
+    pub first_triangles: Vec<u32>,
     /// For every mesh of the scene, what rays call its triangles; `None` where it is no light.
     pub aims: Vec<Option<Aims>>,
 }
@@ -26,14 +28,16 @@ pub struct Emitters {
 const FLAT: f64 = 1e-7;
 
 impl Emitters {
-    /// Finds them, relative to the camera.
+    /// Finds them, relative to the camera. With `each`, large meshes too are lights triangle by triangle.
     ///
     /// # Errors
     /// [`EmbreeError::TooManyLights`] if there are more triangles than rays have names for.
-    pub fn of(scene: &Scene, space: &Space) -> Result<Self, EmbreeError> {
+    pub fn of(scene: &Scene, space: &Space, each: bool) -> Result<Self, EmbreeError> {
         let mut found = Self::default();
         let mut names = AimNames::default();
         for (geometry, mesh) in (0..).zip(scene.meshes()) {
+            let first = found.triangles.len() as u32;
+            found.first_triangles.push(u32::MAX);
             let Surface::Emission(le) = mesh.surface else {
                 found.aims.push(None);
                 continue;
@@ -45,16 +49,19 @@ impl Emitters {
             let aims = names.next(mesh.triangles.len(), !is_flat(mesh));
             let aims = aims.ok_or(EmbreeError::TooManyLights)?;
             found.aims.push(Some(aims));
-            found.add(mesh, space, aims, narrow(le), geometry);
+            found.add(mesh, space, aims, narrow(le), (geometry, each));
+            if found.triangles.len() as u32 > first {
+                found.first_triangles[geometry as usize] = first;
+            }
         }
         Ok(found)
     }
 
-    fn add(&mut self, mesh: &Mesh, space: &Space, aims: Aims, le: [f32; 3], geometry: u32) {
+    fn add(&mut self, mesh: &Mesh, space: &Space, aims: Aims, le: [f32; 3], (geometry, each): (u32, bool)) {
         let corners = |t: &[u32; 3]| t.map(|i| mesh.vertices[i as usize]);
         let triangles: Vec<Triangle> = mesh.triangles.iter().map(|t| triangle(corners(t), space)).collect();
         let named = (0..).zip(&triangles).map(|(i, t)| (aims.of(i), *t));
-        if Features::samples_each_triangle(mesh) {
+        if each || Features::samples_each_triangle(mesh) {
             let lights = named.map(|(aim, triangle)| TriangleLight { triangle, le, aim });
             self.triangles.extend(lights);
             return;

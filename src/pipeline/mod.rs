@@ -5,6 +5,7 @@ mod columns;
 mod emitters;
 mod intersector;
 mod job;
+mod lists;
 mod narrow;
 mod plan;
 mod prepared;
@@ -24,7 +25,7 @@ mod tracer;
 mod world;
 
 pub use plan::widest_lanes;
-pub use prepared::{Prepared, SetupError};
+pub use prepared::{ListsOfLights, Prepared, SetupError};
 pub use progress::{Counters, Progress};
 pub(crate) use renderer::Renderer;
 pub use replay::{Asked, Found, Met, Point, Replay};

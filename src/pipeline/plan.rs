@@ -9,7 +9,7 @@ use crate::embree::{Device, Packets};
 use crate::estimator::density::Mix;
 use crate::lane::has_avx512;
 use crate::scene::{Effect, Effects, EstimatorKind, Features};
-use crate::settings::{AccelKind, Lanes};
+use crate::settings::{AccelKind, Lanes, LightsAsked};
 
 /// From so many shapes on packets hold all passes of a few pixels, where Embree answers them. Whole renders of a mesh of a
 /// million triangles take 0.88 of the time then (`brdf`: 0.77), of `knot` with 11 207 shapes 0.93, of 100 000 spheres 0.92;
@@ -120,13 +120,15 @@ pub struct Plan {
     pub answers: Answers,
     /// Which directions are drawn for each light and how they are weighed.
     pub mix: Mix,
+    /// Lights of a list, where not all are asked in every pass.
+    pub lists: Option<u32>,
     /// What the stages hold: at least what the scene calls for.
     pub held: Effects,
 }
 
 impl Plan {
     /// The kernel for a scene with `features`; `lanes` and `accel` are what the user insists on, `cull` is whether occluders are
-    /// culled where that is possible, `forced` are effects that it holds whether the scene calls for them or not.
+    /// culled where that is possible, `asked` which lights a pass asks, `forced` are effects that it holds whether the scene calls for them or not.
     ///
     /// # Errors
     /// A sentence where no kernel supports what is asked for, and what would do.
@@ -137,6 +139,7 @@ impl Plan {
         lanes: Option<Lanes>,
         accel: Option<AccelKind>,
         cull: bool,
+        asked: LightsAsked,
         machine: Machine,
     ) -> Result<Self, Refusal> {
         let (intersector, why) = Intersector::choose(features.shapes, accel, cull);
@@ -148,13 +151,20 @@ impl Plan {
         };
         let why = note.into_iter().fold(why, |why, note| format!("{why}; {note}"));
         let needs = features.effects().and(forced);
+        let lists = asked
+            .list_of(features.emitters)
+            .filter(|_| !features.nothing_in_sight());
         let pairs =
-            2 + if estimator.per_light() {
+            2 + if let (true, Some(length)) = (estimator.per_light(), lists) {
+                length + features.count(Effect::Environment) as u32
+            } else if estimator.per_light() {
                 features.lights() as u32
             } else {
                 0
             } + u32::from(needs.has(Effect::Lens));
-        let order = if accel == AccelKind::Embree && features.shapes >= NEIGHBOURS {
+        let order = if lists.is_some() && estimator.per_light() {
+            Order::Lists
+        } else if accel == AccelKind::Embree && features.shapes >= NEIGHBOURS {
             Order::Neighbours
         } else {
             Order::Passes
@@ -179,6 +189,7 @@ impl Plan {
                 shade: Vec::new(),
                 answers: Answers::of(accel, lanes),
                 mix: Mix::default(),
+                lists: None,
                 held: Effects::default(),
             });
         }
@@ -200,11 +211,12 @@ impl Plan {
             eye: eye.run(accel, lanes),
             shade: models
                 .iter()
-                .flat_map(|&model| rows::shade(estimator, needs, model))
+                .flat_map(|&model| rows::shade(estimator, needs, lists.is_some(), model))
                 .map(|row| row.run(lanes))
                 .collect(),
             answers: Answers::of(accel, lanes),
             mix: rows::mix(estimator),
+            lists,
             held,
         })
     }

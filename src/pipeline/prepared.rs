@@ -32,6 +32,19 @@ pub enum SetupError {
     Threads(#[from] rayon::ThreadPoolBuildError),
 }
 
+/// Lists of lights, and the tree that they are drawn from.
+#[derive(Clone, Copy, Debug)]
+pub struct ListsOfLights {
+    /// Lights that a pass asks in each tile.
+    pub length: u32,
+    /// Lights in the tree.
+    pub lights: usize,
+    /// Bytes that the tree and its numbers take beside the lights themselves.
+    pub bytes: usize,
+    /// How long it took to build.
+    pub build_time: Duration,
+}
+
 /// A scene that is ready to be rendered with some [`Settings`]. Nothing of it changes, so any number of
 /// [runs](crate::run::Run) share it, one after the other or at the same time; a clone is cheap.
 #[derive(Clone, Debug)]
@@ -74,7 +87,14 @@ impl Prepared {
         let plan = plan(&features, effects, settings, machine)?;
         layout_canary(&device)?;
         let begin = Instant::now();
-        let world = World::build(scene, &device, plan.intersector, settings.robust, settings.film)?;
+        let world = World::build(
+            scene,
+            &device,
+            plan.intersector,
+            settings.robust,
+            settings.film,
+            plan.lists,
+        )?;
         Ok(Self {
             settings,
             features,
@@ -115,7 +135,7 @@ impl Prepared {
         };
         if same != self.settings {
             return Err(SetupError::Unsupported {
-                what: "the film, the threads, the accelerator, robust and cull cannot change once a scene is prepared"
+                what: "the film, the threads, the accelerator, robust, cull and lights cannot change once a scene is prepared"
                     .to_owned(),
                 remedy: "prepare the scene again",
             });
@@ -166,6 +186,17 @@ impl Prepared {
     /// Whether occluders are culled for all rays of a tile at once; `None` where there are too many shapes for it.
     pub fn cull(&self) -> Option<bool> {
         self.plan.intersector.cull
+    }
+
+    /// What lists of lights are drawn from; `None` where every pass asks all lights.
+    pub fn lists(&self) -> Option<ListsOfLights> {
+        let lists = self.world.lists.as_ref()?;
+        Some(ListsOfLights {
+            length: lists.length(),
+            lights: lists.tree().len(),
+            bytes: lists.bytes(),
+            build_time: lists.build_time(),
+        })
     }
 
     /// What the scene calls for, in words.
@@ -220,8 +251,9 @@ fn plan(features: &Features, effects: Effects, settings: Settings, machine: Mach
         lanes,
         accel,
         cull,
+        lights,
         ..
     } = settings;
-    Plan::choose(features, effects, estimator, lanes, accel, cull, machine)
+    Plan::choose(features, effects, estimator, lanes, accel, cull, lights, machine)
         .map_err(|(what, remedy)| SetupError::Unsupported { what, remedy })
 }

@@ -4,7 +4,7 @@
 
 use std::marker::PhantomData;
 
-use super::stage::{Chunk, Scratch, Stage, environment, eye, shade, triangles};
+use super::stage::{Chunk, Scratch, Stage, environment, eye, listed, shade, triangles};
 use super::stream::{self, Model};
 use super::tracer::{ByEmbree, InLine};
 use crate::embree::{LaneWork, TraceLane, in_eight_of_avx512, in_sixteen};
@@ -89,11 +89,11 @@ pub const fn blank() -> Row {
 }
 
 /// The rows that shade the points of a model by an estimator: one where a direction serves all lights, else those of the kinds of
-/// light among `needs`.
-pub fn shade(estimator: EstimatorKind, needs: Effects, model: Effect) -> Vec<Row> {
+/// light among `needs`, or with `lists` one for lights of all kinds.
+pub fn shade(estimator: EstimatorKind, needs: Effects, lists: bool, model: Effect) -> Vec<Row> {
     match model {
-        Effect::Phong => shade_model::<stream::Phong>(estimator, needs),
-        _ => shade_model::<stream::Diffuse>(estimator, needs),
+        Effect::Phong => shade_model::<stream::Phong>(estimator, (needs, lists)),
+        _ => shade_model::<stream::Diffuse>(estimator, (needs, lists)),
     }
 }
 
@@ -116,7 +116,7 @@ pub const fn mix_of_spheres(estimator: EstimatorKind) -> Mix {
     }
 }
 
-fn shade_model<M: Model>(estimator: EstimatorKind, needs: Effects) -> Vec<Row> {
+fn shade_model<M: Model>(estimator: EstimatorKind, needs: (Effects, bool)) -> Vec<Row> {
     match estimator {
         EstimatorKind::Uniform => vec![Row::of::<shade::PerPoint<per_point::Sphere, M>>()],
         EstimatorKind::Brdf => vec![Row::of::<shade::PerPoint<per_point::Lobe, M>>()],
@@ -128,8 +128,15 @@ fn shade_model<M: Model>(estimator: EstimatorKind, needs: Effects) -> Vec<Row> {
     }
 }
 
-/// A stage for each kind of light. Only that for spheres is compiled for the density; the others look the mix up when they run.
-fn kinds<D: Density, M: Model>(needs: Effects) -> Vec<Row> {
+/// A stage for each kind of light, or one for lists of lights of all kinds but the environment. Only that for spheres is compiled for the density; the others look the mix up when they run.
+fn kinds<D: Density, M: Model>((needs, lists): (Effects, bool)) -> Vec<Row> {
+    if lists {
+        let listed = Row::of::<listed::PerListed<D, M>>();
+        let beyond = Row::of::<environment::PerEnvironment<M>>();
+        return std::iter::once(listed)
+            .chain(needs.has(Effect::Environment).then_some(beyond))
+            .collect();
+    }
     let kinds = [
         (Effect::SphereLights, Row::of::<shade::PerLight<D, M>>()),
         (Effect::MeshLights, Row::of::<triangles::PerTriangle<M>>()),

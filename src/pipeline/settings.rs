@@ -1,7 +1,7 @@
 //! What a render is asked to do, with every choice made.
 
 use crate::scene::{FilmSize, Scene};
-use crate::settings::{AccelKind, EstimatorKind, Lanes, SamplerKind};
+use crate::settings::{AccelKind, EstimatorKind, Lanes, LightsAsked, SamplerKind};
 
 /// Every choice that makes a picture, resolved.
 ///
@@ -27,6 +27,8 @@ pub struct Settings {
     /// Whether occluders are culled for all rays of a tile at once where there are few shapes. Without it every ray is traced; the
     /// picture differs in the last rounding alone.
     pub cull: bool,
+    /// Which lights a pass asks.
+    pub lights: LightsAsked,
 }
 
 impl Default for Settings {
@@ -45,6 +47,7 @@ impl Default for Settings {
             accel: None,
             robust: true,
             cull: true,
+            lights: LightsAsked::Auto,
         }
     }
 }

@@ -1,5 +1,7 @@
 //! Streams: shading points that wait for light.
 
+use std::ops::Range;
+
 use super::columns::Columns;
 use crate::bsdf::Bsdf;
 use crate::estimator::ShadingPoint;
@@ -97,6 +99,18 @@ impl HitStream {
     /// the stream's. To be called once all points are there.
     pub fn pad(&mut self) {
         self.0.pad(PUSHED);
+    }
+
+    /// Becomes a part of another stream, padded.
+    pub fn copy(&mut self, other: &Self, part: Range<usize>) {
+        self.0.copy(&other.0, part);
+        self.pad();
+    }
+
+    /// Where the pixel of the point at `at` sums up, and its pass, counted from the block's first.
+    #[inline(always)]
+    pub fn place(&self, at: usize) -> (u32, u32) {
+        (self.0.get::<f32>(17, at).to_bits(), self.0.get::<f32>(19, at).to_bits())
     }
 
     /// Where the points of the packet at `at` are.

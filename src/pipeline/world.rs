@@ -8,6 +8,7 @@ use std::collections::HashSet;
 use super::camera::CameraRays;
 use super::emitters::{self, Emitters};
 use super::intersector::Intersector;
+use super::lists::Lists;
 use super::narrow::narrow;
 use super::space::Space;
 use super::texture::Textured;
@@ -19,6 +20,9 @@ use crate::linear::Line;
 use crate::scene::{self, Bsdf, Effect, Effects, FilmSize, Mesh, Scene, Surface};
 use crate::settings::AccelKind;
 use crate::shape::{Ball, Hit, Sphere};
+
+/// So many lights are looked at one by one for a direction: as long as that takes less than a ray.
+const LOOKED_AT: usize = 256;
 
 /// Everything that is the same for all rays.
 #[derive(Debug)]
@@ -47,6 +51,8 @@ pub struct World {
     pub triangle_lights: Vec<TriangleLight>,
     /// Meshes of which a triangle is picked.
     pub mesh_lights: Vec<MeshLight>,
+    /// What lists of lights are drawn from, where not all lights are asked each time.
+    pub lists: Option<Lists>,
     /// What lies beyond the scene, if it emits.
     pub environment: Option<Environment>,
     /// Eye rays.
@@ -145,7 +151,7 @@ fn largest_box(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> [f32; 3] {
 }
 
 impl World {
-    /// Builds the tables and the accelerator.
+    /// Builds the tables and the accelerator; with lists of `listed` lights, if there are to be any.
     ///
     /// # Errors
     /// [`EmbreeError`] if Embree cannot build.
@@ -155,12 +161,13 @@ impl World {
         intersector: Intersector,
         robust: bool,
         film: FilmSize,
+        listed: Option<u32>,
     ) -> Result<Self, EmbreeError> {
         let (space, accel) = (Space::of(scene), intersector.accel);
         let mut builder = SceneBuilder::new(device, robust)?;
         let mut line = Line::default();
         let in_line = intersector.lists_shapes();
-        let lamps = Emitters::of(scene, &space)?;
+        let lamps = Emitters::of(scene, &space, listed.is_some())?;
         let mut surfaces = Vec::with_capacity(scene.meshes().len() + scene.spheres().len());
         let mut normals = Vec::with_capacity(scene.meshes().len());
         let mut all_corners = Vec::with_capacity(scene.meshes().len());
@@ -223,6 +230,10 @@ impl World {
                 .cmp(by_content(b).into_iter().map(f32::to_bits))
         });
         let sphere_geometry = scene.meshes().len() as u32;
+        let lists = listed.map(|length| {
+            let kinds = (&*lights, &*lamps.triangles);
+            Lists::new(kinds, spheres.len(), lamps.first_triangles.clone(), length, film)
+        });
         let sphere_numbers = spheres.iter().map(|(number, ..)| *number).collect();
         let spheres: Vec<Sphere> = spheres.into_iter().map(|(.., sphere)| sphere).collect();
         if in_line {
@@ -244,6 +255,7 @@ impl World {
             lights,
             triangle_lights: lamps.triangles,
             mesh_lights: lamps.meshes,
+            lists,
             environment: emitters::beyond(scene),
             camera: CameraRays::of(scene.camera(), film, &space),
             overlaps: overlaps(scene),
@@ -260,6 +272,22 @@ impl World {
         let covered = |lane: &usize| self.overlaps.get(hit.geometry.lane(*lane) as usize) == Some(&true);
         let bits = hit.found.lanes().filter(covered);
         Some(L::Mask::from_bitmask(bits.fold(0, |bits, lane| bits | 1 << lane)))
+    }
+
+    /// Lights that a pass asks, but for the environment: all, or those of a list.
+    #[inline(always)]
+    pub fn asked_lights(&self) -> usize {
+        match &self.lists {
+            Some(lists) => lists.length() as usize,
+            None => self.lights.len() + self.triangle_lights.len() + self.mesh_lights.len(),
+        }
+    }
+
+    /// Whether a direction that misses all lights is dropped before it costs a ray: where only spheres emit, and few enough that it
+    /// takes less time to look at all of them.
+    #[inline(always)]
+    pub fn drops_misses(&self) -> bool {
+        self.only_spheres_emit() && self.lights.len() <= LOOKED_AT
     }
 
     /// Whether nothing but spheres emits.

@@ -6,7 +6,7 @@ use super::{DEFAULT_SPP, Goal, MOST_SPP};
 use crate::film::Picture;
 use crate::pipeline::{Prepared, Settings, SetupError};
 use crate::scene::{FilmSize, Scene};
-use crate::settings::{AccelKind, EstimatorKind, Lanes, SamplerKind};
+use crate::settings::{AccelKind, EstimatorKind, Lanes, LightsAsked, SamplerKind};
 
 /// What to render and how. What is `None` is left to the scene, or to the default where the scene does not say.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,6 +37,8 @@ pub struct RenderOptions {
     pub robust: bool,
     /// Whether occluders are culled where there are few shapes.
     pub cull: bool,
+    /// Which lights a pass asks.
+    pub lights: LightsAsked,
 }
 
 impl Default for RenderOptions {
@@ -56,6 +58,7 @@ impl Default for RenderOptions {
             accel: None,
             robust: true,
             cull: true,
+            lights: LightsAsked::Auto,
         }
     }
 }
@@ -74,6 +77,7 @@ impl RenderOptions {
             accel: self.accel,
             robust: self.robust,
             cull: self.cull,
+            lights: self.lights,
         }
     }
 

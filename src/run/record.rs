@@ -55,6 +55,10 @@ fn identity(prepared: &Prepared, goal: &Goal) -> BTreeMap<String, String> {
         Some(spp) if goal.is_adaptive() => format!("{spp} samples a pixel"),
         _ => "no".to_owned(),
     };
+    let lights = match prepared.lists() {
+        Some(lists) => format!("lists of {}", lists.length),
+        None => "all".to_owned(),
+    };
     let identity = [
         ("scene", prepared.scene_hash().to_owned()),
         ("size", format!("{} x {}", film.width, film.height)),
@@ -63,6 +67,7 @@ fn identity(prepared: &Prepared, goal: &Goal) -> BTreeMap<String, String> {
         ("seed", settings.seed.to_string()),
         (ADAPTIVE, adaptive),
         (INTERSECTOR, format!("{}{robust}", prepared.accel().name())),
+        ("lights asked", lights),
         ("culling", culled.to_owned()),
         (EMBREE, prepared.embree_version().to_owned()),
         ("Octolux", format!("{} ({})", about::VERSION, about::COMMIT)),

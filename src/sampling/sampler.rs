@@ -79,6 +79,11 @@ impl PassBlock {
         self.first
     }
 
+    /// The seed.
+    pub fn seed(&self) -> u32 {
+        self.seed
+    }
+
     /// What stands for a pixel in the addresses below: computed once a sample.
     #[inline(always)]
     pub fn key<B: Bits>(&self, pixel: B) -> B {

@@ -34,11 +34,13 @@ pub enum Effect {
     Environment,
     /// Meshes that are lit as if they were as smooth as their normals.
     SmoothTerminator,
+    /// More lights than are all asked in every pass.
+    ManyLights,
 }
 
 impl Effect {
     /// All of them.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Diffuse,
         Self::Phong,
         Self::Blend,
@@ -52,6 +54,7 @@ impl Effect {
         Self::MeshLights,
         Self::Environment,
         Self::SmoothTerminator,
+        Self::ManyLights,
     ];
 
     /// Its name.
@@ -70,6 +73,7 @@ impl Effect {
             Self::MeshLights => "mesh lights",
             Self::Environment => "environment",
             Self::SmoothTerminator => "smooth terminator",
+            Self::ManyLights => "many lights",
         }
     }
 }

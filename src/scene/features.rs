@@ -2,18 +2,21 @@
 
 use super::sight::Frustum;
 use super::{Effect, Effects, Environment, FilmSize, Mesh, Scene, Surface};
+use crate::settings::LightsAsked;
 
 /// What a scene contains, found by looking at it: the kernel need support no more.
 ///
 /// Shapes that no eye ray can meet call for nothing but to be in the way of light; an emission of 0 is no light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Features {
-    /// Shapes or cameras that call for each effect, in the order of [`Effect::ALL`]; a mesh is one.
+    /// Shapes or cameras that call for each effect, in the order of [`Effect::ALL`]; a mesh is one, but for many lights a triangle.
     counts: [usize; Effect::ALL.len()],
     /// Triangles of small meshes that emit: lights of their own.
     pub triangle_lights: usize,
     /// Larger meshes that emit: a triangle of each is picked.
     pub picked_lights: usize,
+    /// Spheres and triangles that emit.
+    pub emitters: usize,
     /// Triangles and spheres of any kind.
     pub shapes: usize,
     /// Spheres and meshes of any kind.
@@ -35,10 +38,15 @@ impl Features {
             let seen = frustum.may_see_points(&mesh.vertices);
             found.add(scene, &mesh.surface, mesh.effects(), seen);
             if mesh.effects().has(Effect::MeshLights) {
+                found.emitters += mesh.triangles.len();
                 let each = Self::samples_each_triangle(mesh);
                 found.triangle_lights += if each { mesh.triangles.len() } else { 0 };
                 found.picked_lights += usize::from(!each);
             }
+        }
+        found.emitters += found.count(Effect::SphereLights);
+        if found.emitters > LightsAsked::FEW {
+            found.counts[Effect::ManyLights as usize] = found.emitters;
         }
         let sky = scene.environment().is_some_and(Environment::emits);
         found.counts[Effect::Environment as usize] = usize::from(sky);

@@ -7,12 +7,14 @@
 use std::marker::PhantomData;
 
 use super::chunk::Chunk;
-use super::shadow;
+use super::{met, shadow};
 use crate::embree::{LaneWork, TraceLane, in_eight_of_avx512, in_sixteen};
 use crate::lane::{F32x8, has_avx512};
 use crate::light::MeshLight;
+use crate::light::tree::Table;
 use crate::linear::Candidates;
 use crate::linear::cull::Points;
+use crate::pipeline::lists::Lists;
 use crate::pipeline::queue::{RayQueue, WideQueue};
 use crate::pipeline::stream::HitStream;
 use crate::pipeline::tracer::{ByEmbree, InLine, Tracer};
@@ -55,6 +57,16 @@ pub enum Ask<'a> {
         set: &'a Candidates,
         light: &'a MeshLight,
     },
+    /// See [`met::met`].
+    Met {
+        queue: &'a mut WideQueue,
+        set: &'a Candidates,
+        lists: &'a Lists,
+        table: &'a Table,
+        spheres: bool,
+    },
+    /// See [`Lists::tabulate`].
+    Tabulate { lists: &'a Lists, phong: bool, pass: u32 },
     /// See [`shadow::emitted`].
     Emitted {
         queue: &'a mut RayQueue,
@@ -119,6 +131,14 @@ impl<T: Tracer> LaneWork for Answering<'_, '_, T> {
             Ask::Visible { queue, set, light } => shadow::visible::<L, T>(chunk, queue, set, light),
             Ask::VisibleEach { queue, set } => shadow::visible_each::<L, T>(chunk, queue, set),
             Ask::Looked { queue, set, light } => shadow::looked::<L, T>(chunk, queue, set, light),
+            Ask::Met {
+                queue,
+                set,
+                lists,
+                table,
+                spheres,
+            } => met::met::<L, T>(chunk, queue, set, (lists, table), spheres),
+            Ask::Tabulate { lists, phong, pass } => lists.tabulate::<T>(chunk, phong, pass),
             Ask::Emitted { queue, set } => shadow::emitted::<L, T>(chunk, queue, set),
         }
     }

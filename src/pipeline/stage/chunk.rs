@@ -19,6 +19,9 @@ pub enum Order {
     /// Four neighbouring pixels after the other, each with all its passes: packets are as narrow as they can be. On a mesh
     /// whose triangles are smaller than pixels the rays of a packet then share most of their way.
     Neighbours,
+    /// Pass by pass, in each the pixels of the tile of one colour of the chessboard, then those of the other: those that share a list
+    /// of lights come after each other.
+    Lists,
 }
 
 /// A chunk of work: some passes of a block for every pixel of a tile that takes part in them.

@@ -38,7 +38,7 @@ fn under<L: TraceLane, M: Model, B: Beyond>(
     beyond: &B,
 ) {
     let world = chunk.world;
-    let light = world.lights.len() + world.triangle_lights.len() + world.mesh_lights.len();
+    let light = world.asked_lights();
     for time in 0..chunk.tosses() {
         for at in (0..stream.len()).step_by(L::N) {
             let (active, point, address) = stream.packet::<L, M>(at);

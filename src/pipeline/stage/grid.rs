@@ -1,6 +1,7 @@
 //! In which order the samples of a chunk make packets.
 
 use super::chunk::{Chunk, Order};
+use crate::pipeline::lists::colour;
 
 /// The most lanes that a packet has: what is listed is repeated so far behind its end, that any packet is one load.
 const LANES: usize = 16;
@@ -53,6 +54,8 @@ impl Grid {
                 (Order::Neighbours, _) => self.neighbours(chunk),
                 (Order::Passes, true) => self.pass_by_pass(chunk),
                 (Order::Passes, false) => (0..tile.area()).for_each(|at| self.push(chunk, at)),
+                (Order::Lists, true) => self.pass_by_pass(chunk),
+                (Order::Lists, false) => by_colour(chunk).for_each(|at| self.push(chunk, at)),
             }
             self.length = self.x.len();
             self.key.resize(self.length.next_multiple_of(LANES) + LANES, 0);
@@ -100,8 +103,12 @@ impl Grid {
     /// Pass by pass and in each the pixels that take part, in tile order.
     fn pass_by_pass(&mut self, chunk: &Chunk) {
         // Who takes part in a pass did so in all before it: the first pass is a pattern for all, and is taken away at the end.
-        for at in (0..chunk.tile.area()).filter(|&at| takes_part(chunk, at, chunk.first)) {
-            self.push(chunk, at);
+        let taking_part = |at: &usize| takes_part(chunk, *at, chunk.first);
+        match chunk.order {
+            Order::Lists => by_colour(chunk).filter(taking_part).for_each(|at| self.push(chunk, at)),
+            _ => (0..chunk.tile.area())
+                .filter(taking_part)
+                .for_each(|at| self.push(chunk, at)),
         }
         let pattern = 0..self.x.len();
         for (turn, &pass) in (0..).zip(chunk.turns) {
@@ -172,6 +179,14 @@ impl Grid {
         self.index.push(self.index[row]);
         self.pixel.push(self.pixel[row]);
     }
+}
+
+/// The pixels of a tile, first those of one colour of the chessboard, then the others.
+fn by_colour<'a>(chunk: &Chunk<'a>) -> impl Iterator<Item = usize> + use<'a> {
+    // The corners of tiles are of one colour.
+    let offsets = chunk.tile.offsets();
+    let of = move |wanted: u32| (0..offsets.len()).filter(move |&at| colour(offsets[at]) == wanted);
+    of(0).chain(of(1))
 }
 
 /// Whether a pixel takes part in a pass, counted from the block's first.

@@ -6,6 +6,8 @@ mod chunk;
 pub mod environment;
 pub mod eye;
 mod grid;
+pub mod listed;
+mod met;
 mod rings;
 mod scratch;
 pub mod shade;

@@ -4,6 +4,7 @@ use super::chunk::Chunk;
 use super::grid::Grid;
 use super::rings::RingBlock;
 use crate::embree::TraceLane;
+use crate::light::tree::Pick;
 use crate::linear::Candidates;
 use crate::linear::cull::Points;
 use crate::pipeline::queue::{RayQueue, WideQueue};
@@ -22,6 +23,10 @@ pub struct Scratch {
     pub grid: Grid,
     /// Shading points by model of reflection: see [`Model`](crate::pipeline::stream::Model).
     pub hits: [HitStream; 2],
+    /// Points that share a list of lights.
+    pub part: HitStream,
+    /// That list.
+    pub list: Vec<Pick>,
     /// Rays that wait for their visibility; empty between steps, as the next two.
     pub queue: RayQueue,
     /// Rays to triangles of meshes that emit, with the names of these.
@@ -52,6 +57,8 @@ impl Default for Scratch {
         Self {
             grid: Grid::default(),
             hits: [HitStream::new(), HitStream::new()],
+            part: HitStream::new(),
+            list: Vec::new(),
             queue: RayQueue::new(),
             aimed: WideQueue::new(),
             looks: WideQueue::new(),

@@ -96,13 +96,13 @@ impl<D: Density, M: Model> Stage for PerLight<D, M> {
 }
 
 /// A light and the pair of random numbers for its cone.
-struct Lamp {
-    sphere: SphereLight,
+pub(super) struct Lamp {
+    pub sphere: SphereLight,
     pair: u32,
 }
 
 impl Lamp {
-    fn new(i: usize, light: &SphereLight) -> Self {
+    pub fn new(i: usize, light: &SphereLight) -> Self {
         let once = mutate!(*light, LightTwice => SphereLight { le: light.le.map(|x| if i == 0 { x + x } else { x }), ..*light });
         Self {
             sphere: mutate!(once, LightBlocksItself => SphereLight { sphere: crate::shape::NO_SPHERE, ..once }),
@@ -112,11 +112,11 @@ impl Lamp {
 }
 
 /// Where contributions of a light go: where nothing can be in their way, to their points at once; else to the rays that wait.
-struct Sink<'a> {
-    open: bool,
-    queue: &'a mut RayQueue,
+pub(super) struct Sink<'a> {
+    pub open: bool,
+    pub queue: &'a mut RayQueue,
     /// Rays that need not be asked for.
-    answered: u64,
+    pub answered: u64,
 }
 
 impl Sink<'_> {
@@ -142,7 +142,12 @@ impl Sink<'_> {
 
 /// Tosses for each point of a stream and draws the direction of its BRDF, where it may be asked for.
 #[inline(always)]
-fn prepare<L: TraceLane, D: Density, M: Model>(density: D, chunk: &Chunk, stream: &mut HitStream, block: Range<usize>) {
+pub(super) fn prepare<L: TraceLane, D: Density, M: Model>(
+    density: D,
+    chunk: &Chunk,
+    stream: &mut HitStream,
+    block: Range<usize>,
+) {
     for at in block.step_by(L::N) {
         stream.set_light::<L>(at, Vec3::zero());
         if density.mix().both() {
@@ -163,8 +168,8 @@ fn prepare<L: TraceLane, D: Density, M: Model>(density: D, chunk: &Chunk, stream
 
 /// The points of the packet at `at` that follow their BRDF when they look for a light.
 #[inline(always)]
-fn heads<L: Lane, M: Model>(chunk: &Chunk, stream: &HitStream, at: usize, light: &Lamp) -> L::Mask {
-    if chunk.numbers.one_coin() {
+fn heads<L: Lane, D: Density, M: Model>(chunk: &Chunk, stream: &HitStream, at: usize, light: &Lamp) -> L::Mask {
+    if D::SHARES_COIN || chunk.numbers.one_coin() {
         return stream.heads::<L>(at);
     }
     let (_, _, Address { key, pass, .. }) = stream.packet::<L, M>(at);
@@ -173,7 +178,7 @@ fn heads<L: Lane, M: Model>(chunk: &Chunk, stream: &HitStream, at: usize, light:
 
 /// Directions of a light, for the points that follow it.
 #[inline(always)]
-fn toward<L: TraceLane, D: Density, M: Model>(
+pub(super) fn toward<L: TraceLane, D: Density, M: Model>(
     density: D,
     chunk: &Chunk,
     stream: &mut HitStream,
@@ -185,7 +190,7 @@ fn toward<L: TraceLane, D: Density, M: Model>(
         let mut active = stream.lanes::<L>(at);
         let mix = density.mix();
         if mix.mixed() && !mix.both() {
-            active = active & !heads::<L, M>(chunk, stream, at, light);
+            active = active & !heads::<L, D, M>(chunk, stream, at, light);
             if active.none() {
                 continue;
             }
@@ -220,7 +225,7 @@ fn toward<L: TraceLane, D: Density, M: Model>(
 
 /// Directions of the part of each point's lobe that lies inside the light, in the three steps of [`per_light::by_lobe`].
 #[inline(always)]
-fn in_lobe<L: TraceLane, M: Model>(
+pub(super) fn in_lobe<L: TraceLane, M: Model>(
     chunk: &Chunk,
     stream: &mut HitStream,
     rings: &mut RingBlock,
@@ -276,7 +281,7 @@ fn along<L: TraceLane, D: Density, M: Model>(
     for at in block.step_by(L::N) {
         let mut active = stream.lanes::<L>(at);
         if !density.mix().both() {
-            active = active & heads::<L, M>(chunk, stream, at, light);
+            active = active & heads::<L, D, M>(chunk, stream, at, light);
         }
         if active.none() {
             continue;
@@ -306,7 +311,7 @@ impl<D: per_point::Density, M: Model> Stage for PerPoint<D, M> {
                 continue;
             };
             let mut wanted = found.active;
-            if chunk.world.only_spheres_emit() {
+            if chunk.world.drops_misses() {
                 wanted = wanted & may_meet(&chunk.world.lights, point.p, found.wi);
             }
             let rays = QueuedRays {

@@ -119,7 +119,7 @@ pub fn emitted<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut RayQueue,
 }
 
 #[inline(always)]
-fn segment<L: Lane>(rays: &QueuedRays<L>, aims_at: L::Bits) -> Ray<L> {
+pub(super) fn segment<L: Lane>(rays: &QueuedRays<L>, aims_at: L::Bits) -> Ray<L> {
     Ray {
         origin: rays.origin,
         direction: rays.direction,
@@ -131,7 +131,13 @@ fn segment<L: Lane>(rays: &QueuedRays<L>, aims_at: L::Bits) -> Ray<L> {
 /// Adds what is a number to the film, lane by lane in order; counts what is not, by cause. Lanes that add nothing must have a place
 /// too: they add 0 to it, for to guess how many lanes count costs more than to add them.
 #[inline(always)]
-fn deposit<L: Lane>(sum: &mut ChunkSum, counters: &mut Counters, lanes: L::Mask, value: Vec3<L>, index: L::Bits) {
+pub(super) fn deposit<L: Lane>(
+    sum: &mut ChunkSum,
+    counters: &mut Counters,
+    lanes: L::Mask,
+    value: Vec3<L>,
+    index: L::Bits,
+) {
     let infinity = L::splat(f32::INFINITY);
     let low = value.x.min(value.y).min(value.z);
     let high = value.x.max(value.y).max(value.z);

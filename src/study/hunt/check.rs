@@ -75,6 +75,7 @@ pub fn check(recipe: &Recipe, folder: &Path, effort: Effort) -> Result<Option<Ve
         accel: None,
         robust: true,
         cull: true,
+        lights: Default::default(),
     };
     let mut bench = Bench::new(&scene, settings, f64::INFINITY, &());
     let shapes = Features::of(&scene, scene.film()).shapes;

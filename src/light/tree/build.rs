@@ -1,0 +1,338 @@
+//! How the tree is built: from the top, by the split of least variance, in `f64`.
+
+use super::{LEAF, LEAST_POWER, LEAST_VARIANCE, LightTree, Node};
+
+/// A light as the tree sees it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Emitter {
+    /// Which light it is.
+    pub light: u32,
+    /// Where its middle is.
+    pub mean: [f32; 3],
+    /// Variance of its surface around it along each axis.
+    pub variance: [f32; 3],
+    /// Unit normal of a flat light that emits from both sides; of a light without any, as much light goes in all directions.
+    pub normal: Option<[f32; 3]>,
+    /// Its intensity along the normal; for a light without normal the root of 3 times its intensity. Above 0, finite.
+    pub power: f64,
+}
+
+/// Places at which a node may be cut.
+const BINS: usize = 12;
+
+/// Nodes that deep are halved by number: no order of lights makes a tree deeper than this and 32.
+const DEEPEST: u32 = 40;
+
+/// Nodes of so many lights are built by themselves, on whichever thread is free: a number that changes no bit.
+const ALONE: usize = 1 << 13;
+
+/// What is known of a part of the lights.
+#[derive(Clone, Copy, Default)]
+struct Moments {
+    power: f64,
+    mean: [f64; 3],
+    variance: [f64; 3],
+    normals: [f64; 6],
+}
+
+impl Moments {
+    fn of(emitter: &Emitter, total: f64) -> Self {
+        let third = 1.0 / 3.0;
+        let normals = match emitter.normal.map(|n| n.map(f64::from)) {
+            Some([x, y, z]) => [x * x, y * y, z * z, x * y, x * z, y * z],
+            None => [third, third, third, 0.0, 0.0, 0.0],
+        };
+        Self {
+            power: f64::from(LightTree::share(emitter.power, total)),
+            mean: emitter.mean.map(f64::from),
+            variance: emitter.variance.map(f64::from),
+            normals,
+        }
+    }
+
+    fn and(&self, other: &Self) -> Self {
+        let power = self.power + other.power;
+        let (a, b) = (self.power / power, other.power / power);
+        let mean: [f64; 3] = std::array::from_fn(|k| a * self.mean[k] + b * other.mean[k]);
+        let around = |m: &Self, k: usize| m.variance[k] + (m.mean[k] - mean[k]).powi(2);
+        Self {
+            power,
+            mean,
+            variance: std::array::from_fn(|k| a * around(self, k) + b * around(other, k)),
+            normals: std::array::from_fn(|k| a * self.normals[k] + b * other.normals[k]),
+        }
+    }
+
+    fn node(&self, link: u32) -> Node {
+        // Half of a variance's digits, rounded up: it stays above 0.
+        let upper = |v: f64| ((v as f32).max(LEAST_VARIANCE).to_bits() + 0xffff) >> 16;
+        Node {
+            mean: self.mean.map(|x| x as f32),
+            power: (self.power as f32).max(LEAST_POWER),
+            variance: self.variance.map(|v| upper(v) as u16),
+            normals: self.normals.map(|x| (x * 127.0).round() as i8),
+            link,
+        }
+    }
+}
+
+/// What is moved about while the tree is built.
+#[derive(Clone, Copy)]
+struct Item {
+    mean: [f32; 3],
+    power: f32,
+    emitter: u32,
+}
+
+/// What does not change meanwhile.
+struct All<'a> {
+    emitters: &'a [Emitter],
+    total: f64,
+}
+
+impl LightTree {
+    /// Builds a tree over lights, in the order in which they are given: the same tree on any number of threads.
+    pub fn new(emitters: &[Emitter]) -> Self {
+        if emitters.is_empty() {
+            return Self::default();
+        }
+        let total = emitters.iter().map(|emitter| emitter.power).sum();
+        let all = All { emitters, total };
+        let mut items: Vec<Item> = (0..)
+            .zip(emitters)
+            .map(|(i, emitter)| Item {
+                mean: emitter.mean,
+                power: Self::share(emitter.power, total),
+                emitter: i,
+            })
+            .collect();
+        let nothing = Moments::default().node(LEAF);
+        let mut nodes = vec![nothing; 2 * emitters.len()];
+        let (root, below) = nodes.split_at_mut(2);
+        let (link, moments) = all.build(&mut items, below, 2, 0, 0);
+        root[0] = moments.node(link);
+        let lights = items.iter().map(|item| emitters[item.emitter as usize].light).collect();
+        let powers = items.iter().map(|item| item.power).collect();
+        Self { nodes, lights, powers }
+    }
+}
+
+impl All<'_> {
+    /// Builds what is below a node over `items`, the first of which is leaf `leaf`; `nodes`, the first of which has the number
+    /// `first`, are theirs. Returns the link of the node and its moments.
+    fn build(&self, items: &mut [Item], nodes: &mut [Node], first: u32, leaf: u32, depth: u32) -> (u32, Moments) {
+        if let [item] = items {
+            let emitter = &self.emitters[item.emitter as usize];
+            return (LEAF | leaf, Moments::of(emitter, self.total));
+        }
+        let cut = split(items, depth);
+        let apart = cut.min(items.len() - cut) > ALONE;
+        let (left, right) = items.split_at_mut(cut);
+        let (pair, below) = nodes.split_at_mut(2);
+        let (below_left, below_right) = below.split_at_mut(2 * (cut - 1));
+        let (cut, after) = (cut as u32, first + 2);
+        let a = || self.build(left, below_left, after, leaf, depth + 1);
+        let b = || self.build(right, below_right, after + 2 * (cut - 1), leaf + cut, depth + 1);
+        let (a, b) = if apart {
+            rayon::join(a, b)
+        } else {
+            let (mut a, mut b) = (a, b);
+            (a(), b())
+        };
+        pair[0] = a.1.node(a.0);
+        pair[1] = b.1.node(b.0);
+        (first, a.1.and(&b.1))
+    }
+}
+
+/// Power, and sums of places and of their squares weighted by it, about a point that is near.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    power: f64,
+    first: [f64; 3],
+    second: [f64; 3],
+}
+
+impl Sums {
+    fn add(&mut self, item: &Item, about: [f32; 3]) {
+        let power = f64::from(item.power);
+        self.power += power;
+        for k in 0..3 {
+            let x = f64::from(item.mean[k] - about[k]);
+            self.first[k] += power * x;
+            self.second[k] += power * x * x;
+        }
+    }
+
+    fn and(&self, other: &Self) -> Self {
+        Self {
+            power: self.power + other.power,
+            first: std::array::from_fn(|k| self.first[k] + other.first[k]),
+            second: std::array::from_fn(|k| self.second[k] + other.second[k]),
+        }
+    }
+
+    /// Power times the variance along an axis.
+    fn scatter(&self, k: usize) -> f64 {
+        if self.power > 0.0 {
+            (self.second[k] - self.first[k] * self.first[k] / self.power).max(0.0)
+        } else {
+            0.0
+        }
+    }
+
+    fn cost(&self) -> f64 {
+        (0..3).map(|k| self.scatter(k)).sum()
+    }
+}
+
+/// Parts items in two, neither of them empty, and returns how many are in the first: along the axis of most variance, where power
+/// times variance of both parts together is least.
+fn split(items: &mut [Item], depth: u32) -> usize {
+    let half = items.len() / 2;
+    let about = items[0].mean;
+    let (mut low, mut high, mut sums) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3], Sums::default());
+    for item in &*items {
+        sums.add(item, about);
+        for k in 0..3 {
+            (low[k], high[k]) = (low[k].min(item.mean[k]), high[k].max(item.mean[k]));
+        }
+    }
+    let wide = |&k: &usize| high[k] > low[k];
+    let Some(axis) = (0..3)
+        .filter(wide)
+        .max_by(|&a, &b| sums.scatter(a).total_cmp(&sums.scatter(b)))
+    else {
+        return half;
+    };
+    if depth >= DEEPEST {
+        items.select_nth_unstable_by(half, |a, b| {
+            a.mean[axis].total_cmp(&b.mean[axis]).then(a.emitter.cmp(&b.emitter))
+        });
+        return half;
+    }
+    let scale = BINS as f32 / (high[axis] - low[axis]);
+    let bin = |item: &Item| (((item.mean[axis] - low[axis]) * scale) as usize).min(BINS - 1);
+    let (mut bins, mut counts) = ([Sums::default(); BINS], [0; BINS]);
+    for item in &*items {
+        bins[bin(item)].add(item, about);
+        counts[bin(item)] += 1;
+    }
+    // Of each cut the cost of what is behind it, then the sum from the front.
+    let mut behind = [Sums::default(); BINS + 1];
+    for i in (0..BINS).rev() {
+        behind[i] = behind[i + 1].and(&bins[i]);
+    }
+    let (mut front, mut best) = (Sums::default(), (f64::INFINITY, 1));
+    for i in 1..BINS {
+        front = front.and(&bins[i - 1]);
+        let cost = front.cost() + behind[i].cost();
+        if cost < best.0 {
+            best = (cost, i);
+        }
+    }
+    let mut cut = 0;
+    for i in 0..items.len() {
+        if bin(&items[i]) < best.1 {
+            items.swap(i, cut);
+            cut += 1;
+        }
+    }
+    // The lowest is in the first bin and the highest in the last one: both parts have some, rounding aside.
+    if (1..items.len()).contains(&cut) { cut } else { half }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::hash::mix;
+
+    fn lights(number: u32, flat: bool) -> Vec<Emitter> {
+        let unit = |i: u32| f64::from(mix(i)) / 4_294_967_296.0;
+        (0..number)
+            .map(|i| Emitter {
+                light: i,
+                mean: std::array::from_fn(|k| 10.0 * unit(7 * i + k as u32) as f32),
+                variance: [1e-4; 3],
+                normal: flat.then_some([0.6, 0.0, -0.8]),
+                power: 1.0 + unit(7 * i + 5),
+            })
+            .collect()
+    }
+
+    /// Every light is one leaf; places and lights are each other's inverse; powers add up; variances are above 0.
+    #[test]
+    fn a_tree_holds_every_light_once() {
+        for number in [1, 2, 3, 17, 1000] {
+            let emitters = lights(number, false);
+            let tree = LightTree::new(&emitters);
+            assert_eq!(tree.len(), number as usize);
+            let places = tree.places(number as usize);
+            let (mut open, mut leaves) = (vec![0], 0);
+            while let Some(at) = open.pop() {
+                let node = tree.node(at);
+                assert!(node.power > 0.0 && node.spread().iter().all(|&v| v >= LEAST_VARIANCE));
+                match node.leaf() {
+                    Some(leaf) => {
+                        assert_eq!(places[tree.light(leaf) as usize], leaf);
+                        assert_eq!(leaf, leaves, "leaves come in their order");
+                        leaves += 1;
+                    }
+                    None => {
+                        let [a, b] = [tree.node(node.link), tree.node(node.link + 1)];
+                        assert!((a.power + b.power - node.power).abs() <= 1e-6 * node.power);
+                        open.extend([node.link + 1, node.link]);
+                    }
+                }
+            }
+            assert_eq!(leaves, number);
+        }
+    }
+
+    /// Against sums over all lights in one go.
+    #[test]
+    fn the_root_has_the_moments_of_all_lights() {
+        let emitters = lights(500, true);
+        let tree = LightTree::new(&emitters);
+        let total: f64 = emitters.iter().map(|e| e.power).sum();
+        for k in 0..3 {
+            let mean = emitters.iter().map(|e| e.power * f64::from(e.mean[k])).sum::<f64>() / total;
+            let variance = emitters
+                .iter()
+                .map(|e| e.power * (1e-4 + (f64::from(e.mean[k]) - mean).powi(2)));
+            let variance = variance.sum::<f64>() / total;
+            assert!((f64::from(tree.root().mean[k]) - mean).abs() < 1e-5);
+            let spread = f64::from(tree.root().spread()[k]);
+            assert!(
+                spread >= variance && spread < variance * (1.0 + 1.0 / 128.0),
+                "{spread} {variance}"
+            );
+        }
+        assert_eq!(tree.root().normals, [46, 0, 81, 0, -61, 0]);
+    }
+
+    #[test]
+    fn coincident_lights_and_lights_in_a_line_make_a_tree_of_any_depth() {
+        let mut emitters = lights(300, false);
+        emitters.iter_mut().take(100).for_each(|e| e.mean = [1.0; 3]);
+        // Each three times as far as the one before: every cut leaves one on one side.
+        for (i, e) in emitters.iter_mut().enumerate().skip(100).take(40) {
+            e.mean = [3.0_f32.powi(i as i32 - 120), 0.0, 0.0];
+        }
+        let tree = LightTree::new(&emitters);
+        assert_eq!(tree.len(), 300);
+        let depth = |at: u32| {
+            let mut deepest = 0;
+            let mut open = vec![(at, 0)];
+            while let Some((at, depth)) = open.pop() {
+                deepest = deepest.max(depth);
+                let node = tree.node(at);
+                if node.leaf().is_none() {
+                    open.extend([(node.link, depth + 1), (node.link + 1, depth + 1)]);
+                }
+            }
+            deepest
+        };
+        assert!(depth(0) <= DEEPEST as usize + 32);
+    }
+}

@@ -1,0 +1,124 @@
+//! A cut through the tree for a set of points: the clusters that they tell apart best.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+use super::importance::{Probes, WIDE};
+use super::{LightTree, Node};
+
+/// A part of the lights that a table has one weight for.
+#[derive(Clone, Copy, Debug)]
+pub struct Cluster {
+    /// The node over its lights.
+    pub node: u32,
+    /// Its importance for each point.
+    pub importance: [f32; WIDE],
+}
+
+/// Clusters that hold every light once, in the order of leaves.
+#[derive(Clone, Debug, Default)]
+pub struct Cut {
+    /// The clusters.
+    pub clusters: Vec<Cluster>,
+}
+
+/// A cluster that may be opened: the one first whose lights differ most for what they may bring.
+struct Open {
+    gain: f32,
+    at: usize,
+    node: u32,
+}
+
+impl PartialEq for Open {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+impl Eq for Open {}
+impl PartialOrd for Open {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+impl Ord for Open {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.gain.total_cmp(&other.gain).then(other.node.cmp(&self.node))
+    }
+}
+
+impl Cut {
+    /// Opens one cluster after the other until there are `most`, or all are single lights. Without points their power decides.
+    pub fn new(tree: &LightTree, probes: &Probes, most: usize) -> Self {
+        let root = Cluster {
+            node: 0,
+            importance: probes.importance(tree.root()),
+        };
+        let (mut clusters, mut heap) = (vec![root], BinaryHeap::new());
+        let mut sums = root.importance;
+        let offer = |heap: &mut BinaryHeap<Open>, clusters: &[Cluster], sums: &[f32; WIDE], at: usize| {
+            let Cluster { node, importance } = &clusters[at];
+            if tree.node(*node).leaf().is_none() {
+                let gain = gain(tree.node(*node), probes, importance, sums);
+                heap.push(Open { gain, at, node: *node });
+            }
+        };
+        offer(&mut heap, &clusters, &sums, 0);
+        while clusters.len() < most
+            && let Some(Open { at, node, .. }) = heap.pop()
+        {
+            let first = tree.node(node).link;
+            let [a, b] = [first, first + 1].map(|node| Cluster {
+                node,
+                importance: probes.importance(tree.node(node)),
+            });
+            for k in 0..WIDE {
+                sums[k] += a.importance[k] + b.importance[k] - clusters[at].importance[k];
+            }
+            clusters[at] = a;
+            clusters.push(b);
+            offer(&mut heap, &clusters, &sums, at);
+            offer(&mut heap, &clusters, &sums, clusters.len() - 1);
+        }
+        clusters.sort_by_cached_key(|cluster| tree.first_leaf(cluster.node));
+        Self { clusters }
+    }
+
+    /// The importance of all clusters together for each point.
+    pub fn sums(&self) -> [f32; WIDE] {
+        let mut sums = [0.0; WIDE];
+        for cluster in &self.clusters {
+            for (sum, more) in sums.iter_mut().zip(&cluster.importance) {
+                *sum += more;
+            }
+        }
+        sums
+    }
+}
+
+/// The root of the mean square of shares: what a cluster brings to each of the first `points` points, as a part of all that it gets. A
+/// point that gets nothing has no say.
+pub(super) fn rms(points: usize, brings: &[f32; WIDE], gets: &[f32; WIDE]) -> f32 {
+    let mut sum = 0.0;
+    for (brings, gets) in brings.iter().zip(gets).take(points) {
+        let share = if *gets > 0.0 { brings / gets } else { 0.0 };
+        sum += share * share;
+    }
+    sum.sqrt()
+}
+
+/// What it may gain to open a cluster: its share of the light, times how far its lights are apart as seen from the points, which
+/// for a lobe is the more the sharper that is.
+fn gain(node: &Node, probes: &Probes, importance: &[f32; WIDE], sums: &[f32; WIDE]) -> f32 {
+    let [x, y, z] = node.spread();
+    if probes.is_empty() {
+        return node.power() * (x + y + z);
+    }
+    let mut apart = *importance;
+    for (i, apart) in apart.iter_mut().enumerate().take(probes.len()) {
+        let place = probes.place(i);
+        let d2: f32 = (0..3).map(|k| (node.mean[k] - place[k]).powi(2)).sum();
+        let spread = (x + y + z) * probes.sharpness(i);
+        *apart *= (spread / (spread + d2)).sqrt();
+    }
+    rms(probes.len(), &apart, sums)
+}

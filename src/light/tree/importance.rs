@@ -1,0 +1,193 @@
+//! How much light points may get from a part of the lights, in closed form.
+
+use super::Node;
+use crate::lane::{F32x8, Lane};
+use crate::math::Vec3;
+use crate::math::elementary::exp;
+
+/// Points that a list of lights is made for are looked at together, so many at most.
+pub const WIDE: usize = 16;
+
+/// Points of one tile and one model of reflection; columns behind the last one repeat it.
+#[derive(Clone, Debug, Default)]
+pub struct Probes {
+    points: usize,
+    phong: bool,
+    place: [[f32; WIDE]; 3],
+    normal: [[f32; WIDE]; 3],
+    /// Axis of a Phong lobe.
+    mirror: [[f32; WIDE]; 3],
+    exponent: [f32; WIDE],
+}
+
+impl Probes {
+    /// None yet, of points that are Phong's or not.
+    pub fn new(phong: bool) -> Self {
+        Self {
+            phong,
+            ..Self::default()
+        }
+    }
+
+    /// Adds a point, unless there are [`WIDE`]: where it is in the unit of the tree, its normal, and of Phong's model the axis of its
+    /// lobe and the exponent.
+    pub fn push(&mut self, place: [f32; 3], normal: [f32; 3], mirror: [f32; 3], exponent: f32) {
+        for at in self.points..WIDE {
+            for k in 0..3 {
+                (self.place[k][at], self.normal[k][at], self.mirror[k][at]) = (place[k], normal[k], mirror[k]);
+            }
+            self.exponent[at] = exponent;
+        }
+        self.points = (self.points + 1).min(WIDE);
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.points
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.points == 0
+    }
+
+    /// Where point `i` is, in the unit of the tree.
+    pub fn place(&self, i: usize) -> [f32; 3] {
+        self.place.map(|column| column[i])
+    }
+
+    /// By how much the lobe of point `i` is sharper than a diffuse one: its exponent.
+    pub(super) fn sharpness(&self, i: usize) -> f32 {
+        if self.phong { self.exponent[i] } else { 1.0 }
+    }
+
+    /// The importance of a node for each point; of columns behind the last point something.
+    pub fn importance(&self, node: &Node) -> [f32; WIDE] {
+        let mut found = [0.0; WIDE];
+        let vector = |columns: &[[f32; WIDE]; 3], at: usize| {
+            let [x, y, z] = columns;
+            Vec3::new(F32x8::load(&x[at..]), F32x8::load(&y[at..]), F32x8::load(&z[at..]))
+        };
+        for at in (0..self.points).step_by(F32x8::N) {
+            let (place, normal) = (vector(&self.place, at), vector(&self.normal, at));
+            let lobe = self
+                .phong
+                .then(|| (vector(&self.mirror, at), F32x8::load(&self.exponent[at..])));
+            node.importance(place, normal, lobe).store(&mut found[at..]);
+        }
+        found
+    }
+}
+
+impl Node {
+    /// About how much light of these lights reaches points with these normals and is reflected, up to one factor for all nodes:
+    /// `power cosine / distance²` of a light like the whole node, as a mean over where in the node it may be. `lobe` are axis and
+    /// exponent of Phong lobes. Finite and not below 0; above 0 but for what single precision loses.
+    ///
+    /// With `q` from the point to the mean, `s` the sum of variances, `m = n·q` and `c` the variance of that:
+    ///
+    /// - the mean of `max(n·q, 0)` under a distribution of mean `m` and variance `c` is about `(m + sqrt(m² + 2c/π)) / 2`, exact at
+    ///   both ends and at `m = 0`; where `m < 0` in the form that does not cancel;
+    /// - `1 / distance³` becomes `1 / (sqrt(q² + s) (q² + s/3))`: at `q = 0` with the cosine `1/σ²` up to a factor near 1;
+    /// - a lobe is a Gaussian of directions convolved with the node's lateral variance.
+    #[inline(always)]
+    fn importance<L: Lane>(&self, p: Vec3<L>, n: Vec3<L>, lobe: Option<(Vec3<L>, L)>) -> L {
+        let (half, third) = (L::splat(0.5), L::splat(1.0 / 3.0));
+        let q = Vec3::splat(self.mean) - p;
+        let spread = self.spread();
+        let variance: Vec3<L> = Vec3::splat(spread);
+        let s = L::splat(spread[0] + spread[1] + spread[2]);
+        let d2 = q.length_squared();
+        let all = d2 + s;
+        let m = n.dot(q);
+        let c = L::splat(TWO_OVER_PI) * n.times(n).dot(variance);
+        let sum = (m * m + c).sqrt() + m.abs();
+        let cosine = L::select(m.ge(L::zero()), half * sum, half * c / sum);
+        let length = all.sqrt();
+        let mut found = L::splat(self.power) * cosine / (length * (d2 + s * third));
+        // Of lights with normals, what they send this way: the root of the mean of its square.
+        let [xx, yy, zz, xy, xz, yz] = self.normals.map(|x| L::splat(f32::from(x) * (1.0 / 127.0)));
+        let across = q.x * (xx * q.x + (xy * q.y + xz * q.z) * L::splat(2.0))
+            + q.y * (yy * q.y + yz * q.z * L::splat(2.0))
+            + zz * q.z * q.z;
+        found = found * (across.max(L::zero()) / all + s * third / all).sqrt();
+        if let Some((axis, alpha)) = lobe {
+            let along = axis.times(axis).dot(variance);
+            let lateral = ((s - along) * half).max(L::splat(super::LEAST_VARIANCE));
+            let wide = (alpha * lateral) + d2;
+            let peak = (lateral * half + d2) / wide;
+            let apart = L::one() - axis.dot(q) / d2.max(L::splat(super::LEAST_VARIANCE)).sqrt();
+            // Below e^-87 there is no number.
+            let fall = (alpha * d2 / wide * apart).min(L::splat(80.0));
+            found = found * (peak * exp(-fall) + L::splat(LOBE_FLOOR));
+        }
+        found
+    }
+}
+
+const TWO_OVER_PI: f32 = std::f32::consts::FRAC_2_PI;
+
+/// What a Phong lobe is taken to have far from its axis, as a part of its peak.
+const LOBE_FLOOR: f32 = 1e-6;
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Emitter, LightTree};
+    use super::*;
+
+    fn node(mean: [f32; 3], variance: f32, normal: Option<[f32; 3]>) -> Node {
+        let emitter = Emitter {
+            light: 0,
+            mean,
+            variance: [variance; 3],
+            normal,
+            power: 1.0,
+        };
+        *LightTree::new(&[emitter]).root()
+    }
+
+    fn seen(node: &Node, p: [f32; 3], n: [f32; 3]) -> f32 {
+        node.importance::<f32>(Vec3::splat(p), Vec3::splat(n), None)
+    }
+
+    /// A small light far away has `intensity cos / distance²`; a sphere's power is the root of 3 times its intensity.
+    #[test]
+    fn a_small_node_is_a_point() {
+        for (p, n) in [([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]), ([1.0, 2.0, -1.0], [0.6, 0.0, 0.8])] {
+            let q = [3.0 - p[0], 4.0 - p[1], 12.0 - p[2]];
+            let d = f32::sqrt(q.iter().map(|x| x * x).sum());
+            let cosine = (n[0] * q[0] + n[1] * q[1] + n[2] * q[2]) / d;
+            let sphere = seen(&node([3.0, 4.0, 12.0], 1e-9, None), p, n);
+            assert!(
+                (sphere * f32::sqrt(3.0) * d * d / cosine - 1.0).abs() < 1e-2,
+                "{sphere}"
+            );
+            let flat = seen(&node([3.0, 4.0, 12.0], 1e-9, Some([0.0, 0.0, 1.0])), p, n);
+            let sent = (q[2] / d).abs();
+            assert!((flat * d * d / (cosine * sent) - 1.0).abs() < 1e-2, "{flat}");
+        }
+    }
+
+    /// Inside of nodes, behind points, far away and for the sharpest lobes: a number above 0 and no more than single precision holds.
+    #[test]
+    fn importance_is_a_positive_number_everywhere() {
+        for variance in [0.0, 1e-12, 1.0, 1e5] {
+            for place in [0.0, 1e-12, 1e-3, 1.0, 1e3] {
+                for n in [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]] {
+                    for alpha in [None, Some(1.001_f32), Some(30.0), Some(1e6)] {
+                        let lobe = alpha.map(|alpha| (Vec3::splat([0.0, 0.6, 0.8]), alpha));
+                        let node = node([0.0, 0.0, place], variance, None);
+                        let found = node.importance::<f32>(Vec3::zero(), Vec3::splat(n), lobe);
+                        assert!(
+                            found >= 0.0 && found.is_finite(),
+                            "{variance} {place} {n:?} {alpha:?}: {found}"
+                        );
+                        if n[2] >= 0.0 && variance > 0.0 {
+                            assert!(found > 0.0, "{variance} {place} {n:?} {alpha:?}: {found}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,272 @@
+//! Short lists of lights: where there are many, each pass takes a few of them for the points of a tile.
+//!
+//! Points of a tile, a model of reflection and a pass share a list, so that a light still is the same for a whole stream and its
+//! shadow rays are alike: rays to lights of their own for every lane take five to seven times as long. What a list is drawn from, a
+//! [`Table`], and the list itself are functions of the scene, the film, the seed, the tile and the pass alone: not of lanes, threads,
+//! chunks or what is met in them. Pixels of the two colours of a chessboard have lists of their own: adaptive renders let each colour
+//! decide the samples of the other, which must know nothing of it ([`allocation`](crate::film::allocation)).
+
+mod probe;
+
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
+
+use super::stage::Chunk;
+use super::tracer::Tracer;
+use crate::film::{TILE, Tile};
+use crate::lane::Word;
+use crate::light::tree::{Emitter, Pick, Table};
+use crate::light::{LightTree, SphereLight, TriangleLight};
+use crate::sampling::PassBlock;
+use crate::sampling::hash::pcg4d;
+use crate::scene::FilmSize;
+
+/// Lengths of the tree are those of the world times this: at most 2^11, so that the third powers of long and of short ones are
+/// numbers of single precision.
+const UNIT: f32 = 1.0 / (1 << 18) as f32;
+
+/// Tables by the passes that they are for: first pass, clusters, whether these are looked at. A table is worth the more the longer it
+/// serves.
+const LEVELS: [(u32, usize, bool); 3] = [(0, 64, false), (4, 256, true), (32, 1024, true)];
+
+/// Bytes that the tables of a film may take together: on large films they have fewer clusters.
+const MOST_BYTES: usize = 1 << 28;
+
+/// Bytes of a cluster in a table.
+const CLUSTER: usize = 20;
+
+/// What lists of lights are drawn from.
+#[derive(Debug)]
+pub struct Lists {
+    tree: LightTree,
+    /// The place of each light in the order of leaves.
+    places: Vec<u32>,
+    /// Of each sphere the light that it is, or `u32::MAX`.
+    of_sphere: Vec<u32>,
+    /// Of each mesh the light that its first triangle is, or `u32::MAX`.
+    of_mesh: Vec<u32>,
+    /// Lights that are spheres; the others are triangles.
+    spheres: usize,
+    /// Lights of a list.
+    length: u32,
+    build_time: Duration,
+    /// The most clusters of a table.
+    clusters: usize,
+    /// For each tile, model of reflection and level.
+    tables: Vec<[[OnceLock<Box<Table>>; LEVELS.len()]; 2]>,
+}
+
+impl Lists {
+    /// Lists of `length` of these lights for the tiles of a film; `of_mesh` says which of the triangles is the first of each mesh.
+    pub fn new(
+        lights: (&[SphereLight], &[TriangleLight]),
+        spheres: usize,
+        of_mesh: Vec<u32>,
+        length: u32,
+        film: FilmSize,
+    ) -> Self {
+        let begin = Instant::now();
+        let tree = LightTree::new(&emitters(lights));
+        let (spherical, triangles) = lights;
+        let mut of_sphere = vec![u32::MAX; spheres];
+        for (number, light) in (0..).zip(spherical) {
+            of_sphere[light.sphere as usize] = number;
+        }
+        let first = spherical.len() as u32;
+        let tiles = film.width.div_ceil(TILE) as usize * film.height.div_ceil(TILE) as usize;
+        Self {
+            places: tree.places(spherical.len() + triangles.len()),
+            tree,
+            of_sphere,
+            of_mesh: of_mesh
+                .iter()
+                .map(|&at| at.checked_add(first).unwrap_or(u32::MAX))
+                .collect(),
+            spheres: spherical.len(),
+            length,
+            build_time: begin.elapsed(),
+            clusters: (MOST_BYTES / (tiles * 2 * CLUSTER)).max(LEVELS[0].1),
+            tables: (0..tiles).map(|_| Default::default()).collect(),
+        }
+    }
+
+    /// The most lights of a list.
+    pub fn length(&self) -> u32 {
+        self.length
+    }
+
+    /// How long the tree took to build.
+    pub fn build_time(&self) -> Duration {
+        self.build_time
+    }
+
+    /// The tree.
+    pub fn tree(&self) -> &LightTree {
+        &self.tree
+    }
+
+    /// Bytes beside the lights themselves, without tables.
+    pub fn bytes(&self) -> usize {
+        self.tree.bytes() + 4 * (self.places.len() + self.of_sphere.len() + self.of_mesh.len())
+    }
+
+    /// Whether triangles are among the lights.
+    pub fn has_triangles(&self) -> bool {
+        self.places.len() > self.spheres
+    }
+
+    /// The light that a sphere is.
+    pub fn of_sphere(&self, sphere: u32) -> Option<u32> {
+        self.of_sphere
+            .get(sphere as usize)
+            .copied()
+            .filter(|&light| light != u32::MAX)
+    }
+
+    /// The light that a triangle of a mesh is.
+    pub fn of_triangle(&self, mesh: u32, triangle: u32) -> Option<u32> {
+        let first = self
+            .of_mesh
+            .get(mesh as usize)
+            .copied()
+            .filter(|&first| first != u32::MAX);
+        first.map(|first| first + triangle)
+    }
+
+    /// Whether a light is a sphere, and its number among those of its kind.
+    pub fn kind(&self, light: u32) -> (bool, usize) {
+        let light = light as usize;
+        if light < self.spheres {
+            (true, light)
+        } else {
+            (false, light - self.spheres)
+        }
+    }
+
+    /// About how often a light is expected in a list: see [`Table::guess`]. `None` for one that emits nothing.
+    pub fn guess(&self, table: &Table, light: u32) -> Option<f32> {
+        let place = self.places[light as usize];
+        (place != u32::MAX).then(|| table.guess(&self.tree, place))
+    }
+
+    /// The table for points of a tile, Phong's or not, in a pass, if somebody has made it.
+    pub fn table(&self, tile: &Tile, phong: bool, pass: u32) -> Option<&Table> {
+        self.tables[tile.number() as usize][usize::from(phong)][level(pass)]
+            .get()
+            .map(|table| &**table)
+    }
+
+    /// Makes that table. Rays are traced in eight lanes whatever the plan has: the table is the same for all.
+    #[inline(never)]
+    pub fn tabulate<T: Tracer>(&self, chunk: &Chunk, phong: bool, pass: u32) {
+        let level = level(pass);
+        let (_, clusters, looks) = LEVELS[level];
+        self.tables[chunk.tile.number() as usize][usize::from(phong)][level].get_or_init(|| {
+            let (mut looker, probes) = probe::shoot::<T>(chunk, self, phong);
+            let look = (looks && !probes.is_empty()).then_some(&mut looker as _);
+            Box::new(Table::new(
+                &self.tree,
+                probes,
+                clusters.min(self.clusters),
+                self.length,
+                look,
+            ))
+        });
+    }
+
+    /// Draws the list of a tile's pixels of one colour for a pass.
+    pub fn draw(&self, table: &Table, address: &ListAddress, list: &mut Vec<Pick>) {
+        table.draw(&self.tree, |stratum| address.number(stratum), list);
+    }
+}
+
+/// Of which list a number is: all that its lights depend on beside the table.
+#[derive(Clone, Copy, Debug)]
+pub struct ListAddress {
+    seed: u32,
+    /// Of the tile and the colour.
+    group: u32,
+    /// Which list of these it is.
+    index: u32,
+    /// Whether lists with indices one after the other are stratified together.
+    stratified: bool,
+}
+
+impl ListAddress {
+    /// Of the pixels of a colour of a tile in a pass, counted from 0. Where a coin decides between two techniques, two passes that
+    /// follow each other share a list: one of them needs none.
+    pub fn new(numbers: &PassBlock, tile: &Tile, colour: u32, pass: u32, tossed: bool) -> Self {
+        let stratified = numbers.one_coin();
+        let pass = mutate!(pass, ListOfTheWrongPass => pass & 1);
+        Self {
+            seed: numbers.seed(),
+            group: 2 * tile.number() + colour,
+            index: if stratified && tossed { pass / 2 } else { pass },
+            stratified,
+        }
+    }
+
+    /// The number in [0, 1) of a stratum: van der Corput's sequence over the lists, shifted digit by digit.
+    fn number(&self, stratum: u32) -> f64 {
+        let salt = if self.stratified { 0 } else { self.index.wrapping_add(1) };
+        let [a, b, ..] = pcg4d([self.group, self.seed, stratum, salt].map(Word));
+        let first = if self.stratified {
+            a.0 ^ self.index.reverse_bits()
+        } else {
+            a.0
+        };
+        (f64::from(first) + f64::from(b.0 >> 12) / f64::from(1 << 20)) / 4_294_967_296.0
+    }
+}
+
+/// The colour of a pixel on the chessboard.
+pub fn colour([x, y]: [u32; 2]) -> u32 {
+    (x ^ y) & 1
+}
+
+/// The level of the tables for a pass.
+pub fn level(pass: u32) -> usize {
+    LEVELS.iter().rposition(|&(first, ..)| first <= pass).unwrap_or(0)
+}
+
+/// Lights as the tree sees them; those that send no light that single precision holds are left out.
+fn emitters((spheres, triangles): (&[SphereLight], &[TriangleLight])) -> Vec<Emitter> {
+    let mean = |le: [f32; 3]| le.iter().map(|&x| f64::from(x)).sum::<f64>() / 3.0;
+    let unit = f64::from(UNIT);
+    let of_spheres = (0..).zip(spheres).map(|(light, sphere)| {
+        let radius = f64::from(sphere.radius) * unit;
+        Emitter {
+            light,
+            mean: sphere.center.map(|x| x * UNIT),
+            variance: [(radius * radius / 3.0) as f32; 3],
+            normal: None,
+            power: mean(sphere.le) * (std::f64::consts::PI * 3.0_f64.sqrt()) * radius * radius,
+        }
+    });
+    let of_triangles = (spheres.len() as u32..)
+        .zip(triangles)
+        .map(|(light, TriangleLight { triangle, le, .. })| {
+            let corners = triangle.corners.map(|corner| corner.map(|x| x * UNIT));
+            let [a, b, c] = corners;
+            let mean_of = |k: usize| (a[k] + b[k] + c[k]) / 3.0;
+            // Of the uniform distribution over a triangle: a twelfth of the sum of the squares of its corners about their mean.
+            let variance = |k: usize| {
+                corners
+                    .iter()
+                    .map(|corner| (corner[k] - mean_of(k)).powi(2))
+                    .sum::<f32>()
+                    / 12.0
+            };
+            Emitter {
+                light,
+                mean: [mean_of(0), mean_of(1), mean_of(2)],
+                variance: [variance(0), variance(1), variance(2)],
+                normal: Some(triangle.normal),
+                power: mean(*le) * f64::from(triangle.area) * unit * unit,
+            }
+        });
+    of_spheres
+        .chain(of_triangles)
+        .filter(|emitter| emitter.power > 0.0 && emitter.power.is_finite())
+        .collect()
+}

@@ -1,0 +1,150 @@
+//! Probe points of a tile: where the rays through the middles of its pixels meet surfaces, and what they see of lights.
+
+use super::{Lists, UNIT};
+use crate::embree::{NO_SPHERE, Ray};
+use crate::lane::{Bits, F32x8, Lane, Mask};
+use crate::light::tree::{Look, Probes, WIDE};
+use crate::linear::Candidates;
+use crate::math::Vec3;
+use crate::pipeline::stage::Chunk;
+use crate::pipeline::stage::surface::{Surfaces, shading_point};
+use crate::pipeline::tracer::Tracer;
+use crate::pipeline::world::World;
+use crate::scene::{Effect, Effects};
+
+/// Lanes in which probes are traced, whatever the plan has.
+type L = F32x8;
+
+/// What shading points are made with: all that moves them.
+const HELD: Effects = Effects::of(&[
+    Effect::Diffuse,
+    Effect::Phong,
+    Effect::SmoothNormals,
+    Effect::SmoothTerminator,
+    Effect::Blend,
+]);
+
+/// Traces from probes to lights.
+pub struct Looker<'a, T> {
+    world: &'a World,
+    lists: &'a Lists,
+    /// Where the probes are.
+    places: [[f32; WIDE]; 3],
+    set: Candidates,
+    tracer: std::marker::PhantomData<T>,
+}
+
+/// A point that a pixel sees.
+#[derive(Clone, Copy)]
+struct Seen {
+    place: [f32; 3],
+    normal: [f32; 3],
+    mirror: [f32; 3],
+    exponent: f32,
+}
+
+/// Finds up to [`WIDE`] points of a model, spread over those that the middles of pixels show.
+pub(super) fn shoot<'a, T: Tracer>(chunk: &Chunk<'a>, lists: &'a Lists, phong: bool) -> (Looker<'a, T>, Probes) {
+    let world = chunk.world;
+    let seen = points::<T>(chunk, phong);
+    let (mut probes, mut places) = (Probes::new(phong), [[0.0; WIDE]; 3]);
+    let wanted = seen.len().min(WIDE);
+    for i in 0..wanted {
+        let point = seen[(2 * i + 1) * seen.len() / (2 * wanted)];
+        for k in 0..3 {
+            places[k][i..].fill(point.place[k]);
+        }
+        probes.push(
+            point.place.map(|x| x * UNIT),
+            point.normal,
+            point.mirror,
+            point.exponent,
+        );
+    }
+    let mut set = Candidates::default();
+    T::face_all(world, &mut set);
+    let looker = Looker {
+        world,
+        lists,
+        places,
+        set,
+        tracer: std::marker::PhantomData,
+    };
+    (looker, probes)
+}
+
+/// The points of a model that the middles of a tile's pixels show, in the order of the tile.
+fn points<T: Tracer>(chunk: &Chunk, phong: bool) -> Vec<Seen> {
+    let (world, tile) = (chunk.world, chunk.tile);
+    let mut set = Candidates::default();
+    T::face_tile::<L>(world, tile, &mut set);
+    let [left, top] = tile.corners()[0];
+    let mut found = Vec::new();
+    for pixels in tile.offsets().chunks(L::N) {
+        let middle = |k: usize, first: u32| {
+            L::from_fn(|lane| pixels.get(lane).map_or(0.0, |pixel| (first + pixel[k]) as f32 + 0.5))
+        };
+        let ray = Ray {
+            origin: Vec3::zero(),
+            direction: world.camera.direction(middle(0, left), middle(1, top)),
+            tfar: L::splat(f32::INFINITY),
+            aims_at: Bits::splat(NO_SPHERE),
+        };
+        let active = Mask::first(pixels.len());
+        let hit = T::nearest_from_origin::<L>(world, &set, active, &ray);
+        if hit.found.none() {
+            continue;
+        }
+        let surfaces = Surfaces::of(world, &hit);
+        let reflects = hit.found & !surfaces.emits;
+        if reflects.none() {
+            continue;
+        }
+        let point = shading_point::<L, T, { HELD.bits() }>(world, &hit, &ray, &surfaces);
+        let wanted = if phong {
+            point.bsdf.phong
+        } else {
+            !point.bsdf.phong | surfaces.those(world, |surface| surface.gloss.is_some())
+        };
+        for lane in (reflects & wanted).lanes() {
+            found.push(Seen {
+                place: point.p.lane(lane),
+                normal: point.bsdf.n.lane(lane),
+                mirror: point.bsdf.wr.lane(lane),
+                exponent: point.bsdf.alpha.lane(lane),
+            });
+        }
+    }
+    found
+}
+
+impl<T: Tracer> Look for Looker<'_, T> {
+    /// By rays to the middle of the light, which it does not block itself.
+    fn reaches(&mut self, light: u32, probes: &Probes) -> u32 {
+        let (middle, aim) = match self.lists.kind(light) {
+            (true, i) => (self.world.lights[i].center, self.world.lights[i].sphere),
+            (false, i) => {
+                let light = &self.world.triangle_lights[i];
+                let [a, b, c] = light.triangle.corners;
+                (std::array::from_fn(|k| (a[k] + b[k] + c[k]) / 3.0), light.aim)
+            }
+        };
+        let mut reached = 0;
+        for at in (0..probes.len()).step_by(L::N) {
+            let [x, y, z] = &self.places;
+            let origin = Vec3::new(L::load(&x[at..]), L::load(&y[at..]), L::load(&z[at..]));
+            let to = Vec3::splat(middle) - origin;
+            let distance = to.length().max(L::splat(f32::MIN_POSITIVE));
+            let ray = Ray {
+                origin,
+                direction: to * (L::one() / distance),
+                tfar: distance,
+                aims_at: Bits::splat(aim),
+            };
+            let active = <L as Lane>::Mask::first(probes.len() - at);
+            let occluded = T::occluded::<L>(self.world, &self.set, active, &ray);
+            reached |= (active & !occluded).to_bitmask() << at;
+        }
+        reached
+    }
+}

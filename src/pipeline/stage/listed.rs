@@ -1,0 +1,271 @@
+//! Shading under many lights, by estimators that draw a direction for every light: for those of a short list, another one for each
+//! pass and colour of a tile ([`lists`](crate::pipeline::lists)).
+//!
+//! A light that is expected `n` times in a list counts `1 / n` times when it is there. Where directions of the BRDF count too, the
+//! two techniques are weighed as if it were there `m` times, a guess that needs no way down the tree: `f m / (n (m p + q))` for a
+//! direction of the light and `f / (m p + q)` for one of the BRDF, in the words of [`density`](crate::estimator::density). The
+//! weights sum to one whatever `m` is, and `n` alone must be right. A direction of the BRDF is traced to the light that it meets,
+//! for no list need have it.
+
+use std::marker::PhantomData;
+
+use super::shade::{Lamp, Sink, in_lobe, prepare, toward};
+use super::{Ask, Chunk, Scratch, Stage, pairs, shadow};
+use crate::embree::TraceLane;
+use crate::estimator::density::{Density, Listed, Mix, Warp};
+use crate::estimator::per_triangle;
+use crate::lane::Mask;
+use crate::light::tree::Pick;
+use crate::light::{SphereLight, TriangleLight};
+use crate::linear::Candidates;
+use crate::linear::cull::Points;
+use crate::math::Vec3;
+use crate::pipeline::lists::{ListAddress, colour};
+use crate::pipeline::queue::{QueuedRays, RayQueue, WideQueue};
+use crate::pipeline::stream::{HitStream, Model};
+use crate::shape::Ball;
+
+/// A direction for every light of a list, or two.
+pub struct PerListed<D, M>(PhantomData<(D, M)>);
+
+impl<D: Density, M: Model> Stage for PerListed<D, M> {
+    #[inline(always)]
+    fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
+        let Scratch {
+            hits,
+            part,
+            list,
+            queue,
+            looks,
+            points,
+            set,
+            rings,
+            ..
+        } = scratch;
+        let stream = &mut hits[M::STREAM];
+        let Some(lists) = &chunk.world.lists else { return };
+        if stream.len() == 0 {
+            return;
+        }
+        let of_spheres = D::of(chunk.mix);
+        // Triangles may mix techniques where spheres do not.
+        let mix = if lists.has_triangles() {
+            chunk.mix
+        } else {
+            of_spheres.mix()
+        };
+        prepare::<L, Mix, M>(mix, chunk, stream, 0..stream.len());
+        let tossed = mix == Mix::Average && of_spheres.mix() == Mix::Average;
+        let mut at = 0;
+        while at < stream.len() {
+            let (shared, end) = segment(chunk, stream, at);
+            part.copy(stream, at..end);
+            at = end;
+            let pass = chunk.numbers.first() + shared.pass;
+            if lists.table(chunk.tile, M::PHONG, pass).is_none() {
+                chunk.ask(Ask::Tabulate {
+                    lists,
+                    phong: M::PHONG,
+                    pass,
+                });
+            }
+            let Some(table) = lists.table(chunk.tile, M::PHONG, pass) else {
+                return;
+            };
+            if !(tossed && all_heads(part)) {
+                let address = ListAddress::new(chunk.numbers, chunk.tile, shared.colour, pass, tossed);
+                lists.draw(table, &address, list);
+                chunk.ask(Ask::Survey { stream: part, points });
+                for (i, pick) in list.iter().enumerate() {
+                    match lists.kind(pick.light) {
+                        (true, number) => {
+                            let light = &chunk.world.lights[number];
+                            let of_light = (light, i, pick);
+                            toward_sphere::<L, D, M>(of_spheres, chunk, part, points, set, queue, rings, of_light);
+                        }
+                        (false, number) => {
+                            let light = &chunk.world.triangle_lights[number];
+                            toward_triangle::<L, M>(mix, chunk, part, points, set, queue, (light, i, pick));
+                        }
+                    }
+                }
+            }
+            if mix.mixed() {
+                along::<L, M>(mix, part, looks);
+                if looks.len() > 0 {
+                    chunk.ask(Ask::All { set });
+                    let spheres = of_spheres.mix().mixed();
+                    chunk.ask(Ask::Met {
+                        queue: looks,
+                        set,
+                        lists,
+                        table,
+                        spheres,
+                    });
+                }
+            }
+            shadow::arrived::<L>(chunk, part, 0..part.len());
+        }
+    }
+}
+
+/// What points have in common that share a list, in a tile.
+#[derive(PartialEq, Eq)]
+struct Shared {
+    /// Counted from the block's first.
+    pass: u32,
+    colour: u32,
+}
+
+/// What the point at `at` shares, and where the points end that share it.
+fn segment(chunk: &Chunk, stream: &HitStream, at: usize) -> (Shared, usize) {
+    let offsets = chunk.tile.offsets();
+    let [left, top] = chunk.tile.corners()[0];
+    let shared = |at: usize| {
+        let (index, pass) = stream.place(at);
+        let [x, y] = offsets[index as usize % offsets.len()];
+        Shared {
+            pass,
+            colour: colour([left + x, top + y]),
+        }
+    };
+    let first = shared(at);
+    let end = (at + 1..stream.len()).find(|&at| shared(at) != first);
+    (first, end.unwrap_or(stream.len()))
+}
+
+/// Whether all points follow their BRDF.
+fn all_heads(part: &HitStream) -> bool {
+    (0..part.len()).all(|at| part.heads::<f32>(at))
+}
+
+/// How a light is weighed that a list has: its radiance is multiplied by the first number, the chance of its own directions by the
+/// second.
+fn worth(mix: Mix, pick: &Pick) -> (f32, f32) {
+    let expected = mutate!(pick.expected, ExpectedOnceEach => pick.expected.max(1.0));
+    let guess = if mix.mixed() { pick.guess } else { 1.0 };
+    ((f64::from(guess) / expected) as f32, guess)
+}
+
+#[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "parts of one scratch pad")]
+fn toward_sphere<L: TraceLane, D: Density, M: Model>(
+    density: D,
+    chunk: &mut Chunk,
+    part: &mut HitStream,
+    points: &mut Points,
+    set: &mut Candidates,
+    queue: &mut RayQueue,
+    rings: &mut super::rings::RingBlock,
+    (light, i, pick): (&SphereLight, usize, &Pick),
+) {
+    let (times, guess) = worth(density.mix(), pick);
+    let counted = SphereLight {
+        le: light.le.map(|x| x * times),
+        ..*light
+    };
+    let lamp = Lamp::new(i, &counted);
+    let mut open = false;
+    let ball = Ball {
+        center: light.center,
+        radius: light.radius,
+    };
+    chunk.ask(Ask::Shaft {
+        stream: part,
+        points,
+        ball,
+        aimed_at: light.sphere,
+        open: &mut open,
+        set,
+    });
+    let all = 0..part.len();
+    let mut sink = Sink {
+        open,
+        queue,
+        answered: 0,
+    };
+    if D::WARP == Warp::LobeInCap {
+        in_lobe::<L, M>(chunk, part, rings, all, &lamp, &mut sink);
+    } else {
+        toward::<L, Listed<D>, M>(Listed::new(density, guess), chunk, part, all, &lamp, &mut sink);
+    }
+    chunk.counters.shadow_rays += sink.answered;
+    let light = lamp.sphere.sphere;
+    chunk.ask(Ask::Visible { queue, set, light });
+}
+
+#[inline(always)]
+fn toward_triangle<L: TraceLane, M: Model>(
+    mix: Mix,
+    chunk: &mut Chunk,
+    part: &HitStream,
+    points: &mut Points,
+    set: &mut Candidates,
+    queue: &mut RayQueue,
+    (light, i, pick): (&TriangleLight, usize, &Pick),
+) {
+    let (times, guess) = worth(mix, pick);
+    let (triangles, le) = (light.triangle.splat::<L>(), Vec3::splat(light.le.map(|x| x * times)));
+    let tossed = mix == Mix::Average;
+    for at in (0..part.len()).step_by(L::N) {
+        let (mut active, point, address) = part.packet::<L, M>(at);
+        if tossed {
+            active = active & !part.heads::<L>(at);
+        }
+        let view = triangles.seen_from(point.p);
+        let active = active & view.rises_above(point.bsdf.n);
+        if active.none() {
+            continue;
+        }
+        let pair = if tossed {
+            chunk.numbers.after_toss(address.key, address.pass, pairs::light(i))
+        } else {
+            chunk.numbers.pair(address.key, address.pass, pairs::light(i))
+        };
+        let (u, v) = pair.unit::<L>();
+        let heads = L::Mask::splat(false);
+        let numbers = per_triangle::Numbers { heads, u, v };
+        let worth = (le, L::splat(guess));
+        if let Some(found) = per_triangle::sample(mix, &point, &view, worth, numbers, active) {
+            queue.push(found.active, &QueuedRays::to_light(&point, &address, &found));
+        }
+    }
+    if queue.len() > 0 {
+        let (ball, aim) = (Ball::around(&light.triangle.corners), light.aim);
+        chunk.ask(Ask::Shaft {
+            stream: part,
+            points,
+            ball,
+            aimed_at: aim,
+            open: &mut false,
+            set,
+        });
+        chunk.ask(Ask::Visible { queue, set, light: aim });
+    }
+}
+
+/// Queues the directions of the BRDF, of the points that follow it, with their densities.
+#[inline(always)]
+fn along<L: TraceLane, M: Model>(mix: Mix, part: &HitStream, looks: &mut WideQueue) {
+    for at in (0..part.len()).step_by(L::N) {
+        let (mut active, point, address) = part.packet::<L, M>(at);
+        if !mix.both() {
+            active = active & part.heads::<L>(at);
+        }
+        if active.none() {
+            continue;
+        }
+        let wi = part.drawn::<L>(at);
+        let (cos_theta, above) = point.above(wi);
+        let lobe = point.bsdf.eval(wi, cos_theta);
+        let active = active & above & lobe.shape.gt(L::zero());
+        let rays = QueuedRays {
+            origin: point.p,
+            direction: wi,
+            tfar: L::splat(f32::INFINITY),
+            value: point.bsdf.rho * lobe.shape.or_zero(active),
+            index: address.index,
+        };
+        looks.push(active, &rays, lobe.pdf);
+    }
+}

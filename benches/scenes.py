@@ -4,6 +4,8 @@
     benches/scenes.py triangles 1000000 /tmp    a sphere with waves, smooth and diffuse, on a floor, three lights
     benches/scenes.py spheres 1000000 /tmp      a cloud of balls, half of them Phong, three lights
     benches/scenes.py lights 1024 /tmp          24 balls on a floor under so many lights of equal power together
+    benches/scenes.py rooms 4096 /tmp           49 rooms with doors, seen from one of them: most lights are behind walls
+    benches/scenes.py glow 100000 /tmp          the balls on the floor under one mesh of so many triangles that emits
 
 The same numbers in every run. Python 3.8 or later, nothing else; ten million triangles take a minute.
 """
@@ -123,19 +125,65 @@ def spheres(number, folder):
     return f"spheres = [{','.join(shine + balls)}]\n\n" + HEAD.format(origin=[0, 1.2, 4.2], fov=42)
 
 
+BALLS = "".join(
+    BALL.format(i % 6 - 2.5, -1.1, i // 6 - 1.5, 0.3, f'material = "{"clay" if i % 2 else "metal"}"') for i in range(24)
+)
+
+
+def cloud(folder, name, lamps):
+    """Lights as a scene says it: a table each, or of many a file of binary numbers. `lamps` are centres, radii and powers."""
+    if len(lamps) <= 2048:
+        return "".join(light(*lamp) for lamp in lamps)
+    numbers = array.array("f")
+    for (x, y, z), radius, power in lamps:
+        numbers.extend((x, y, z, radius, *[power / radius**2] * 3))
+    if sys.byteorder == "big":
+        numbers.byteswap()
+    properties = "".join(f"property float {name}\n" for name in ("x", "y", "z", "radius", "red", "green", "blue"))
+    head = f"ply\nformat binary_little_endian 1.0\nelement vertex {len(lamps)}\n{properties}end_header\n"
+    (folder / f"{name}.ply").write_bytes(head.encode() + numbers.tobytes())
+    return f'[[light_clouds]]\nfile = "{name}.ply"\n'
+
+
 def lights(number, folder):
     draw = random.Random(number)
-    balls = (
-        BALL.format(i % 6 - 2.5, -1.1, i // 6 - 1.5, 0.3, f'material = "{"clay" if i % 2 else "metal"}"') for i in range(24)
-    )
     radius = 0.4 * number**-0.5
-    shine = (
-        light((draw.uniform(-4, 4), draw.uniform(1, 4), draw.uniform(-4, 4)), radius, 20 / number) for _ in range(number)
-    )
-    return HEAD.format(origin=[0, 3.5, 7], fov=42) + "".join(balls) + "".join(shine)
+    at = lambda: (draw.uniform(-4, 4), draw.uniform(1, 4), draw.uniform(-4, 4))
+    lamps = [(at(), radius, 20 / number) for _ in range(number)]
+    return HEAD.format(origin=[0, 3.5, 7], fov=42) + BALLS + cloud(folder, f"lights-{number}", lamps)
 
 
-KINDS = {"triangles": triangles, "spheres": spheres, "lights": lights}
+def rooms(number, folder):
+    """7 x 7 rooms of 4 x 4 units, 3 high, walls with doors; lights of log-normal power anywhere."""
+    draw = random.Random(number)
+    radius = 0.4 * number**-0.5
+    at = lambda: (draw.uniform(-14, 14), draw.uniform(-1.3, 1.5), draw.uniform(-14, 14))
+    lamps = [(at(), radius, 200 / number * draw.lognormvariate(0, 1.5)) for _ in range(number)]
+    walls = []
+    for i in range(1, 7):
+        p = 4 * i - 14
+        for j in range(7):
+            # A door of one unit in the middle of each room's side.
+            for a, b in ((4 * j - 14, 4 * j - 12.5), (4 * j - 11.5, 4 * j - 10)):
+                walls.append([[p, -1.4, a], [p, -1.4, b], [p, 1.6, b], [p, 1.6, a]])
+                walls.append([[a, -1.4, p], [b, -1.4, p], [b, 1.6, p], [a, 1.6, p]])
+    walls.append([[-14, 1.6, -14], [14, 1.6, -14], [14, 1.6, 14], [-14, 1.6, 14]])
+    vertices = [vertex for wall in walls for vertex in wall]
+    faces = [[4 * i, 4 * i + 1, 4 * i + 2, 4 * i + 3] for i in range(len(walls))]
+    mesh = f'[[meshes]]\nmaterial = "floor"\nvertices = {vertices}\nfaces = {faces}\n'
+    return HEAD.format(origin=[1.9, 0.4, 1.9], fov=70) + BALLS + mesh + cloud(folder, f"rooms-{number}", lamps)
+
+
+def glow(number, folder):
+    vertices, corners = waves(number)
+    for i in range(0, len(vertices), 3):
+        vertices[i + 1] += 2.5
+    write_ply(folder / f"glow-{number}.ply", vertices, corners)
+    mesh = f'[[meshes]]\nemission = [2, 1.8, 1.5]\nfile = "glow-{number}.ply"\n'
+    return HEAD.format(origin=[0, 3.5, 7], fov=42) + BALLS + mesh
+
+
+KINDS = {"triangles": triangles, "spheres": spheres, "lights": lights, "rooms": rooms, "glow": glow}
 
 
 def write(kind, number, folder):

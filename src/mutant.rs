@@ -43,6 +43,8 @@
 //! | `ArcTakenAsPi` | the whole ring is drawn, not its arc inside the light | rings |
 //! | `FarRingForgotten` | the lobe's share beyond the light's farthest ring is drawn too | rings |
 //! | `MassBetweenRingsForgotten` | a lobe's share is counted up to its edge, not to the farthest ring | rings |
+//! | `ExpectedOnceEach` | a light of a list counts as if it were in every list | lists |
+//! | `WayDownForgotten` | the chance of a light inside of its cluster is left out of what it is divided by | lists |
 //! | `OffsetTooShort` | shading points leave their surface by 2 half-ulps | acne |
 //! | `DensityOfTheNextTexel` | a texel of the environment with the density of its neighbour | density |
 //! | `OnePercentBright` | a study measures `independent` 1 % too bright | study |
@@ -50,6 +52,7 @@
 //! | `HalfDecidesForItself` | a half of the replicates of `--target-error` ends when its own pictures look calm | target |
 //!
 //! "density" is the chi-square of directions against densities, "weight" the samples written out again in `f64`,
+//! "lists" short lists of lights against all lights,
 //! "rings" lobes inside lights against quadrature,
 //! "numbers" the independence of random numbers, "closed form" and "exact" are the scenes of `scenes/tests`, "oracle" the
 //! agreement of estimators and oracle, "lanes" the bits of eight lanes and one, "accelerators" the line of shapes against
@@ -90,8 +93,8 @@ mod tests {
     use octolux::lane::F32x8;
     use octolux::pipeline::Settings;
     use octolux::proof::{
-        self, Family, accelerators, agreement, caps, closed_forms, costs, environments, pictures, rings, samplers,
-        strategies, triangles, weights,
+        self, Family, accelerators, agreement, caps, closed_forms, costs, environments, many_lights, pictures, rings,
+        samplers, strategies, triangles, weights,
     };
     use octolux::scene::{EstimatorKind, FilmSize, SamplerKind};
     use octolux::settings::AccelKind;
@@ -150,6 +153,8 @@ mod tests {
         OneCornerOutside "accelerators",
         BallsAsPoints "accelerators",
         LightAsPoint "accelerators",
+        ExpectedOnceEach "lists",
+        WayDownForgotten "lists",
         OffsetTooShort "acne",
         OppositeForgotten "large plates",
         OnePercentBright "study",
@@ -173,7 +178,7 @@ mod tests {
     }
 
     /// The checks of the proof, at an effort of a second together.
-    const CHECKS: [(&str, fn()); 13] = [
+    const CHECKS: [(&str, fn()); 14] = [
         ("density", density),
         ("weight", weight),
         ("rings", rings::both),
@@ -184,6 +189,7 @@ mod tests {
         ("lanes", lanes),
         ("accelerators", accelerators_agree),
         ("acne", acne),
+        ("lists", || many_lights::agree(Family::new("lists"), (60, 40), 4, 16, 8)),
         ("large plates", large_plates),
         ("study", costs::nothing_is_harmful),
         ("target", target_error),

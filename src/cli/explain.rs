@@ -11,6 +11,7 @@ use octolux::machine;
 use octolux::pipeline::{Prepared, Settings};
 use octolux::run::DEFAULT_SPP;
 use octolux::scene::{Bsdf, Effect, EstimatorKind, SamplerKind, Scene, Surface};
+use octolux::settings::LightsAsked;
 use octolux::study::effect_costs::{self, Costs};
 
 /// Say what a scene holds and calls for, and how it would be rendered
@@ -87,6 +88,8 @@ struct Explanation {
     robust: Option<bool>,
     /// `None` where there are too many shapes.
     cull: Option<bool>,
+    /// Which lights a pass asks, and why.
+    asked: String,
     lanes: usize,
     /// Rays that whoever answers them takes at a time.
     rays_together: usize,
@@ -125,6 +128,7 @@ impl Explanation {
             why: prepared.why().to_owned(),
             robust: prepared.robust(),
             cull: prepared.cull(),
+            asked: asked(prepared),
             lanes: prepared.lanes().count(),
             rays_together: prepared.rays_together(),
             threads: settings.threads,
@@ -190,6 +194,7 @@ impl Explanation {
             format!("  because    {}", self.why),
             format!("  robust     {robust}"),
             format!("  cull       {cull}"),
+            format!("  asked      {}", self.asked),
             format!(
                 "  render     {} spp, {}, {}, seed {}",
                 self.spp,
@@ -200,4 +205,33 @@ impl Explanation {
         ]);
         lines.join("\n")
     }
+}
+
+/// Which lights a pass asks, and by which rule.
+fn asked(prepared: &Prepared) -> String {
+    let settings = prepared.settings();
+    let (emitters, few) = (prepared.features().emitters, LightsAsked::FEW);
+    let rule = match settings.lights {
+        LightsAsked::Auto if emitters <= few => {
+            format!("{emitters} spheres and triangles that emit are not more than {few}")
+        }
+        LightsAsked::Auto => format!("{emitters} spheres and triangles emit, more than the {few} that are all asked"),
+        forced => format!("--lights {forced} was asked for"),
+    };
+    let Some(lists) = prepared.lists() else {
+        return format!("every light in each pass: {rule}");
+    };
+    if !settings.estimator.per_light() {
+        return format!(
+            "whatever a direction meets: {} draws none for a light",
+            settings.estimator.name()
+        );
+    }
+    format!(
+        "a list of {} lights for each tile and pass: {rule}; tree of {:.1} MB, {:.0} bytes a light, {:.0} ms to build",
+        lists.length,
+        lists.bytes as f64 / 1e6,
+        lists.bytes as f64 / lists.lights as f64,
+        lists.build_time.as_secs_f64() * 1e3
+    )
 }

@@ -214,6 +214,7 @@ mod tests {
             settings,
             (octolux::settings::AccelKind::Embree, octolux::settings::Lanes::Eight),
             true,
+            3,
         );
         let render = super::super::render::Args::augment_args(clap::Command::new("render"));
         for knob in &cost::knobs::KNOBS {

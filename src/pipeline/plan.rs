@@ -127,6 +127,11 @@ pub struct Plan {
 }
 
 impl Plan {
+    /// Whether shading asks lists of lights.
+    pub fn asks_lists(&self) -> bool {
+        self.order == Order::Lists
+    }
+
     /// The kernel for a scene with `features`; `lanes` and `accel` are what the user insists on, `cull` is whether occluders are
     /// culled where that is possible, `asked` which lights a pass asks, `forced` are effects that it holds whether the scene calls for them or not.
     ///

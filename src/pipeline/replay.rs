@@ -3,6 +3,8 @@
 //! The sample goes through the very stages of a render, as a chunk of one pixel and one pass by the kernel of one lane, whose bits are
 //! those of all widths; the steps are read from the streams in between.
 
+mod listed;
+
 use serde::Serialize;
 
 use super::plan::Plan;
@@ -18,6 +20,7 @@ use crate::estimator::density::{ConeOrCap, LobeInCap, Mix, Projected, Warp};
 use crate::estimator::{ShadingPoint, per_light, per_point};
 use crate::film::Tile;
 use crate::lane::Word;
+use crate::light::SphereLight;
 use crate::math::Vec3;
 use crate::sampling::{PassBlock, Toss, warp};
 use crate::scene::{Effect, EstimatorKind};
@@ -155,7 +158,11 @@ pub(super) fn replay(plan: &Plan, world: &World, settings: &Settings, tile: &Til
             rho: at.bsdf.rho.lane(0),
             alpha: if phong { at.bsdf.alpha } else { 1.0 },
         });
+        let how = (rows::mix_of_spheres(settings.estimator), warp(settings.estimator, &at));
+        let of = (&at, &address);
         asked = match plan.intersector.accel {
+            AccelKind::Embree if plan.asks_lists() => listed::directions::<ByEmbree>(&mut chunk, how, [x, y], of),
+            AccelKind::Linear if plan.asks_lists() => listed::directions::<InLine>(&mut chunk, how, [x, y], of),
             AccelKind::Embree => directions::<ByEmbree>(world, settings, &numbers, tile, &at, &address),
             AccelKind::Linear => directions::<InLine>(world, settings, &numbers, tile, &at, &address),
         };
@@ -219,6 +226,26 @@ fn met<T: Tracer>(world: &World, origin: Vec3<f32>, direction: Vec3<f32>) -> Opt
     })
 }
 
+/// How an estimator draws the directions of spheres at a point.
+fn warp(estimator: EstimatorKind, point: &ShadingPoint<f32>) -> Warp {
+    match estimator {
+        EstimatorKind::Projected if !point.bsdf.phong => Warp::ProjectedCap,
+        EstimatorKind::Product if point.bsdf.phong => Warp::LobeInCap,
+        EstimatorKind::Product => Warp::ConeOrCap,
+        _ => Warp::Cone,
+    }
+}
+
+/// The name of that, for a sphere.
+fn technique(warp: Warp, point: &ShadingPoint<f32>, light: &SphereLight) -> &'static str {
+    match warp {
+        Warp::ProjectedCap => "cap",
+        Warp::ConeOrCap if per_light::suits_cap(point, &light.seen_from(point.p)) => "cap",
+        Warp::Cone | Warp::ConeOrCap => "cone",
+        Warp::LobeInCap => "lobe",
+    }
+}
+
 /// What the shade stage asks for at a point, by its own functions.
 fn directions<T: Tracer>(
     world: &World,
@@ -231,25 +258,10 @@ fn directions<T: Tracer>(
     let mut set = Default::default();
     T::face_all(world, &mut set);
     let found = |wi: Vec3<f32>, distance: f32, ld: Vec3<f32>, occluded: bool| {
-        let cos_theta = point.bsdf.n.dot(wi);
-        let lobe = point.bsdf.eval(wi, cos_theta);
-        Found {
-            wi: wi.lane(0),
-            cos_theta,
-            shape: lobe.shape,
-            brdf_pdf: lobe.pdf,
-            distance: world.space.in_scene(distance),
-            ld: ld.lane(0),
-            occluded,
-        }
+        Found::new(world, point, wi, distance, ld, occluded)
     };
     let mix = rows::mix_of_spheres(settings.estimator);
-    let warp = match settings.estimator {
-        EstimatorKind::Projected if !point.bsdf.phong => Warp::ProjectedCap,
-        EstimatorKind::Product if point.bsdf.phong => Warp::LobeInCap,
-        EstimatorKind::Product => Warp::ConeOrCap,
-        _ => Warp::Cone,
-    };
+    let warp = warp(settings.estimator, point);
     let shared = |toss: bool| {
         // All lights share the direction of the BRDF.
         let of = if toss { PassBlock::after_toss } else { PassBlock::pair };
@@ -285,12 +297,10 @@ fn directions<T: Tracer>(
             sphere: Some(light.sphere),
             omc: Some(cone.omc),
             cone_pdf: Some(cone.pdf()),
-            technique: match warp {
-                _ if toss.heads => "brdf",
-                Warp::ProjectedCap => "cap",
-                Warp::ConeOrCap if per_light::suits_cap(point, &light.seen_from(point.p)) => "cap",
-                Warp::Cone | Warp::ConeOrCap => "cone",
-                Warp::LobeInCap => "lobe",
+            technique: if toss.heads {
+                "brdf"
+            } else {
+                technique(warp, point, light)
             },
             found: drawn.filter(|drawn| drawn.active).map(|drawn| {
                 let shadow = ray(point.p, drawn.wi, drawn.distance, light.sphere);

@@ -10,7 +10,9 @@ use super::error::Fault;
 use super::files::{Files, Outside};
 use super::materials::Materials;
 use super::table::Table;
-use super::{FilmSize, InvalidScene, RenderTable, Scene, SceneError, check, environment, places, shapes, view};
+use super::{
+    FilmSize, InvalidScene, RenderTable, Scene, SceneError, check, environment, light_cloud, places, shapes, view,
+};
 
 /// The longest scene file, in bytes. What needs more belongs into a mesh file, which takes a tenth of the room.
 const LONGEST_FILE: u64 = 64 << 20;
@@ -21,6 +23,7 @@ const KEYS: &[&str] = &[
     "render",
     "materials",
     "spheres",
+    "light_clouds",
     "meshes",
     "environment",
 ];
@@ -128,6 +131,13 @@ fn scene(text: &str, path: &Path, outside: Outside) -> Result<Scene, Fault> {
     if let Some(value) = root.get("spheres") {
         for table in value.tables("sphere", shapes::SPHERE_KEYS)? {
             scene.sphere(shapes::sphere(&table, &materials)?);
+        }
+    }
+    if let Some(value) = root.get("light_clouds") {
+        for table in value.tables("light_cloud", light_cloud::KEYS)? {
+            for sphere in light_cloud::spheres(&table, &files)? {
+                scene.sphere(sphere);
+            }
         }
     }
     // What is wrong so far should not wait for big files.

@@ -19,6 +19,7 @@ mod features;
 mod files;
 mod hash;
 mod invalid;
+mod light_cloud;
 mod load;
 mod materials;
 mod memory;

@@ -73,7 +73,7 @@ impl Scene {
     /// side to the camera.
     pub fn lights_below_every_horizon(&self) -> Vec<usize> {
         let frustum = Frustum::new(self.camera(), self.film());
-        if self.camera().lens.is_some() || self.meshes().len() > MOST {
+        if self.camera().lens.is_some() || self.meshes().len() > MOST || self.spheres().len() > MOST {
             return Vec::new();
         }
         let eye = self.camera().origin;

@@ -12,6 +12,7 @@ pub mod combinations;
 pub mod costs;
 pub mod environments;
 pub mod lanes;
+pub mod many_lights;
 pub mod pictures;
 pub mod places;
 pub mod rings;

@@ -17,6 +17,7 @@ mod estimators;
 mod lanes;
 mod lanes_estimators;
 mod linear;
+mod many_lights;
 mod pictures;
 mod properties;
 mod rays;

@@ -17,8 +17,8 @@ const UNSEEN: f32 = 0.15;
 /// Part by which power decides between two children of a node inside a cluster.
 const WITHIN: f64 = 0.05;
 
-/// Clusters with less than this part of all importance are not looked at.
-const NOT_WORTH_A_LOOK: f32 = 2e-5;
+/// Clusters with less than this part of the mean importance of a cluster are not looked at.
+const NOT_WORTH_A_LOOK: f32 = 0.1;
 
 /// Which points a light reaches: bit `i` for point `i`.
 pub trait Look {
@@ -84,7 +84,7 @@ impl Table {
             .map(|cluster| rms(points, &cluster.importance, &self.gets))
             .collect();
         if let Some(look) = look {
-            let least = weights.iter().sum::<f32>() * NOT_WORTH_A_LOOK;
+            let least = weights.iter().sum::<f32>() / weights.len() as f32 * NOT_WORTH_A_LOOK;
             let mut seen: Vec<[f32; WIDE]> = cut.clusters.iter().map(|cluster| cluster.importance).collect();
             let mut gets = [0.0; WIDE];
             for ((i, seen), &weight) in seen.iter_mut().enumerate().zip(&weights) {
@@ -201,7 +201,7 @@ impl Table {
         let (leaf, chance) = self.descend(tree, self.nodes[cluster], within);
         Pick {
             light: tree.light(leaf),
-            expected: width * chance,
+            expected: width * mutate!(chance, WayDownForgotten => 1.0),
             guess: self.guess_in(tree, cluster, tree.leaf_power(leaf)),
         }
     }
@@ -260,3 +260,6 @@ impl Table {
 
 /// The largest number below 1.
 const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
+
+#[cfg(test)]
+mod tests;

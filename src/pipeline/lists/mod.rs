@@ -25,9 +25,9 @@ use crate::scene::FilmSize;
 /// numbers of single precision.
 const UNIT: f32 = 1.0 / (1 << 18) as f32;
 
-/// Tables by the passes that they are for: first pass, clusters, whether these are looked at. A table is worth the more the longer it
-/// serves.
-const LEVELS: [(u32, usize, bool); 3] = [(0, 64, false), (4, 256, true), (32, 1024, true)];
+/// Tables by the passes that they are for: first pass, clusters, and points from which these are looked at, 16 at most. A table is worth
+/// the more the longer it serves.
+const LEVELS: [(u32, usize, usize); 3] = [(0, 64, 0), (4, 256, 8), (32, 1024, 16)];
 
 /// Bytes that the tables of a film may take together: on large films they have fewer clusters.
 const MOST_BYTES: usize = 1 << 28;
@@ -162,8 +162,8 @@ impl Lists {
         let level = level(pass);
         let (_, clusters, looks) = LEVELS[level];
         self.tables[chunk.tile.number() as usize][usize::from(phong)][level].get_or_init(|| {
-            let (mut looker, probes) = probe::shoot::<T>(chunk, self, phong);
-            let look = (looks && !probes.is_empty()).then_some(&mut looker as _);
+            let (mut looker, probes) = probe::shoot::<T>(chunk, self, phong, looks);
+            let look = (looks > 0 && !probes.is_empty()).then_some(&mut looker as _);
             Box::new(Table::new(
                 &self.tree,
                 probes,
@@ -197,7 +197,6 @@ impl ListAddress {
     /// follow each other share a list: one of them needs none.
     pub fn new(numbers: &PassBlock, tile: &Tile, colour: u32, pass: u32, tossed: bool) -> Self {
         let stratified = numbers.one_coin();
-        let pass = mutate!(pass, ListOfTheWrongPass => pass & 1);
         Self {
             seed: numbers.seed(),
             group: 2 * tile.number() + colour,

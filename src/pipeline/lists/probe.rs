@@ -28,8 +28,10 @@ const HELD: Effects = Effects::of(&[
 pub struct Looker<'a, T> {
     world: &'a World,
     lists: &'a Lists,
-    /// Where the probes are.
+    /// Where those of the probes are that look: every one or every second.
     places: [[f32; WIDE]; 3],
+    /// Probes that one of them looks for: itself, and what is behind it.
+    each: usize,
     set: Candidates,
     tracer: std::marker::PhantomData<T>,
 }
@@ -43,16 +45,22 @@ struct Seen {
     exponent: f32,
 }
 
-/// Finds up to [`WIDE`] points of a model, spread over those that the middles of pixels show.
-pub(super) fn shoot<'a, T: Tracer>(chunk: &Chunk<'a>, lists: &'a Lists, phong: bool) -> (Looker<'a, T>, Probes) {
+/// Finds up to [`WIDE`] points of a model, spread over those that the middles of pixels show; about `looks` of them look at lights.
+pub(super) fn shoot<'a, T: Tracer>(
+    chunk: &Chunk<'a>,
+    lists: &'a Lists,
+    phong: bool,
+    looks: usize,
+) -> (Looker<'a, T>, Probes) {
     let world = chunk.world;
     let seen = points::<T>(chunk, phong);
     let (mut probes, mut places) = (Probes::new(phong), [[0.0; WIDE]; 3]);
     let wanted = seen.len().min(WIDE);
+    let each = if looks < WIDE { 2 } else { 1 };
     for i in 0..wanted {
         let point = seen[(2 * i + 1) * seen.len() / (2 * wanted)];
         for k in 0..3 {
-            places[k][i..].fill(point.place[k]);
+            places[k][i / each..].fill(point.place[k]);
         }
         probes.push(
             point.place.map(|x| x * UNIT),
@@ -67,6 +75,7 @@ pub(super) fn shoot<'a, T: Tracer>(chunk: &Chunk<'a>, lists: &'a Lists, phong: b
         world,
         lists,
         places,
+        each,
         set,
         tracer: std::marker::PhantomData,
     };
@@ -130,7 +139,8 @@ impl<T: Tracer> Look for Looker<'_, T> {
             }
         };
         let mut reached = 0;
-        for at in (0..probes.len()).step_by(L::N) {
+        let looking = probes.len().div_ceil(self.each);
+        for at in (0..looking).step_by(L::N) {
             let [x, y, z] = &self.places;
             let origin = Vec3::new(L::load(&x[at..]), L::load(&y[at..]), L::load(&z[at..]));
             let to = Vec3::splat(middle) - origin;
@@ -141,9 +151,11 @@ impl<T: Tracer> Look for Looker<'_, T> {
                 tfar: distance,
                 aims_at: Bits::splat(aim),
             };
-            let active = <L as Lane>::Mask::first(probes.len() - at);
+            let active = <L as Lane>::Mask::first(looking - at);
             let occluded = T::occluded::<L>(self.world, &self.set, active, &ray);
-            reached |= (active & !occluded).to_bitmask() << at;
+            for lane in (active & !occluded).lanes() {
+                reached |= ((1 << self.each) - 1) << ((at + lane) * self.each);
+            }
         }
         reached
     }

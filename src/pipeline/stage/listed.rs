@@ -9,7 +9,7 @@
 
 use std::marker::PhantomData;
 
-use super::shade::{Lamp, Sink, in_lobe, prepare, toward};
+use super::shade::{Lamp, Sink, in_lobe, may_meet, prepare, toward};
 use super::{Ask, Chunk, Scratch, Stage, pairs, shadow};
 use crate::embree::TraceLane;
 use crate::estimator::density::{Density, Listed, Mix, Warp};
@@ -91,7 +91,7 @@ impl<D: Density, M: Model> Stage for PerListed<D, M> {
                 }
             }
             if mix.mixed() {
-                along::<L, M>(mix, part, looks);
+                along::<L, M>(mix, chunk, part, looks);
                 if looks.len() > 0 {
                     chunk.ask(Ask::All { set });
                     let spheres = of_spheres.mix().mixed();
@@ -246,7 +246,7 @@ fn toward_triangle<L: TraceLane, M: Model>(
 
 /// Queues the directions of the BRDF, of the points that follow it, with their densities.
 #[inline(always)]
-fn along<L: TraceLane, M: Model>(mix: Mix, part: &HitStream, looks: &mut WideQueue) {
+fn along<L: TraceLane, M: Model>(mix: Mix, chunk: &Chunk, part: &HitStream, looks: &mut WideQueue) {
     for at in (0..part.len()).step_by(L::N) {
         let (mut active, point, address) = part.packet::<L, M>(at);
         if !mix.both() {
@@ -258,7 +258,10 @@ fn along<L: TraceLane, M: Model>(mix: Mix, part: &HitStream, looks: &mut WideQue
         let wi = part.drawn::<L>(at);
         let (cos_theta, above) = point.above(wi);
         let lobe = point.bsdf.eval(wi, cos_theta);
-        let active = active & above & lobe.shape.gt(L::zero());
+        let mut active = active & above & lobe.shape.gt(L::zero());
+        if chunk.world.drops_misses() {
+            active = active & may_meet(&chunk.world.lights, point.p, wi);
+        }
         let rays = QueuedRays {
             origin: point.p,
             direction: wi,

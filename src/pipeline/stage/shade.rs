@@ -330,7 +330,7 @@ impl<D: per_point::Density, M: Model> Stage for PerPoint<D, M> {
 
 /// Lanes whose direction may meet any of the lights. The accelerator decides; this only must never say no too early.
 #[inline(always)]
-fn may_meet<L: Lane>(lights: &[SphereLight], p: Vec3<L>, wi: Vec3<L>) -> L::Mask {
+pub(super) fn may_meet<L: Lane>(lights: &[SphereLight], p: Vec3<L>, wi: Vec3<L>) -> L::Mask {
     let mut meets = L::Mask::splat(false);
     for light in lights {
         meets = mutate!(meets, LastLightOnly => L::Mask::splat(false)) | light.may_meet(p, wi);

@@ -22,6 +22,7 @@ use super::{Mesh, Surface};
 pub(super) use clean::has_area;
 pub(super) use gltf::name as buffer_name;
 pub(super) use inline::inline;
+pub(super) use ply::points;
 pub(super) use source::read;
 pub(super) use transform::{rotations, transform};
 

@@ -2,7 +2,7 @@
 //! it then is measured, priced and drawn.
 
 use crate::pipeline::{Settings, widest_lanes};
-use crate::settings::{AccelKind, EstimatorKind, Lanes, SamplerKind};
+use crate::settings::{AccelKind, EstimatorKind, Lanes, LightsAsked, SamplerKind};
 use serde::Serialize;
 
 /// What a render can be asked for.
@@ -25,7 +25,7 @@ pub struct Knob {
 }
 
 /// All knobs, in the order of the report.
-pub const KNOBS: [Knob; 8] = [
+pub const KNOBS: [Knob; 9] = [
     Knob {
         name: "estimator",
         what: "how directions of light are drawn",
@@ -86,6 +86,16 @@ pub const KNOBS: [Knob; 8] = [
             [("on", true), ("off", false)].map(of).into()
         },
     },
+    Knob {
+        name: "lights",
+        what: "which lights a pass asks, where there are many",
+        values: |from| {
+            let of = |asked: LightsAsked| (asked.to_string(), from.with(|s| s.lights = asked));
+            [LightsAsked::All, LightsAsked::List(16), LightsAsked::List(64)]
+                .map(of)
+                .into()
+        },
+    },
 ];
 
 impl Choice {
@@ -131,7 +141,7 @@ impl Variant {
             (knob, "") => knob.to_owned(),
             ("lanes" | "threads", "1") => format!("1 {}", self.knob.trim_end_matches('s')),
             ("lanes" | "threads", count) => format!("{count} {}", self.knob),
-            ("robust" | "cull", value) => format!("{} {value}", self.knob),
+            ("robust" | "cull" | "lights", value) => format!("{} {value}", self.knob),
             (_, value) => value.to_owned(),
         }
     }
@@ -148,18 +158,27 @@ impl Variant {
 
 /// The defaults first, then every value of every knob that changes something, one knob at a time. Some may not be possible
 /// with the scene: the renderer says so. `culls` tells whether there are so few shapes that they are
-/// culled.
-pub fn variants(settings: Settings, (plan_accel, plan_lanes): (AccelKind, Lanes), culls: bool) -> Vec<Variant> {
+/// culled, `emitters` how many spheres and triangles emit.
+pub fn variants(
+    settings: Settings,
+    (plan_accel, plan_lanes): (AccelKind, Lanes),
+    culls: bool,
+    emitters: usize,
+) -> Vec<Variant> {
     let defaults = Variant::defaults(settings);
     let from = defaults.choice;
     // What the plan would choose anyway is no change, nor is Embree's flag where the shapes stand in a line, nor culling where
-    // there is none.
+    // there is none, nor lists of few lights.
     let resolved = |choice: &Choice| {
         choice.with(|s| {
             let accel = *s.accel.get_or_insert(plan_accel);
             s.lanes.get_or_insert(plan_lanes);
             s.robust |= accel == AccelKind::Linear;
             s.cull |= !culls;
+            s.lights = match s.lights.list_of(emitters) {
+                Some(length) if emitters > LightsAsked::FEW => LightsAsked::List(length as u8),
+                _ => LightsAsked::All,
+            };
         })
     };
     let same = |choice: &Choice| resolved(choice) == resolved(&from);
@@ -194,7 +213,7 @@ mod tests {
 
     #[test]
     fn each_variant_turns_one_knob_and_none_is_the_default() {
-        let all = variants(settings(), (AccelKind::Linear, Lanes::Eight), true);
+        let all = variants(settings(), (AccelKind::Linear, Lanes::Eight), true, 3);
         let labels: Vec<String> = all.iter().map(Variant::label).collect();
         assert_eq!(
             labels[..11],
@@ -217,11 +236,18 @@ mod tests {
         assert!(!labels.iter().any(|label| label.starts_with("robust")));
         assert!(labels.contains(&"cull off".to_owned()));
         let through_embree = |culls: bool| -> Vec<String> {
-            let all = variants(settings(), (AccelKind::Embree, Lanes::Eight), culls);
+            let all = variants(settings(), (AccelKind::Embree, Lanes::Eight), culls, 3);
             all.iter().map(Variant::arguments).collect()
         };
         assert_eq!(through_embree(false).last().unwrap(), " --robust off");
         assert_eq!(through_embree(true)[through_embree(false).len()..], [" --cull off"]);
+        let many = variants(settings(), (AccelKind::Embree, Lanes::Eight), false, 65);
+        let lights: Vec<String> = many
+            .iter()
+            .filter(|v| v.knob == "lights")
+            .map(Variant::arguments)
+            .collect();
+        assert_eq!(lights, [" --lights all", " --lights 64"]);
         assert_eq!(all[1].arguments(), " --estimator uniform");
         assert_eq!(all[9].arguments(), " --adaptive");
     }

@@ -219,7 +219,13 @@ fn possible(scene: &Scene, settings: Settings) -> Result<(Vec<Variant>, Impossib
     };
     let first = starts(settings)?;
     let (mut variants, mut impossible) = (Vec::new(), Vec::new());
-    for variant in knobs::variants(settings, (first.accel(), first.lanes()), first.cull().is_some()) {
+    let emitters = first.features().emitters;
+    for variant in knobs::variants(
+        settings,
+        (first.accel(), first.lanes()),
+        first.cull().is_some(),
+        emitters,
+    ) {
         match starts(variant.choice.settings) {
             Ok(_) => variants.push(variant),
             Err(error @ SetupError::Unsupported { .. }) => impossible.push((variant.label(), error.to_string())),

@@ -171,6 +171,11 @@ impl Header {
                 ));
             }
         }
+        self.fits(length)
+    }
+
+    /// Whether `length` bytes can hold all elements.
+    pub fn fits(&self, length: u64) -> Result<(), Problem> {
         for element in &self.elements {
             let least = element
                 .properties

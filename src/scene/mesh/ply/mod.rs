@@ -3,6 +3,7 @@
 
 mod header;
 mod payload;
+mod points;
 mod strips;
 
 use std::collections::HashMap;
@@ -17,6 +18,7 @@ use super::polygons::Polygons;
 use super::{NO_UV, Problem, RawMesh, Wanted};
 use header::{Element, Header};
 use payload::Payload;
+pub use points::points;
 
 /// What programs call the corners of a face or a strip.
 const CORNERS: &[&str] = &["vertex_indices", "vertex_index"];

@@ -1,0 +1,208 @@
+//! Lists of lights: the mean of all lights, the same bits for everyone, and nothing at all where lights are few.
+
+use crate::proof::Family;
+use crate::proof::many_lights::{agree, scene};
+use crate::proof::pictures::{assert_same, both, differences};
+use crate::proof::runs::{other_widths, picture, settings};
+use octolux::film::Film;
+use octolux::pipeline::{Prepared, Settings};
+use octolux::run::{Goal, Saved, Shard};
+use octolux::scene::{Effect, EstimatorKind, FilmSize, SamplerKind, Scene};
+use octolux::settings::{AccelKind, Lanes, LightsAsked};
+
+fn listed(width: u32, height: u32, estimator: EstimatorKind) -> Settings {
+    Settings {
+        lights: LightsAsked::List(8),
+        ..settings(width, height, estimator)
+    }
+}
+
+fn per_light() -> impl Iterator<Item = EstimatorKind> {
+    EstimatorKind::ALL.into_iter().filter(|estimator| estimator.per_light())
+}
+
+/// Welch's tests of 24 seeds, 11 parts of a film, six estimators and two samplers; a family raises a false alarm once in 50 000.
+#[test]
+fn short_lists_have_the_mean_of_all_lights() {
+    agree(Family::new("lists-100"), (100, 0), 4, 24, 8);
+    agree(Family::new("lists-65"), (40, 25), 16, 24, 4);
+}
+
+#[test]
+fn lists_of_one_light_and_of_two_have_it_too() {
+    agree(Family::new("lists-of-1"), (60, 40), 1, 24, 16);
+    agree(Family::new("lists-of-2"), (1000, 0), 2, 16, 8);
+}
+
+#[test]
+fn widths_of_packets_and_threads_change_no_bit_of_a_render_by_lists() {
+    let scene = scene(120, 30);
+    for estimator in per_light() {
+        for sampler in SamplerKind::ALL {
+            let eight = Settings {
+                sampler,
+                ..listed(37, 21, estimator)
+            };
+            for lanes in other_widths() {
+                let lanes = Some(lanes);
+                both(&scene, eight, Settings { lanes, ..eight }, 5, "lists");
+            }
+            both(&scene, eight, Settings { threads: 3, ..eight }, 5, "lists, threads");
+        }
+    }
+}
+
+#[test]
+fn shards_and_runs_that_are_taken_up_again_have_the_bits_of_one_run_by_lists() {
+    let scene = scene(120, 0);
+    let prepared = Prepared::new(&scene, listed(33, 18, EstimatorKind::Mis)).expect("it renders");
+    let leaf = 512;
+    let whole = prepared.passes(2 * leaf).finish();
+    let film = whole.film().size();
+    assert_eq!(Goal::shard(Shard { number: 1, of: 2 }, 2 * leaf).range(film), 0..leaf);
+    let folder = tempfile::tempdir().expect("a folder");
+    for stop in [1, 2, 4, 37] {
+        let path = folder.path().join("state");
+        let run = prepared.passes(stop).finish();
+        run.save(&path, Vec::new()).expect("it can be written");
+        let other = Prepared::new(&scene, listed(33, 18, EstimatorKind::Mis)).expect("it renders");
+        let resumed = other.resume(Goal::passes(64), Saved::read(&path).expect("it can be read"));
+        let resumed = resumed.expect("it is the same render").finish();
+        let straight = prepared.passes(64).finish();
+        assert_same(&format!("resumed at {stop}"), &resumed.picture(), &straight.picture());
+    }
+    let _ = Film::new(film);
+}
+
+/// A film of 65 lights asks lists, one of 64 all of them.
+#[test]
+fn up_to_64_lights_are_all_asked() {
+    for (lights, lists) in [(64, false), (65, true)] {
+        let scene = scene(lights, 0);
+        for estimator in per_light() {
+            let auto = settings(24, 16, estimator);
+            let prepared = Prepared::new(&scene, auto).expect("it renders");
+            assert_eq!(prepared.lists().map(|lists| lists.length), lists.then_some(16));
+            assert_eq!(prepared.features().effects().has(Effect::ManyLights), lists);
+            let all = picture(
+                &scene,
+                Settings {
+                    lights: LightsAsked::All,
+                    ..auto
+                },
+                2,
+            );
+            assert_eq!(differences(&picture(&scene, auto, 2), &all) > 0, lists);
+        }
+    }
+}
+
+/// With a list as long as there are lights, each is asked in every pass, whoever it is.
+#[test]
+fn a_list_of_all_lights_sees_what_all_lights_see() {
+    let scene = scene(20, 0);
+    let light = settings(40, 24, EstimatorKind::Light);
+    let asked = |lights| picture(&scene, Settings { lights, ..light }, 256);
+    let (lists, all) = (asked(LightsAsked::List(20)), asked(LightsAsked::All));
+    let sum = |p: &octolux::film::Picture| p.pixels.iter().flatten().map(|&x| f64::from(x)).sum::<f64>();
+    // Other random numbers: 256 passes of 960 pixels leave 1e-4 between them.
+    assert!(
+        (sum(&lists) / sum(&all) - 1.0).abs() < 2e-3,
+        "{} {}",
+        sum(&lists),
+        sum(&all)
+    );
+}
+
+/// `uniform` and `brdf` do not look at lists: nothing changes for them.
+#[test]
+fn estimators_without_directions_of_lights_keep_their_bits() {
+    let scene = scene(120, 30);
+    for estimator in [EstimatorKind::Uniform, EstimatorKind::Brdf] {
+        let base = settings(33, 18, estimator);
+        for accel in [AccelKind::Embree, AccelKind::Linear] {
+            let [lists, all] = [LightsAsked::List(4), LightsAsked::All].map(|lights| {
+                let accel = Some(accel);
+                picture(&scene, Settings { lights, accel, ..base }, 4)
+            });
+            assert_same(estimator.name(), &lists, &all);
+        }
+    }
+}
+
+/// The radiance of a replayed sample is that of a render of one pass.
+#[test]
+fn a_sample_by_lists_is_replayed() {
+    let scene = scene(120, 30);
+    for estimator in per_light() {
+        let one = Settings {
+            lanes: Some(Lanes::One),
+            ..listed(20, 17, estimator)
+        };
+        let shown = picture(&scene, one, 1);
+        let prepared = Prepared::new(&scene, one).expect("it renders");
+        for [x, y] in [[3, 9], [10, 14], [17, 12], [4, 16]] {
+            let replay = prepared
+                .replay([x, y, 0])
+                .expect("one lane")
+                .expect("it is on the film");
+            let pixel = shown.pixels[(y * 20 + x) as usize];
+            assert_eq!(replay.radiance.map(|x| x as f32), pixel, "{} {x} {y}", estimator.name());
+        }
+    }
+}
+
+/// Black pixels of a chessboard share no list with white ones: the mean of adaptive renders is that of even ones. 300 seeds of a film of
+/// two tiles; 5 standard errors, once in 1.7 million.
+#[test]
+fn adaptive_renders_by_lists_are_unbiased() {
+    let scene = scene(150, 0);
+    let base = Settings {
+        film: FilmSize { width: 32, height: 16 },
+        lights: LightsAsked::List(2),
+        ..settings(32, 16, EstimatorKind::Light)
+    };
+    let means = |adaptive: bool| {
+        let prepared = Prepared::new(&scene, base).expect("it renders");
+        let one = |seed: u32| {
+            let prepared = prepared.with_seed(seed + if adaptive { 0 } else { 5000 });
+            let run = if adaptive {
+                prepared.adaptive(16)
+            } else {
+                prepared.passes(16)
+            }
+            .finish();
+            run.picture()
+                .pixels
+                .iter()
+                .flatten()
+                .map(|&x| f64::from(x))
+                .sum::<f64>()
+        };
+        octolux::study::estimate::Estimate::of(&(0..300).map(one).collect::<Vec<_>>())
+    };
+    let (adaptive, even) = (means(true), means(false));
+    assert!(adaptive.sigmas(even, 1e-5) < 5.0, "{}", adaptive.against(even));
+}
+
+/// Lights that coincide, one at the camera, one of a million times the power, one that is larger than all else.
+#[test]
+fn odd_lights_make_numbers() {
+    let mut odd = scene(70, 0).to_builder();
+    let eye = odd.camera.origin;
+    let lamps = odd.spheres.len() - 70;
+    for (i, sphere) in odd.spheres[lamps..].iter_mut().enumerate() {
+        match i {
+            0 => sphere.center = eye + glam::DVec3::new(0.0, 0.3, 0.0),
+            1..20 => sphere.center = glam::DVec3::new(1.0, 3.0, 1.0),
+            20 => sphere.surface = octolux::scene::Surface::Emission(glam::DVec3::splat(1e8)),
+            21 => (sphere.center, sphere.radius) = (glam::DVec3::new(0.0, 50.0, 0.0), 30.0),
+            22 => sphere.radius = 1e-9,
+            _ => {}
+        }
+    }
+    let odd: Scene = odd.build().expect("a scene");
+    for estimator in per_light() {
+        picture(&odd, listed(32, 20, estimator), 8);
+    }
+}

@@ -31,7 +31,7 @@ FULL = {
     "threads": (1, 2, 4, 8),
     "triangles": (12, 100, 1000, 10_000, 100_000, 1_000_000, 10_000_000),
     "spheres": (5, 100, 1000, 10_000, 100_000, 1_000_000),
-    "lights": (1, 4, 16, 64, 256, 1024),
+    "lights": (1, 4, 16, 64, 256, 1024, 4096, 65_536, 1_000_000),
 }
 QUICK = {
     "pixels": (1, 16, 256, 1024),
@@ -39,7 +39,7 @@ QUICK = {
     "threads": (1, 2),
     "triangles": (12, 1000, 100_000),
     "spheres": (5, 1000, 20_000),
-    "lights": (1, 16, 256),
+    "lights": (1, 16, 256, 4096),
 }
 
 
@@ -197,7 +197,7 @@ TABLES = {
     "threads": threads,
     "triangles": lambda n: shapes("triangles", n, (384, 256), 16, "A sphere with waves on a floor, smooth normals, three lights."),
     "spheres": lambda n: shapes("spheres", n, (384, 256), 16, "A cube full of spheres on a floor, three lights."),
-    "lights": lambda n: shapes("lights", n, (96, 64), 16, "24 spheres on a floor under lights that share one power."),
+    "lights": lambda n: shapes("lights", n, (384, 256), 16, "24 spheres on a floor under lights that share one power, more than 64 of them by lists."),
 }
 
 

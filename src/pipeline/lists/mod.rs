@@ -50,6 +50,7 @@ pub struct Lists {
     /// Lights of a list.
     length: u32,
     build_time: Duration,
+    film: FilmSize,
     /// The most clusters of a table.
     clusters: usize,
     /// For each tile, model of reflection and level.
@@ -85,6 +86,7 @@ impl Lists {
             spheres: spherical.len(),
             length,
             build_time: begin.elapsed(),
+            film,
             clusters: (MOST_BYTES / (tiles * 2 * CLUSTER)).max(LEVELS[0].1),
             tables: (0..tiles).map(|_| Default::default()).collect(),
         }
@@ -93,6 +95,15 @@ impl Lists {
     /// The most lights of a list.
     pub fn length(&self) -> u32 {
         self.length
+    }
+
+    /// The pixels of a tile, all of them: a replay has a tile of one, and must make the same table.
+    fn pixels(&self, number: u32) -> Vec<[u32; 2]> {
+        let FilmSize { width, height } = self.film;
+        let across = width.div_ceil(TILE);
+        let (left, top) = (number % across * TILE, number / across * TILE);
+        let rows = top..height.min(top + TILE);
+        rows.flat_map(|y| (left..width.min(left + TILE)).map(move |x| [x, y])).collect()
     }
 
     /// How long the tree took to build.

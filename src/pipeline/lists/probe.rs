@@ -53,7 +53,7 @@ pub(super) fn shoot<'a, T: Tracer>(
     looks: usize,
 ) -> (Looker<'a, T>, Probes) {
     let world = chunk.world;
-    let seen = points::<T>(chunk, phong);
+    let seen = points::<T>(world, &lists.pixels(chunk.tile.number()), phong);
     let (mut probes, mut places) = (Probes::new(phong), [[0.0; WIDE]; 3]);
     let wanted = seen.len().min(WIDE);
     let each = if looks < WIDE { 2 } else { 1 };
@@ -82,20 +82,16 @@ pub(super) fn shoot<'a, T: Tracer>(
     (looker, probes)
 }
 
-/// The points of a model that the middles of a tile's pixels show, in the order of the tile.
-fn points<T: Tracer>(chunk: &Chunk, phong: bool) -> Vec<Seen> {
-    let (world, tile) = (chunk.world, chunk.tile);
+/// The points of a model that the middles of pixels show, in their order.
+fn points<T: Tracer>(world: &World, pixels: &[[u32; 2]], phong: bool) -> Vec<Seen> {
     let mut set = Candidates::default();
-    T::face_tile::<L>(world, tile, &mut set);
-    let [left, top] = tile.corners()[0];
+    T::face_all(world, &mut set);
     let mut found = Vec::new();
-    for pixels in tile.offsets().chunks(L::N) {
-        let middle = |k: usize, first: u32| {
-            L::from_fn(|lane| pixels.get(lane).map_or(0.0, |pixel| (first + pixel[k]) as f32 + 0.5))
-        };
+    for pixels in pixels.chunks(L::N) {
+        let middle = |k: usize| L::from_fn(|lane| pixels.get(lane).map_or(0.0, |pixel| pixel[k] as f32 + 0.5));
         let ray = Ray {
             origin: Vec3::zero(),
-            direction: world.camera.direction(middle(0, left), middle(1, top)),
+            direction: world.camera.direction(middle(0), middle(1)),
             tfar: L::splat(f32::INFINITY),
             aims_at: Bits::splat(NO_SPHERE),
         };

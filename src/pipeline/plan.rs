@@ -4,12 +4,13 @@ use std::sync::LazyLock;
 
 use super::intersector::Intersector;
 use super::rows::{self, Run};
+use super::settings::Settings;
 use super::stage::{Answers, Order};
 use crate::embree::{Device, Packets};
 use crate::estimator::density::Mix;
 use crate::lane::has_avx512;
-use crate::scene::{Effect, Effects, EstimatorKind, Features};
-use crate::settings::{AccelKind, Lanes, LightsAsked};
+use crate::scene::{Effect, Effects, Features};
+use crate::settings::{AccelKind, Lanes};
 
 /// From so many shapes on packets hold all passes of a few pixels, where Embree answers them. Whole renders of a mesh of a
 /// million triangles take 0.88 of the time then (`brdf`: 0.77), of `knot` with 11 207 shapes 0.93, of 100 000 spheres 0.92;
@@ -132,21 +133,25 @@ impl Plan {
         self.order == Order::Lists
     }
 
-    /// The kernel for a scene with `features`; `lanes` and `accel` are what the user insists on, `cull` is whether occluders are
-    /// culled where that is possible, `asked` which lights a pass asks, `forced` are effects that it holds whether the scene calls for them or not.
+    /// The kernel for a scene with `features`; lanes, intersector, culling and lists are chosen where `settings` do not insist, `forced`
+    /// are effects that it holds whether the scene calls for them or not.
     ///
     /// # Errors
     /// A sentence where no kernel supports what is asked for, and what would do.
     pub fn choose(
         features: &Features,
         forced: Effects,
-        estimator: EstimatorKind,
-        lanes: Option<Lanes>,
-        accel: Option<AccelKind>,
-        cull: bool,
-        asked: LightsAsked,
+        settings: &Settings,
         machine: Machine,
     ) -> Result<Self, Refusal> {
+        let Settings {
+            estimator,
+            lanes,
+            accel,
+            cull,
+            lights,
+            ..
+        } = *settings;
         let (intersector, why) = Intersector::choose(features.shapes, accel, cull);
         let accel = intersector.accel;
         let (lanes, note) = machine.lanes(accel, lanes)?;
@@ -156,7 +161,7 @@ impl Plan {
         };
         let why = note.into_iter().fold(why, |why, note| format!("{why}; {note}"));
         let needs = features.effects().and(forced);
-        let lists = asked
+        let lists = lights
             .list_of(features.emitters)
             .filter(|_| !features.nothing_in_sight());
         let pairs =

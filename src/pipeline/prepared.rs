@@ -246,14 +246,6 @@ impl Prepared {
 }
 
 fn plan(features: &Features, effects: Effects, settings: Settings, machine: Machine) -> Result<Plan, SetupError> {
-    let Settings {
-        estimator,
-        lanes,
-        accel,
-        cull,
-        lights,
-        ..
-    } = settings;
-    Plan::choose(features, effects, estimator, lanes, accel, cull, lights, machine)
+    Plan::choose(features, effects, &settings, machine)
         .map_err(|(what, remedy)| SetupError::Unsupported { what, remedy })
 }

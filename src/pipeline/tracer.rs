@@ -104,7 +104,13 @@ impl Tracer for ByEmbree {
 
     #[inline(always)]
     fn occluded<L: TraceLane>(world: &World, _: &Candidates, active: L::Mask, ray: &Ray<L>) -> L::Mask {
-        world.accel.occluded(active, ray, Coherence::Incoherent)
+        // By lists, the rays of a packet go from one tile to one light.
+        let alike = if world.lists.is_some() {
+            Coherence::Coherent
+        } else {
+            Coherence::Incoherent
+        };
+        world.accel.occluded(active, ray, alike)
     }
 }
 

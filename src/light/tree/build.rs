@@ -157,8 +157,8 @@ impl Sums {
     fn add(&mut self, item: &Item, about: [f32; 3]) {
         let power = f64::from(item.power);
         self.power += power;
-        for k in 0..3 {
-            let x = f64::from(item.mean[k] - about[k]);
+        for (k, about) in about.into_iter().enumerate() {
+            let x = f64::from(item.mean[k] - about);
             self.first[k] += power * x;
             self.second[k] += power * x * x;
         }

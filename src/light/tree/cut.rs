@@ -71,8 +71,8 @@ impl Cut {
                 node,
                 importance: probes.importance(tree.node(node)),
             });
-            for k in 0..WIDE {
-                sums[k] += a.importance[k] + b.importance[k] - clusters[at].importance[k];
+            for (k, sum) in sums.iter_mut().enumerate() {
+                *sum += a.importance[k] + b.importance[k] - clusters[at].importance[k];
             }
             clusters[at] = a;
             clusters.push(b);

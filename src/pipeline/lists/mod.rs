@@ -79,10 +79,7 @@ impl Lists {
             places: tree.places(spherical.len() + triangles.len()),
             tree,
             of_sphere,
-            of_mesh: of_mesh
-                .iter()
-                .map(|&at| at.checked_add(first).unwrap_or(u32::MAX))
-                .collect(),
+            of_mesh: of_mesh.iter().map(|&at| at.saturating_add(first)).collect(),
             spheres: spherical.len(),
             length,
             build_time: begin.elapsed(),
@@ -97,13 +94,14 @@ impl Lists {
         self.length
     }
 
-    /// The pixels of a tile, all of them: a replay has a tile of one, and must make the same table.
+    /// The pixels of a tile in squares of 4 x 4, all of them: a replay has a tile of one, and must make the same table.
     fn pixels(&self, number: u32) -> Vec<[u32; 2]> {
         let FilmSize { width, height } = self.film;
         let across = width.div_ceil(TILE);
         let (left, top) = (number % across * TILE, number / across * TILE);
-        let rows = top..height.min(top + TILE);
-        rows.flat_map(|y| (left..width.min(left + TILE)).map(move |x| [x, y])).collect()
+        let place = |i: u32| [left + i / 16 % 4 * 4 + i % 4, top + i / 64 * 4 + i / 4 % 4];
+        let pixels = (0..TILE * TILE).map(place);
+        pixels.filter(|&[x, y]| x < width && y < height).collect()
     }
 
     /// How long the tree took to build.

@@ -58,9 +58,11 @@ pub(super) fn shoot<'a, T: Tracer>(
     let wanted = seen.len().min(WIDE);
     let each = if looks < WIDE { 2 } else { 1 };
     for i in 0..wanted {
-        let point = seen[(2 * i + 1) * seen.len() / (2 * wanted)];
-        for k in 0..3 {
-            places[k][i / each..].fill(point.place[k]);
+        // One in each square of a whole tile, at another place in it.
+        let at = (WIDE * i + 7 * i % WIDE) * seen.len() / (WIDE * WIDE);
+        let point = seen[if wanted < WIDE { i } else { at }];
+        for (column, place) in places.iter_mut().zip(point.place) {
+            column[i / each..].fill(place);
         }
         probes.push(
             point.place.map(|x| x * UNIT),

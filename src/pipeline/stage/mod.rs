@@ -5,6 +5,7 @@ mod ask;
 mod chunk;
 pub mod environment;
 pub mod eye;
+mod facets;
 mod grid;
 mod rings;
 mod scratch;

@@ -11,6 +11,7 @@ pub mod closed_forms;
 pub mod combinations;
 pub mod costs;
 pub mod environments;
+pub mod ggx;
 pub mod lanes;
 pub mod pictures;
 pub mod places;

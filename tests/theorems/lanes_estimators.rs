@@ -48,7 +48,7 @@ impl Case {
         }
     }
 
-    fn inputs<L: Lane>(&self, first: usize) -> (ShadingPoint<L>, Toss<L::Bits>, L::Mask) {
+    fn inputs<L: Lane>(&self, first: usize) -> (ShadingPoint<L, Bsdf<L>>, Toss<L::Bits>, L::Mask) {
         let x: Vec<L> = self.columns.iter().map(|c| L::from_fn(|i| c[first + i])).collect();
         let (n, wo) = (vector(&x[3..]).normalize(), vector(&x[6..]).normalize());
         let n = Vec3::select(n.dot(wo).lt(L::zero()), -n, n);
@@ -87,7 +87,7 @@ fn said<L: Lane>(active: L::Mask, vectors: &[Vec3<L>], numbers: &[L]) -> Said {
         .collect()
 }
 
-fn by_light<L: Lane, D: Density>(density: D, case: &Case, light: &SphereLight, first: usize) -> Said {
+fn by_light<L: Lane, D: per_light::Directions<L, Bsdf<L>>>(density: D, case: &Case, light: &SphereLight, first: usize) -> Said {
     let (point, toss, active) = case.inputs::<L>(first);
     match per_light::sample(density, &point, light, toss, active) {
         Some(found) => said(found.active, &[found.wi, found.ld], &[found.distance]),

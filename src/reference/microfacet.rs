@@ -222,7 +222,7 @@ mod tests {
         assert!((fresnel(1.0, 1.5, 0.0) - 0.04).abs() < 1e-15);
         assert!((fresnel(1.0, 0.143, 3.983) - 0.966_6).abs() < 1e-3);
         let brewster = (1.0_f64 / (1.0 + 1.5 * 1.5)).sqrt();
-        let across = ((1.5 * 1.5 - 1.0) / (1.5 * 1.5 + 1.0)).powi(2);
+        let across = ((1.5 * 1.5 - 1.0_f64) / (1.5 * 1.5 + 1.0)).powi(2);
         assert!((fresnel(brewster, 1.5, 0.0) - 0.5 * across).abs() < 1e-14);
         assert!((fresnel(1e-9, 0.2, 3.0) - 1.0).abs() < 1e-7);
     }

@@ -4,7 +4,7 @@
 use crate::proof::lanes::{HARD, InLanes, flat, in_all_widths, uniform, vector, verdict};
 use octolux::bsdf::Bsdf;
 use octolux::embree::TraceLane;
-use octolux::estimator::density::{Average, ConeOnly, ConeOrCap, Density, LobeInCap, Mix, Projected};
+use octolux::estimator::density::{Average, ConeOnly, ConeOrCap, LobeInCap, Mix, Projected};
 use octolux::estimator::{ShadingPoint, per_light, per_point, per_triangle};
 use octolux::lane::{Bits, Lane, Mask};
 use octolux::light::{SphereLight, Triangle};

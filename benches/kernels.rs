@@ -311,12 +311,7 @@ fn estimators(c: &mut Criterion) {
     per_light!("product, Phong 1000", LobeInCap, phong, points(0.5));
     per_light!("mis, diffuse", Average, diffuse, points(0.5));
     per_light!("mis, Phong 1000", Average, phong, points(0.5));
-    per_light!(
-        "mis, Phong 1000, one technique a packet",
-        Average,
-        phong,
-        alternating()
-    );
+    per_light!("mis, Phong 1000, one technique a packet", Average, phong, alternating());
     per_light!("mis, Phong 1000, lobe far from the light", Average, phong, points(8.0));
     per_light!("mis, metal of roughness 0.17", Average, metal, points(0.5));
     per_point!("uniform, diffuse", per_point::Sphere, diffuse);

@@ -32,7 +32,11 @@ pub fn fresnel<L: Lane>(c: L, eta: L, k: L) -> L {
     let sum = difference.mul_add(difference, product).sqrt();
     // 2 a^2 without cancellation: metals have k above eta.
     let negative = difference.lt(L::zero());
-    let twice = L::select(negative, product.div_or_zero(sum - difference, negative), sum + difference);
+    let twice = L::select(
+        negative,
+        product.div_or_zero(sum - difference, negative),
+        sum + difference,
+    );
     let along = (twice + twice).sqrt() * c;
     let (plus, minus) = (sum + cosine + along, sum + cosine - along);
     let across = minus / plus;

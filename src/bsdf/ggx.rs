@@ -55,7 +55,9 @@ impl<L: Lane> Ggx<L> {
         let diffuse = body * largest * L::splat(1.0 - F0) * through;
         let metal = self.metallic * (largest * through + coat);
         let sum = diffuse + metal + body * coat.mul_add(L::splat(1.0 - F0), L::splat(F0));
-        diffuse.div_or_zero(sum, sum.gt(L::zero())).min(L::splat(1.0 - LEAST_COAT))
+        diffuse
+            .div_or_zero(sum, sum.gt(L::zero()))
+            .min(L::splat(1.0 - LEAST_COAT))
     }
 }
 

@@ -106,12 +106,10 @@ impl<L: Lane> Microfacets<L> {
         let both = cos_o * self.root(cos_i) / cos_i + root_o;
         let masked = cos_o + root_o;
         let cos_half = (squared.sqrt() * L::splat(0.5)).min(L::one());
-        let pdf = L::splat(0.5) * distribution / masked;
-        Glint {
-            value: L::splat(0.5) * distribution / mutate!(both, ShadowingForgotten => masked),
-            pdf: mutate!(pdf, HalfVectorForDirection => pdf * cos_half),
-            cos_half,
-        }
+        let value = L::splat(0.5) * distribution / mutate!(both, ShadowingForgotten => masked);
+        let drawn = L::splat(0.5) * distribution / masked;
+        let pdf = mutate!(drawn, HalfVectorForDirection => drawn * cos_half);
+        Glint { value, pdf, cos_half }
     }
 }
 

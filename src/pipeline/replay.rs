@@ -3,19 +3,21 @@
 //! The sample goes through the very stages of a render, as a chunk of one pixel and one pass by the kernel of one lane, whose bits are
 //! those of all widths; the steps are read from the streams in between.
 
+mod told;
+
 use serde::Serialize;
 
+use super::model::{self, Streams};
 use super::plan::Plan;
 use super::progress::Counters;
-use super::rows::{self, Suited};
+use super::rows;
 use super::settings::Settings;
 use super::stage::{Chunk, Scratch, Segment, pairs};
-use super::model::{self, Streams};
 use super::stream::Address;
 use super::tracer::{ByEmbree, InLine, Tracer};
 use super::world::World;
+use crate::bsdf::{Brdf, Tint};
 use crate::embree::{Coherence, NO_SPHERE, Ray};
-use crate::bsdf::{self, Brdf, Tint};
 use crate::estimator::density::{Density, Mix, Warp};
 use crate::estimator::{ShadingPoint, per_light, per_point};
 use crate::film::Tile;
@@ -24,6 +26,7 @@ use crate::math::Vec3;
 use crate::sampling::{PassBlock, Toss, warp};
 use crate::scene::{Effect, EstimatorKind};
 use crate::settings::AccelKind;
+use told::Told;
 
 /// What a sample did.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -217,41 +220,6 @@ fn met<T: Tracer>(world: &World, origin: Vec3<f32>, direction: Vec3<f32>) -> Opt
         primitive: hit.primitive.0,
         barycentric: [hit.u, hit.v],
     })
-}
-
-/// A model that can be told of.
-trait Told: Suited {
-    const NAME: &'static str;
-    /// What [`Point::alpha`] says.
-    fn alpha(bsdf: &Self::Of<f32>) -> f32;
-}
-
-impl Told for model::Diffuse {
-    const NAME: &'static str = "diffuse";
-    fn alpha(_: &bsdf::Diffuse<f32>) -> f32 {
-        1.0
-    }
-}
-
-impl Told for model::Phong {
-    const NAME: &'static str = "phong";
-    fn alpha(bsdf: &bsdf::Phong<f32>) -> f32 {
-        bsdf.alpha
-    }
-}
-
-impl Told for model::Ggx {
-    const NAME: &'static str = "ggx";
-    fn alpha(bsdf: &bsdf::Ggx<f32>) -> f32 {
-        bsdf.facets.alpha
-    }
-}
-
-impl Told for model::Conductor {
-    const NAME: &'static str = "conductor";
-    fn alpha(bsdf: &bsdf::Conductor<f32>) -> f32 {
-        bsdf.facets.alpha
-    }
 }
 
 /// Where a sample is replayed.

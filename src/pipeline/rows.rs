@@ -4,8 +4,8 @@
 
 use std::marker::PhantomData;
 
-use super::stage::{Chunk, Scratch, Stage, environment, eye, shade, triangles};
 use super::model::{self, Model};
+use super::stage::{Chunk, Directions, Scratch, Stage, environment, eye, shade, triangles};
 use super::tracer::{ByEmbree, InLine};
 use crate::embree::{LaneWork, TraceLane, in_eight_of_avx512, in_sixteen};
 use crate::estimator::density::{Average, ConeOnly, ConeOrCap, LobeInCap, Mix, Projected};
@@ -128,9 +128,9 @@ pub const fn mix(estimator: EstimatorKind) -> Mix {
 /// The densities that suit a model where an estimator leaves them to it.
 pub(super) trait Suited: Model {
     /// The density of `projected`: a lobe that is not in proportion to the cosine has to do with cones.
-    type Projected: shade::Directions<Self> + per_light::Directions<f32, Self::Of<f32>>;
+    type Projected: Directions<Self> + per_light::Directions<f32, Self::Of<f32>>;
     /// The density of `product`: lobes of which no part can be drawn have to do with the mixture of `mis`.
-    type Product: shade::Directions<Self> + per_light::Directions<f32, Self::Of<f32>>;
+    type Product: Directions<Self> + per_light::Directions<f32, Self::Of<f32>>;
 }
 
 impl Suited for model::Diffuse {
@@ -166,7 +166,7 @@ fn shade_model<M: Suited>(estimator: EstimatorKind, needs: Effects) -> Vec<Row> 
 }
 
 /// A stage for each kind of light. Only that for spheres is compiled for the density; the others look the mix up when they run.
-fn kinds<D: shade::Directions<M>, M: Model>(needs: Effects) -> Vec<Row> {
+fn kinds<D: Directions<M>, M: Model>(needs: Effects) -> Vec<Row> {
     let kinds = [
         (Effect::SphereLights, Row::of::<shade::PerLight<D, M>>()),
         (Effect::MeshLights, Row::of::<triangles::PerTriangle<M>>()),

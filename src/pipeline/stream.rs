@@ -21,6 +21,9 @@ pub struct Address<L: Lane> {
     pub pass: L::Bits,
 }
 
+/// A packet of points: the lanes that hold any, the points, and where they belong.
+pub type Packet<L, B> = (<L as Lane>::Mask, ShadingPoint<L, B>, Address<L>);
+
 /// The most columns that a model has of its own.
 const MOST_OWN: usize = 10;
 
@@ -141,7 +144,7 @@ impl<M: Model> ModelStream<M> {
 
     /// The packet that starts at point `at`; the stream must be [padded](Self::pad).
     #[inline(always)]
-    pub fn packet<L: Lane>(&self, at: usize) -> (L::Mask, ShadingPoint<L, M::Of<L>>, Address<L>) {
+    pub fn packet<L: Lane>(&self, at: usize) -> Packet<L, M::Of<L>> {
         let columns = &self.hits.0;
         let point = ShadingPoint {
             p: columns.get3(column::POSITION, at),
@@ -187,8 +190,7 @@ impl HitStream {
     /// Notes which points of the packet at `at` follow their BRDF, and the direction that it gave them.
     #[inline(always)]
     pub fn set_drawn<L: Lane>(&mut self, at: usize, heads: L::Mask, wi: Vec3<L>) {
-        self.0
-            .set(column::FOLLOWS, at, L::select(heads, -L::zero(), L::zero()));
+        self.0.set(column::FOLLOWS, at, L::select(heads, -L::zero(), L::zero()));
         self.0.set3(column::DRAWN, at, wi);
     }
 

@@ -7,9 +7,7 @@ use rayon::prelude::*;
 
 use super::invalid::{InvalidScene, Property, Subject, Wrong};
 use super::parts::{Bsdf, Camera, Environment, FilmSize, Fov, LatLong, Material, Mesh, RenderTable, Surface};
-use super::rule::{
-    ETA, EXPONENT, EXTINCTION, FINITE, NOT_NEGATIVE, POSITIVE, ROUGHNESS, Rule, SHARE, VIEW_ANGLE,
-};
+use super::rule::{ETA, EXPONENT, EXTINCTION, FINITE, NOT_NEGATIVE, POSITIVE, ROUGHNESS, Rule, SHARE, VIEW_ANGLE};
 use super::texture::Texture;
 use super::{SceneBuilder, memory};
 use crate::texels::Texels;

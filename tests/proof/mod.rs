@@ -6,6 +6,7 @@
 
 pub mod accelerators;
 pub mod agreement;
+pub mod albedos;
 pub mod caps;
 pub mod closed_forms;
 pub mod combinations;

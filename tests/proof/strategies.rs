@@ -108,7 +108,13 @@ pub fn lobes<L: Lane>(family: &mut Family, alphas: &[f64], draws: u32) {
 }
 
 /// Adds a test for each light: `draws` samples of an estimator against its density, and those that bring nothing.
-pub fn mixtures<L: Lane, D: Directions<L, Bsdf<L>>>(density: D, family: &mut Family, lights: &[Place], seed: u32, draws: u32) {
+pub fn mixtures<L: Lane, D: Directions<L, Bsdf<L>>>(
+    density: D,
+    family: &mut Family,
+    lights: &[Place],
+    seed: u32,
+    draws: u32,
+) {
     let mixed = density.mix().mixed();
     for (i, (sine, alpha, off, dip)) in lights.iter().copied().enumerate() {
         let point = point::<L>(alpha, 0.5);

@@ -2,7 +2,7 @@
 //!
 //! 65 536 draws in 256 cells for each roughness and angle.
 
-use crate::proof::{Family, ggx};
+use crate::proof::{Family, albedos, ggx};
 use octolux::lane::F32x8;
 
 #[test]
@@ -28,17 +28,17 @@ fn a_sample_of_a_rough_surface_weighs_f_cos_over_pdf() {
 
 #[test]
 fn a_white_furnace_gets_back_what_quadrature_says() {
-    ggx::furnace();
+    albedos::furnace();
 }
 
 #[test]
 fn no_coated_body_reflects_more_than_arrives() {
-    ggx::no_light_is_made();
+    albedos::no_light_is_made();
 }
 
 #[test]
 fn metals_reflect_as_complex_arithmetic_says() {
-    ggx::reflectances();
+    albedos::reflectances();
 }
 
 #[test]

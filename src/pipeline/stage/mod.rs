@@ -3,6 +3,7 @@
 
 mod ask;
 mod chunk;
+mod directions;
 pub mod environment;
 pub mod eye;
 mod facets;
@@ -16,4 +17,5 @@ pub mod triangles;
 
 pub use ask::{Answers, Ask};
 pub use chunk::{Chunk, Order, Segment, pairs};
+pub use directions::Directions;
 pub use scratch::{Scratch, Shaft, Stage};

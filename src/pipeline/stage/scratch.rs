@@ -6,8 +6,8 @@ use super::rings::RingBlock;
 use crate::embree::TraceLane;
 use crate::linear::Candidates;
 use crate::linear::cull::Points;
-use crate::pipeline::queue::{RayQueue, WideQueue};
 use crate::pipeline::model::Streams;
+use crate::pipeline::queue::{RayQueue, WideQueue};
 
 /// A step of a chunk, written once for packets of any width.
 pub trait Stage {

@@ -4,11 +4,12 @@ use std::hint::black_box;
 use std::marker::PhantomData;
 use std::ops::Range;
 
+use super::directions::Directions;
 use super::rings::{self, RingBlock};
 use super::{Ask, Chunk, Scratch, Shaft, Stage, pairs, shadow};
-use crate::embree::TraceLane;
 use crate::bsdf::Tint;
-use crate::estimator::density::{Average, ConeOnly, ConeOrCap, Density, LobeInCap, Mix, Projected, Warp};
+use crate::embree::TraceLane;
+use crate::estimator::density::{Density, Warp};
 use crate::estimator::{per_light, per_point};
 use crate::lane::{Lane, Mask};
 use crate::light::{Rings, SphereLight};
@@ -90,64 +91,6 @@ impl<D: Directions<M>, M: Model> Stage for PerLight<D, M> {
             }
             shadow::arrived::<L>(chunk, stream, block);
         }
-    }
-}
-
-/// How the directions of a light are drawn for all points of a stream. A density that suits some models is implemented for no
-/// others.
-pub trait Directions<M: Model>: Density {
-    /// Draws a direction of the light for each point of the block that follows it.
-    fn toward_light<L: TraceLane>(
-        self,
-        chunk: &Chunk,
-        stream: &mut ModelStream<M>,
-        rings: &mut RingBlock,
-        block: Range<usize>,
-        light: &Lamp,
-        sink: &mut Sink,
-    );
-}
-
-/// Densities whose directions are drawn packet by packet: for all models, or for one.
-macro_rules! packet_by_packet {
-    ($($density:ty: $(<$any:ident>)? $([$model:ty])?;)*) => {$(
-        impl$(<$any: Model>)? Directions<$($any)? $($model)?> for $density {
-            #[inline(always)]
-            fn toward_light<L: TraceLane>(
-                self,
-                chunk: &Chunk,
-                stream: &mut ModelStream<$($any)? $($model)?>,
-                _: &mut RingBlock,
-                block: Range<usize>,
-                light: &Lamp,
-                sink: &mut Sink,
-            ) {
-                toward::<L, Self, $($any)? $($model)?>(self, chunk, stream, block, light, sink);
-            }
-        }
-    )*};
-}
-
-packet_by_packet! {
-    ConeOnly: <M>;
-    Average: <M>;
-    Mix: <M>;
-    Projected: [model::Diffuse];
-    ConeOrCap: [model::Diffuse];
-}
-
-impl Directions<model::Phong> for LobeInCap {
-    #[inline(always)]
-    fn toward_light<L: TraceLane>(
-        self,
-        chunk: &Chunk,
-        stream: &mut ModelStream<model::Phong>,
-        rings: &mut RingBlock,
-        block: Range<usize>,
-        light: &Lamp,
-        sink: &mut Sink,
-    ) {
-        in_lobe::<L>(chunk, stream, rings, block, light, sink);
     }
 }
 
@@ -240,7 +183,7 @@ fn heads<L: Lane, M: Model>(chunk: &Chunk, stream: &ModelStream<M>, at: usize, l
 
 /// Directions of a light, for the points that follow it.
 #[inline(always)]
-fn toward<L: TraceLane, D: per_light::Directions<L, M::Of<L>>, M: Model>(
+pub fn toward<L: TraceLane, D: per_light::Directions<L, M::Of<L>>, M: Model>(
     density: D,
     chunk: &Chunk,
     stream: &mut ModelStream<M>,
@@ -287,7 +230,7 @@ fn toward<L: TraceLane, D: per_light::Directions<L, M::Of<L>>, M: Model>(
 
 /// Directions of the part of each point's lobe that lies inside the light, in the three steps of [`per_light::by_lobe`].
 #[inline(always)]
-fn in_lobe<L: TraceLane>(
+pub fn in_lobe<L: TraceLane>(
     chunk: &Chunk,
     stream: &mut ModelStream<model::Phong>,
     rings: &mut RingBlock,

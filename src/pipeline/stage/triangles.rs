@@ -9,8 +9,8 @@ use crate::embree::TraceLane;
 use crate::estimator::per_triangle;
 use crate::lane::Mask;
 use crate::math::Vec3;
-use crate::pipeline::queue::QueuedRays;
 use crate::pipeline::model::Model;
+use crate::pipeline::queue::QueuedRays;
 use crate::shape::{Ball, NO_SPHERE};
 
 /// A direction for every triangle of small meshes.

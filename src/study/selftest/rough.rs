@@ -78,7 +78,11 @@ pub fn grazing(effort: Effort) -> Checks {
             let rho = Vec3::splat([1.0; 3]);
             for metallic in [0.0, 0.5, 1.0] {
                 let metallic = F32x8::splat(metallic);
-                let found = if metallic.lane(0) < 1.0 { &mut bodies } else { &mut mirrors };
+                let found = if metallic.lane(0) < 1.0 {
+                    &mut bodies
+                } else {
+                    &mut mirrors
+                };
                 found.look(Ggx { facets, rho, metallic }, packets);
             }
             let (eta, k) = (Vec3::splat([0.2, 0.9, 1.4]), Vec3::splat([4.0, 2.4, 1.6]));

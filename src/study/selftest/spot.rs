@@ -143,7 +143,11 @@ fn per_lights<D: Directions<F32x8, Bsdf<F32x8>>>(
     sum
 }
 
-fn first_met<D: per_point::Density>(point: &ShadingPoint<F32x8, Bsdf<F32x8>>, lights: &[SphereLight], packet: u32) -> F32x8 {
+fn first_met<D: per_point::Density>(
+    point: &ShadingPoint<F32x8, Bsdf<F32x8>>,
+    lights: &[SphereLight],
+    packet: u32,
+) -> F32x8 {
     let [a, b, ..] = numbers(packet, 0);
     let Some(found) = per_point::sample::<F32x8, D>(point, Pair(a, b), Mask8::splat(true)) else {
         return F32x8::zero();

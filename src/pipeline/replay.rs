@@ -4,19 +4,22 @@
 //! those of all widths; the steps are read from the streams in between.
 
 mod listed;
+mod told;
 
 use serde::Serialize;
 
+use super::model::{self, Streams};
 use super::plan::Plan;
 use super::progress::Counters;
 use super::rows;
 use super::settings::Settings;
 use super::stage::{Chunk, Scratch, Segment, pairs};
-use super::stream::{Address, Diffuse, Model, Phong};
+use super::stream::Address;
 use super::tracer::{ByEmbree, InLine, Tracer};
 use super::world::World;
+use crate::bsdf::{Brdf, Tint};
 use crate::embree::{Coherence, NO_SPHERE, Ray};
-use crate::estimator::density::{ConeOrCap, LobeInCap, Mix, Projected, Warp};
+use crate::estimator::density::{Density, Mix, Warp};
 use crate::estimator::{ShadingPoint, per_light, per_point};
 use crate::film::Tile;
 use crate::lane::Word;
@@ -25,6 +28,7 @@ use crate::math::Vec3;
 use crate::sampling::{PassBlock, Toss, warp};
 use crate::scene::{Effect, EstimatorKind};
 use crate::settings::AccelKind;
+use told::{Told, found, of_spheres, technique};
 
 /// What a sample did.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -79,8 +83,10 @@ pub struct Point {
     pub n: [f32; 3],
     /// Reflectance.
     pub rho: [f32; 3],
-    /// 1 for diffuse, above 1 for Phong.
+    /// 1 for diffuse, above 1 for Phong; for models with microfacets the roughness of their distribution, at most 1.
     pub alpha: f32,
+    /// The model of reflection; of a blend, Phong's.
+    pub model: &'static str,
 }
 
 /// A direction that was asked for light.
@@ -107,7 +113,7 @@ pub struct Found {
     pub wi: [f32; 3],
     /// Cosine with the shading normal.
     pub cos_theta: f32,
-    /// `f cos` over the reflectance.
+    /// `f cos` of red where the reflectance is 1.
     pub shape: f32,
     /// Density of the BRDF's own sampling there.
     pub brdf_pdf: f32,
@@ -142,30 +148,29 @@ pub(super) fn replay(plan: &Plan, world: &World, settings: &Settings, tile: &Til
     let [seen @ .., _] = chunk.sum.0[0];
     let mut asked = Vec::new();
     let mut point = None;
-    for (model, phong) in [(Diffuse::STREAM, false), (Phong::STREAM, true)] {
-        if scratch.hits[model].len() == 0 {
-            continue;
-        }
-        let (_, at, address) = if phong {
-            scratch.hits[model].packet::<f32, Phong>(0)
-        } else {
-            scratch.hits[model].packet::<f32, Diffuse>(0)
-        };
-        point = Some(Point {
-            p: at.p.lane(0).map(|x| world.space.in_scene(x)),
-            ng: at.ng.lane(0),
-            n: at.bsdf.n.lane(0),
-            rho: at.bsdf.rho.lane(0),
-            alpha: if phong { at.bsdf.alpha } else { 1.0 },
-        });
-        let how = (rows::mix_of_spheres(settings.estimator), warp(settings.estimator, &at));
-        let of = (&at, &address);
-        asked = match plan.intersector.accel {
-            AccelKind::Embree if plan.asks_lists() => listed::directions::<ByEmbree>(&mut chunk, how, [x, y], of),
-            AccelKind::Linear if plan.asks_lists() => listed::directions::<InLine>(&mut chunk, how, [x, y], of),
-            AccelKind::Embree => directions::<ByEmbree>(world, settings, &numbers, tile, &at, &address),
-            AccelKind::Linear => directions::<InLine>(world, settings, &numbers, tile, &at, &address),
-        };
+    if plan.asks_lists()
+        && let Some(lists) = &world.lists
+    {
+        lists.tabulate_all(&mut chunk, pass);
+    }
+    let sample = Sample {
+        accel: plan.intersector.accel,
+        lists: plan.asks_lists(),
+        pixel: [x, y],
+        world,
+        settings,
+        numbers: &numbers,
+        tile,
+    };
+    let hits = &scratch.hits;
+    let shaded = [
+        sample.shaded::<model::Diffuse>(hits),
+        sample.shaded::<model::Phong>(hits),
+        sample.shaded::<model::Ggx>(hits),
+        sample.shaded::<model::Conductor>(hits),
+    ];
+    if let Some((there, directions)) = shaded.into_iter().flatten().last() {
+        (point, asked) = (Some(there), directions);
     }
     for shade in &plan.shade {
         shade(&mut chunk, &mut scratch);
@@ -226,42 +231,68 @@ fn met<T: Tracer>(world: &World, origin: Vec3<f32>, direction: Vec3<f32>) -> Opt
     })
 }
 
-/// How an estimator draws the directions of spheres at a point.
-fn warp(estimator: EstimatorKind, point: &ShadingPoint<f32>) -> Warp {
-    match estimator {
-        EstimatorKind::Projected if !point.bsdf.phong => Warp::ProjectedCap,
-        EstimatorKind::Product if point.bsdf.phong => Warp::LobeInCap,
-        EstimatorKind::Product => Warp::ConeOrCap,
-        _ => Warp::Cone,
-    }
+/// Where a sample is replayed.
+struct Sample<'a> {
+    accel: AccelKind,
+    /// Whether lights are asked by lists.
+    lists: bool,
+    pixel: [u32; 2],
+    world: &'a World,
+    settings: &'a Settings,
+    numbers: &'a PassBlock,
+    tile: &'a Tile,
 }
 
-/// The name of that, for a sphere.
-fn technique(warp: Warp, point: &ShadingPoint<f32>, light: &SphereLight) -> &'static str {
-    match warp {
-        Warp::ProjectedCap => "cap",
-        Warp::ConeOrCap if per_light::suits_cap(point, &light.seen_from(point.p)) => "cap",
-        Warp::Cone | Warp::ConeOrCap => "cone",
-        Warp::LobeInCap => "lobe",
+impl Sample<'_> {
+    /// The point in the stream of a model, if one is there, and the directions that are asked for there.
+    fn shaded<M: Told>(&self, hits: &Streams) -> Option<(Point, Vec<Asked>)> {
+        let &Self {
+            accel,
+            lists,
+            pixel: _,
+            world,
+            settings,
+            numbers,
+            tile,
+        } = self;
+        let stream = M::stream(hits);
+        if stream.len() == 0 {
+            return None;
+        }
+        let (_, at, address) = stream.packet::<f32>(0);
+        let point = Point {
+            p: at.p.lane(0).map(|x| world.space.in_scene(x)),
+            ng: at.ng.lane(0),
+            n: at.bsdf.normal().lane(0),
+            rho: at.bsdf.rho().lane(0),
+            alpha: M::alpha(&at.bsdf),
+            model: M::NAME,
+        };
+        let asked = match accel {
+            AccelKind::Embree if lists => listed::directions::<ByEmbree, M>(self, &at, &address),
+            AccelKind::Linear if lists => listed::directions::<InLine, M>(self, &at, &address),
+            AccelKind::Embree => directions::<ByEmbree, M>(world, settings, numbers, tile, &at, &address),
+            AccelKind::Linear => directions::<InLine, M>(world, settings, numbers, tile, &at, &address),
+        };
+        Some((point, asked))
     }
 }
 
 /// What the shade stage asks for at a point, by its own functions.
-fn directions<T: Tracer>(
+fn directions<T: Tracer, M: Told>(
     world: &World,
     settings: &Settings,
     numbers: &PassBlock,
     tile: &Tile,
-    point: &ShadingPoint<f32>,
+    point: &ShadingPoint<f32, M::Of<f32>>,
     address: &Address<f32>,
 ) -> Vec<Asked> {
     let mut set = Default::default();
     T::face_all(world, &mut set);
-    let found = |wi: Vec3<f32>, distance: f32, ld: Vec3<f32>, occluded: bool| {
-        Found::new(world, point, wi, distance, ld, occluded)
+    let told = |wi: Vec3<f32>, distance: f32, ld: Vec3<f32>, occluded: bool| {
+        found(world, point, (wi, distance), ld, occluded)
     };
-    let mix = rows::mix_of_spheres(settings.estimator);
-    let warp = warp(settings.estimator, point);
+    let (mix, warp) = of_spheres::<M>(settings.estimator);
     let shared = |toss: bool| {
         // All lights share the direction of the BRDF.
         let of = if toss { PassBlock::after_toss } else { PassBlock::pair };
@@ -285,11 +316,10 @@ fn directions<T: Tracer>(
     };
     let asked = |(i, toss): (usize, Toss<Word>)| {
         let light = &world.lights[i];
-        let drawn = match warp {
-            Warp::Cone => per_light::sample(mix, point, light, toss, true),
-            Warp::ConeOrCap => per_light::sample(ConeOrCap, point, light, toss, true),
-            Warp::ProjectedCap => per_light::sample(Projected, point, light, toss, true),
-            Warp::LobeInCap => per_light::sample(LobeInCap, point, light, toss, true),
+        let drawn = match settings.estimator {
+            EstimatorKind::Projected => per_light::sample(M::Projected::of(mix), point, light, toss, true),
+            EstimatorKind::Product => per_light::sample(M::Product::of(mix), point, light, toss, true),
+            _ => per_light::sample(mix, point, light, toss, true),
         };
         let cone = light.cone(point.p);
         Asked {
@@ -305,7 +335,7 @@ fn directions<T: Tracer>(
             found: drawn.filter(|drawn| drawn.active).map(|drawn| {
                 let shadow = ray(point.p, drawn.wi, drawn.distance, light.sphere);
                 let occluded = T::occluded::<f32>(world, &set, true, &shadow);
-                found(drawn.wi, drawn.distance, drawn.ld, occluded)
+                told(drawn.wi, drawn.distance, drawn.ld, occluded)
             }),
         }
     };
@@ -334,7 +364,7 @@ fn directions<T: Tracer>(
                 .then_some(())
                 .map(surface)
                 .is_some_and(|surface| surface.le.is_some());
-            found(drawn.wi, hit.t, drawn.throughput, !lit)
+            told(drawn.wi, hit.t, drawn.throughput, !lit)
         }),
     };
     vec![asked]

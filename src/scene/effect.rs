@@ -36,11 +36,15 @@ pub enum Effect {
     SmoothTerminator,
     /// More lights than are all asked in every pass.
     ManyLights,
+    /// Metals and coated bodies with rough surfaces.
+    Ggx,
+    /// Metals by their index of refraction.
+    Conductor,
 }
 
 impl Effect {
     /// All of them.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 16] = [
         Self::Diffuse,
         Self::Phong,
         Self::Blend,
@@ -55,6 +59,8 @@ impl Effect {
         Self::Environment,
         Self::SmoothTerminator,
         Self::ManyLights,
+        Self::Ggx,
+        Self::Conductor,
     ];
 
     /// Its name.
@@ -74,6 +80,8 @@ impl Effect {
             Self::Environment => "environment",
             Self::SmoothTerminator => "smooth terminator",
             Self::ManyLights => "many lights",
+            Self::Ggx => "ggx",
+            Self::Conductor => "conductor",
         }
     }
 }

@@ -11,7 +11,8 @@ mod probe;
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
-use super::stage::Chunk;
+use super::model::{self, Model};
+use super::stage::{Ask, Chunk};
 use super::tracer::Tracer;
 use crate::film::{TILE, Tile};
 use crate::lane::Word;
@@ -35,6 +36,37 @@ const MOST_BYTES: usize = 1 << 28;
 /// Bytes of a cluster in a table.
 const CLUSTER: usize = 20;
 
+/// Whose points a table is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    Diffuse,
+    Phong,
+    Ggx,
+    Conductor,
+}
+
+/// How many kinds there are.
+const KINDS: usize = 4;
+
+/// A model whose points lists are made for.
+pub trait Probed: Model {
+    /// Which table is theirs.
+    const KIND: Kind;
+}
+
+impl Probed for model::Diffuse {
+    const KIND: Kind = Kind::Diffuse;
+}
+impl Probed for model::Phong {
+    const KIND: Kind = Kind::Phong;
+}
+impl Probed for model::Ggx {
+    const KIND: Kind = Kind::Ggx;
+}
+impl Probed for model::Conductor {
+    const KIND: Kind = Kind::Conductor;
+}
+
 /// What lists of lights are drawn from.
 #[derive(Debug)]
 pub struct Lists {
@@ -54,7 +86,7 @@ pub struct Lists {
     /// The most clusters of a table.
     clusters: usize,
     /// For each tile, model of reflection and level.
-    tables: Vec<[[OnceLock<Box<Table>>; LEVELS.len()]; 2]>,
+    tables: Vec<[[OnceLock<Box<Table>>; LEVELS.len()]; KINDS]>,
 }
 
 impl Lists {
@@ -158,20 +190,20 @@ impl Lists {
         (place != u32::MAX).then(|| table.guess(&self.tree, place))
     }
 
-    /// The table for points of a tile, Phong's or not, in a pass, if somebody has made it.
-    pub fn table(&self, tile: &Tile, phong: bool, pass: u32) -> Option<&Table> {
-        self.tables[tile.number() as usize][usize::from(phong)][level(pass)]
+    /// The table for points of a tile of one model in a pass, if somebody has made it.
+    pub fn table(&self, tile: &Tile, kind: Kind, pass: u32) -> Option<&Table> {
+        self.tables[tile.number() as usize][kind as usize][level(pass)]
             .get()
             .map(|table| &**table)
     }
 
     /// Makes that table. Rays are traced in eight lanes whatever the plan has: the table is the same for all.
     #[inline(never)]
-    pub fn tabulate<T: Tracer>(&self, chunk: &Chunk, phong: bool, pass: u32) {
+    pub fn tabulate<T: Tracer>(&self, chunk: &Chunk, kind: Kind, pass: u32) {
         let level = level(pass);
         let (_, clusters, looks) = LEVELS[level];
-        self.tables[chunk.tile.number() as usize][usize::from(phong)][level].get_or_init(|| {
-            let (mut looker, probes) = probe::shoot::<T>(chunk, self, phong, looks);
+        self.tables[chunk.tile.number() as usize][kind as usize][level].get_or_init(|| {
+            let (mut looker, probes) = probe::shoot::<T>(chunk, self, kind, looks);
             let look = (looks > 0 && !probes.is_empty()).then_some(&mut looker as _);
             Box::new(Table::new(
                 &self.tree,
@@ -181,6 +213,13 @@ impl Lists {
                 look,
             ))
         });
+    }
+
+    /// Makes the tables of all models for a pass.
+    pub fn tabulate_all(&self, chunk: &mut Chunk, pass: u32) {
+        for kind in [Kind::Diffuse, Kind::Phong, Kind::Ggx, Kind::Conductor] {
+            chunk.ask(Ask::Tabulate { lists: self, kind, pass });
+        }
     }
 
     /// Draws the list of a tile's pixels of one colour for a pass.

@@ -1,6 +1,6 @@
 //! Probe points of a tile: where the rays through the middles of its pixels meet surfaces, and what they see of lights.
 
-use super::{Lists, UNIT};
+use super::{Kind, Lists, UNIT};
 use crate::embree::{NO_SPHERE, Ray};
 use crate::lane::{Bits, F32x8, Lane, Mask};
 use crate::light::tree::{Look, Probes, WIDE};
@@ -9,7 +9,7 @@ use crate::math::Vec3;
 use crate::pipeline::stage::Chunk;
 use crate::pipeline::stage::surface::{Surfaces, shading_point};
 use crate::pipeline::tracer::Tracer;
-use crate::pipeline::world::World;
+use crate::pipeline::world::{Facets, World};
 use crate::scene::{Effect, Effects};
 
 /// Lanes in which probes are traced, whatever the plan has.
@@ -49,12 +49,12 @@ struct Seen {
 pub(super) fn shoot<'a, T: Tracer>(
     chunk: &Chunk<'a>,
     lists: &'a Lists,
-    phong: bool,
+    kind: Kind,
     looks: usize,
 ) -> (Looker<'a, T>, Probes) {
     let world = chunk.world;
-    let seen = points::<T>(world, &lists.pixels(chunk.tile.number()), phong);
-    let (mut probes, mut places) = (Probes::new(phong), [[0.0; WIDE]; 3]);
+    let seen = points::<T>(world, &lists.pixels(chunk.tile.number()), kind);
+    let (mut probes, mut places) = (Probes::new(matches!(kind, Kind::Phong | Kind::Conductor)), [[0.0; WIDE]; 3]);
     let wanted = seen.len().min(WIDE);
     let each = if looks < WIDE { 2 } else { 1 };
     for i in 0..wanted {
@@ -85,7 +85,7 @@ pub(super) fn shoot<'a, T: Tracer>(
 }
 
 /// The points of a model that the middles of pixels show, in their order.
-fn points<T: Tracer>(world: &World, pixels: &[[u32; 2]], phong: bool) -> Vec<Seen> {
+fn points<T: Tracer>(world: &World, pixels: &[[u32; 2]], kind: Kind) -> Vec<Seen> {
     let mut set = Candidates::default();
     T::face_all(world, &mut set);
     let mut found = Vec::new();
@@ -108,21 +108,36 @@ fn points<T: Tracer>(world: &World, pixels: &[[u32; 2]], phong: bool) -> Vec<See
             continue;
         }
         let point = shading_point::<L, T, { HELD.bits() }>(world, &hit, &ray, &surfaces);
-        let wanted = if phong {
-            point.bsdf.phong
-        } else {
-            !point.bsdf.phong | surfaces.those(world, |surface| surface.gloss.is_some())
-        };
-        for lane in (reflects & wanted).lanes() {
-            found.push(Seen {
-                place: point.p.lane(lane),
-                normal: point.bsdf.n.lane(lane),
-                mirror: point.bsdf.wr.lane(lane),
-                exponent: point.bsdf.alpha.lane(lane),
-            });
+        for lane in reflects.lanes() {
+            let (record, alpha) = (surfaces.record(world, lane), point.alpha.lane(lane));
+            let (wanted, exponent) = match (kind, record.facets) {
+                (Kind::Diffuse, None) => (alpha <= 1.0 || record.gloss.is_some(), 1.0),
+                (Kind::Phong, None) => (alpha > 1.0, alpha),
+                (Kind::Ggx, Some(Facets::Ggx { .. })) => (true, 1.0),
+                // About as wide as the mirrored lobe of these facets, and wider: it has tails.
+                (Kind::Conductor, Some(Facets::Conductor { alpha, .. })) => {
+                    (true, (0.25 / (alpha * alpha)).clamp(1.1, 1000.0))
+                }
+                _ => (false, 1.0),
+            };
+            if wanted {
+                let normal = point.n.lane(lane);
+                found.push(Seen {
+                    place: point.p.lane(lane),
+                    normal,
+                    mirror: mirrored(normal, point.wo.lane(lane)),
+                    exponent,
+                });
+            }
         }
     }
     found
+}
+
+/// The mirror direction of `wo` about the unit vector `n`.
+fn mirrored(n: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
+    let cosine: f32 = n.iter().zip(wo).map(|(n, wo)| n * wo).sum();
+    std::array::from_fn(|k| 2.0 * cosine * n[k] - wo[k])
 }
 
 impl<T: Tracer> Look for Looker<'_, T> {

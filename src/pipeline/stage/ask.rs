@@ -14,7 +14,7 @@ use crate::light::MeshLight;
 use crate::light::tree::Table;
 use crate::linear::Candidates;
 use crate::linear::cull::Points;
-use crate::pipeline::lists::Lists;
+use crate::pipeline::lists::{Kind, Lists};
 use crate::pipeline::queue::{RayQueue, WideQueue};
 use crate::pipeline::stream::HitStream;
 use crate::pipeline::tracer::{ByEmbree, InLine, Tracer};
@@ -66,7 +66,7 @@ pub enum Ask<'a> {
         spheres: bool,
     },
     /// See [`Lists::tabulate`].
-    Tabulate { lists: &'a Lists, phong: bool, pass: u32 },
+    Tabulate { lists: &'a Lists, kind: Kind, pass: u32 },
     /// See [`shadow::emitted`].
     Emitted {
         queue: &'a mut RayQueue,
@@ -138,7 +138,7 @@ impl<T: Tracer> LaneWork for Answering<'_, '_, T> {
                 table,
                 spheres,
             } => met::met::<L, T>(chunk, queue, set, (lists, table), spheres),
-            Ask::Tabulate { lists, phong, pass } => lists.tabulate::<T>(chunk, phong, pass),
+            Ask::Tabulate { lists, kind, pass } => lists.tabulate::<T>(chunk, kind, pass),
             Ask::Emitted { queue, set } => shadow::emitted::<L, T>(chunk, queue, set),
         }
     }

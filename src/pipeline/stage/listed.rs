@@ -9,10 +9,12 @@
 
 use std::marker::PhantomData;
 
-use super::shade::{Lamp, Sink, in_lobe, may_meet, prepare, toward};
+use super::directions::Directions;
+use super::shade::{Lamp, Sink, may_meet, prepare, toward};
 use super::{Ask, Chunk, Scratch, Stage, pairs, shadow};
+use crate::bsdf::{Brdf, Tint};
 use crate::embree::TraceLane;
-use crate::estimator::density::{Density, Listed, Mix, Warp};
+use crate::estimator::density::{Listed, Mix};
 use crate::estimator::per_triangle;
 use crate::lane::Mask;
 use crate::light::tree::Pick;
@@ -20,20 +22,20 @@ use crate::light::{SphereLight, TriangleLight};
 use crate::linear::Candidates;
 use crate::linear::cull::Points;
 use crate::math::Vec3;
-use crate::pipeline::lists::{ListAddress, colour};
+use crate::pipeline::lists::{ListAddress, Probed, colour};
 use crate::pipeline::queue::{QueuedRays, RayQueue, WideQueue};
-use crate::pipeline::stream::{HitStream, Model};
+use crate::pipeline::stream::{HitStream, ModelStream};
 use crate::shape::Ball;
 
 /// A direction for every light of a list, or two.
 pub struct PerListed<D, M>(PhantomData<(D, M)>);
 
-impl<D: Density, M: Model> Stage for PerListed<D, M> {
+impl<D: Directions<M>, M: Probed> Stage for PerListed<D, M> {
     #[inline(always)]
     fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
         let Scratch {
             hits,
-            part,
+            parts,
             list,
             queue,
             looks,
@@ -42,7 +44,7 @@ impl<D: Density, M: Model> Stage for PerListed<D, M> {
             rings,
             ..
         } = scratch;
-        let stream = &mut hits[M::STREAM];
+        let (stream, part) = (M::stream_mut(hits), M::stream_mut(parts));
         let Some(lists) = &chunk.world.lists else { return };
         if stream.len() == 0 {
             return;
@@ -62,14 +64,14 @@ impl<D: Density, M: Model> Stage for PerListed<D, M> {
             part.copy(stream, at..end);
             at = end;
             let pass = chunk.numbers.first() + shared.pass;
-            if lists.table(chunk.tile, M::PHONG, pass).is_none() {
+            if lists.table(chunk.tile, M::KIND, pass).is_none() {
                 chunk.ask(Ask::Tabulate {
                     lists,
-                    phong: M::PHONG,
+                    kind: M::KIND,
                     pass,
                 });
             }
-            let Some(table) = lists.table(chunk.tile, M::PHONG, pass) else {
+            let Some(table) = lists.table(chunk.tile, M::KIND, pass) else {
                 return;
             };
             if !(tossed && all_heads(part)) {
@@ -149,10 +151,10 @@ fn worth(mix: Mix, pick: &Pick) -> (f32, f32) {
 
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "parts of one scratch pad")]
-fn toward_sphere<L: TraceLane, D: Density, M: Model>(
+fn toward_sphere<L: TraceLane, D: Directions<M>, M: Probed>(
     density: D,
     chunk: &mut Chunk,
-    part: &mut HitStream,
+    part: &mut ModelStream<M>,
     points: &mut Points,
     set: &mut Candidates,
     queue: &mut RayQueue,
@@ -184,10 +186,11 @@ fn toward_sphere<L: TraceLane, D: Density, M: Model>(
         queue,
         answered: 0,
     };
-    if D::WARP == Warp::LobeInCap {
-        in_lobe::<L, M>(chunk, part, rings, all, &lamp, &mut sink);
+    if density.mix().mixed() {
+        let listed = Listed::new(density.mix(), guess);
+        toward::<L, Listed, M>(listed, chunk, part, all, &lamp, &mut sink);
     } else {
-        toward::<L, Listed<D>, M>(Listed::new(density, guess), chunk, part, all, &lamp, &mut sink);
+        density.toward_light::<L>(chunk, part, rings, all, &lamp, &mut sink);
     }
     chunk.counters.shadow_rays += sink.answered;
     let light = lamp.sphere.sphere;
@@ -195,10 +198,10 @@ fn toward_sphere<L: TraceLane, D: Density, M: Model>(
 }
 
 #[inline(always)]
-fn toward_triangle<L: TraceLane, M: Model>(
+fn toward_triangle<L: TraceLane, M: Probed>(
     mix: Mix,
     chunk: &mut Chunk,
-    part: &HitStream,
+    part: &ModelStream<M>,
     points: &mut Points,
     set: &mut Candidates,
     queue: &mut RayQueue,
@@ -208,12 +211,12 @@ fn toward_triangle<L: TraceLane, M: Model>(
     let (triangles, le) = (light.triangle.splat::<L>(), Vec3::splat(light.le.map(|x| x * times)));
     let tossed = mix == Mix::Average;
     for at in (0..part.len()).step_by(L::N) {
-        let (mut active, point, address) = part.packet::<L, M>(at);
+        let (mut active, point, address) = part.packet::<L>(at);
         if tossed {
             active = active & !part.heads::<L>(at);
         }
         let view = triangles.seen_from(point.p);
-        let active = active & view.rises_above(point.bsdf.n);
+        let active = active & view.rises_above(point.bsdf.normal());
         if active.none() {
             continue;
         }
@@ -246,9 +249,9 @@ fn toward_triangle<L: TraceLane, M: Model>(
 
 /// Queues the directions of the BRDF, of the points that follow it, with their densities.
 #[inline(always)]
-fn along<L: TraceLane, M: Model>(mix: Mix, chunk: &Chunk, part: &HitStream, looks: &mut WideQueue) {
+fn along<L: TraceLane, M: Probed>(mix: Mix, chunk: &Chunk, part: &ModelStream<M>, looks: &mut WideQueue) {
     for at in (0..part.len()).step_by(L::N) {
-        let (mut active, point, address) = part.packet::<L, M>(at);
+        let (mut active, point, address) = part.packet::<L>(at);
         if !mix.both() {
             active = active & part.heads::<L>(at);
         }
@@ -258,7 +261,7 @@ fn along<L: TraceLane, M: Model>(mix: Mix, chunk: &Chunk, part: &HitStream, look
         let wi = part.drawn::<L>(at);
         let (cos_theta, above) = point.above(wi);
         let lobe = point.bsdf.eval(wi, cos_theta);
-        let mut active = active & above & lobe.shape.gt(L::zero());
+        let mut active = active & above & lobe.shape.lit();
         if chunk.world.drops_misses() {
             active = active & may_meet(&chunk.world.lights, point.p, wi);
         }
@@ -266,7 +269,7 @@ fn along<L: TraceLane, M: Model>(mix: Mix, chunk: &Chunk, part: &HitStream, look
             origin: point.p,
             direction: wi,
             tfar: L::splat(f32::INFINITY),
-            value: point.bsdf.rho * lobe.shape.or_zero(active),
+            value: lobe.shape.kept(active).colour(point.bsdf.rho(), Vec3::splat([1.0; 3])),
             index: address.index,
         };
         looks.push(active, &rays, lobe.pdf);

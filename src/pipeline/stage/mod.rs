@@ -3,8 +3,10 @@
 
 mod ask;
 mod chunk;
+mod directions;
 pub mod environment;
 pub mod eye;
+mod facets;
 mod grid;
 pub mod listed;
 mod met;
@@ -17,4 +19,5 @@ pub mod triangles;
 
 pub use ask::{Answers, Ask};
 pub use chunk::{Chunk, Order, Segment, pairs};
+pub use directions::Directions;
 pub use scratch::{Scratch, Shaft, Stage};

@@ -7,8 +7,8 @@ use crate::embree::TraceLane;
 use crate::light::tree::Pick;
 use crate::linear::Candidates;
 use crate::linear::cull::Points;
+use crate::pipeline::model::Streams;
 use crate::pipeline::queue::{RayQueue, WideQueue};
-use crate::pipeline::stream::HitStream;
 
 /// A step of a chunk, written once for packets of any width.
 pub trait Stage {
@@ -21,10 +21,10 @@ pub trait Stage {
 pub struct Scratch {
     /// The pixels of the tile, or the samples of the chunk.
     pub grid: Grid,
-    /// Shading points by model of reflection: see [`Model`](crate::pipeline::stream::Model).
-    pub hits: [HitStream; 2],
-    /// Points that share a list of lights.
-    pub part: HitStream,
+    /// Shading points by model of reflection: see [`Model`](crate::pipeline::model::Model).
+    pub hits: Streams,
+    /// Points that share a list of lights, by model.
+    pub parts: Streams,
     /// That list.
     pub list: Vec<Pick>,
     /// Rays that wait for their visibility; empty between steps, as the next two.
@@ -56,8 +56,8 @@ impl Default for Scratch {
     fn default() -> Self {
         Self {
             grid: Grid::default(),
-            hits: [HitStream::new(), HitStream::new()],
-            part: HitStream::new(),
+            hits: Streams::default(),
+            parts: Streams::default(),
             list: Vec::new(),
             queue: RayQueue::new(),
             aimed: WideQueue::new(),

@@ -1,0 +1,91 @@
+//! What a replay tells of each model of reflection.
+
+use super::Found;
+use crate::bsdf::{self, Brdf, Tint};
+use crate::estimator::density::{Density, Mix, Warp};
+use crate::estimator::{ShadingPoint, per_light};
+use crate::lane::Lane;
+use crate::light::SphereLight;
+use crate::math::Vec3;
+use crate::pipeline::lists::Probed;
+use crate::pipeline::model;
+use crate::pipeline::rows::{self, Suited};
+use crate::pipeline::world::World;
+use crate::scene::EstimatorKind;
+
+/// A model that can be told of.
+pub trait Told: Suited + Probed {
+    /// Its name.
+    const NAME: &'static str;
+    /// What [`Point::alpha`](super::Point::alpha) says.
+    fn alpha(bsdf: &Self::Of<f32>) -> f32;
+}
+
+impl Told for model::Diffuse {
+    const NAME: &'static str = "diffuse";
+    fn alpha(_: &bsdf::Diffuse<f32>) -> f32 {
+        1.0
+    }
+}
+
+impl Told for model::Phong {
+    const NAME: &'static str = "phong";
+    fn alpha(bsdf: &bsdf::Phong<f32>) -> f32 {
+        bsdf.alpha
+    }
+}
+
+impl Told for model::Ggx {
+    const NAME: &'static str = "ggx";
+    fn alpha(bsdf: &bsdf::Ggx<f32>) -> f32 {
+        bsdf.facets.alpha
+    }
+}
+
+impl Told for model::Conductor {
+    const NAME: &'static str = "conductor";
+    fn alpha(bsdf: &bsdf::Conductor<f32>) -> f32 {
+        bsdf.facets.alpha
+    }
+}
+
+/// How an estimator asks spheres at points of a model.
+pub fn of_spheres<M: Told>(estimator: EstimatorKind) -> (Mix, Warp) {
+    let of_estimator = rows::mix(estimator);
+    match estimator {
+        EstimatorKind::Projected => (M::Projected::of(of_estimator).mix(), M::Projected::WARP),
+        EstimatorKind::Product => (M::Product::of(of_estimator).mix(), M::Product::WARP),
+        _ => (of_estimator, Warp::Cone),
+    }
+}
+
+/// How a sphere is asked, in a word.
+pub fn technique<B: Brdf<f32>>(warp: Warp, point: &ShadingPoint<f32, B>, light: &SphereLight) -> &'static str {
+    match warp {
+        Warp::ProjectedCap => "cap",
+        Warp::ConeOrCap if per_light::suits_cap(point, &light.seen_from(point.p)) => "cap",
+        Warp::Cone | Warp::ConeOrCap => "cone",
+        Warp::LobeInCap => "lobe",
+    }
+}
+
+/// What came of a direction.
+pub fn found<B: Brdf<f32>>(
+    world: &World,
+    point: &ShadingPoint<f32, B>,
+    (wi, distance): (Vec3<f32>, f32),
+    ld: Vec3<f32>,
+    occluded: bool,
+) -> Found {
+    let cos_theta = point.bsdf.normal().dot(wi);
+    let lobe = point.bsdf.eval(wi, cos_theta);
+    Found {
+        wi: wi.lane(0),
+        cos_theta,
+        shape: lobe.shape.colour(Vec3::splat([1.0; 3]), Vec3::splat([1.0; 3])).x,
+        brdf_pdf: lobe.pdf,
+        distance: world.space.in_scene(distance),
+        ld: ld.lane(0),
+        occluded,
+    }
+}

@@ -95,8 +95,8 @@ mod tests {
     use octolux::lane::F32x8;
     use octolux::pipeline::Settings;
     use octolux::proof::{
-        self, Family, accelerators, agreement, caps, closed_forms, costs, environments, ggx, many_lights, pictures, rings, samplers,
-        strategies, triangles, weights,
+        self, Family, accelerators, agreement, caps, closed_forms, costs, environments, ggx, many_lights, pictures,
+        rings, samplers, strategies, triangles, weights,
     };
     use octolux::scene::{EstimatorKind, FilmSize, SamplerKind};
     use octolux::settings::AccelKind;

@@ -11,19 +11,17 @@ use serde::Serialize;
 use super::model::{self, Streams};
 use super::plan::Plan;
 use super::progress::Counters;
-use super::rows;
 use super::settings::Settings;
 use super::stage::{Chunk, Scratch, Segment, pairs};
 use super::stream::Address;
 use super::tracer::{ByEmbree, InLine, Tracer};
 use super::world::World;
-use crate::bsdf::{Brdf, Tint};
+use crate::bsdf::Brdf;
 use crate::embree::{Coherence, NO_SPHERE, Ray};
 use crate::estimator::density::{Density, Mix, Warp};
 use crate::estimator::{ShadingPoint, per_light, per_point};
 use crate::film::Tile;
 use crate::lane::Word;
-use crate::light::SphereLight;
 use crate::math::Vec3;
 use crate::sampling::{PassBlock, Toss, warp};
 use crate::scene::{Effect, EstimatorKind};
@@ -289,9 +287,8 @@ fn directions<T: Tracer, M: Told>(
 ) -> Vec<Asked> {
     let mut set = Default::default();
     T::face_all(world, &mut set);
-    let told = |wi: Vec3<f32>, distance: f32, ld: Vec3<f32>, occluded: bool| {
-        found(world, point, (wi, distance), ld, occluded)
-    };
+    let told =
+        |wi: Vec3<f32>, distance: f32, ld: Vec3<f32>, occluded: bool| found(world, point, (wi, distance), ld, occluded);
     let (mix, warp) = of_spheres::<M>(settings.estimator);
     let shared = |toss: bool| {
         // All lights share the direction of the BRDF.

@@ -4,8 +4,8 @@
 
 use std::marker::PhantomData;
 
-use super::model::{self, Model};
 use super::lists::Probed;
+use super::model::{self, Model};
 use super::stage::{Chunk, Directions, Scratch, Stage, environment, eye, listed, shade, triangles};
 use super::tracer::{ByEmbree, InLine};
 use crate::embree::{LaneWork, TraceLane, in_eight_of_avx512, in_sixteen};

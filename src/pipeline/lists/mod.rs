@@ -218,7 +218,11 @@ impl Lists {
     /// Makes the tables of all models for a pass.
     pub fn tabulate_all(&self, chunk: &mut Chunk, pass: u32) {
         for kind in [Kind::Diffuse, Kind::Phong, Kind::Ggx, Kind::Conductor] {
-            chunk.ask(Ask::Tabulate { lists: self, kind, pass });
+            chunk.ask(Ask::Tabulate {
+                lists: self,
+                kind,
+                pass,
+            });
         }
     }
 

@@ -54,7 +54,10 @@ pub(super) fn shoot<'a, T: Tracer>(
 ) -> (Looker<'a, T>, Probes) {
     let world = chunk.world;
     let seen = points::<T>(world, &lists.pixels(chunk.tile.number()), kind);
-    let (mut probes, mut places) = (Probes::new(matches!(kind, Kind::Phong | Kind::Conductor)), [[0.0; WIDE]; 3]);
+    let (mut probes, mut places) = (
+        Probes::new(matches!(kind, Kind::Phong | Kind::Conductor)),
+        [[0.0; WIDE]; 3],
+    );
     let wanted = seen.len().min(WIDE);
     let each = if looks < WIDE { 2 } else { 1 };
     for i in 0..wanted {

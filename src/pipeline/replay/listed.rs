@@ -23,12 +23,24 @@ pub(super) fn directions<T: Tracer, M: Told>(
     point: &ShadingPoint<f32, M::Of<f32>>,
     address: &Address<f32>,
 ) -> Vec<Asked> {
-    let Sample { world, numbers, tile, settings, .. } = *sample;
+    let Sample {
+        world,
+        numbers,
+        tile,
+        settings,
+        ..
+    } = *sample;
     let pass = numbers.first();
     let Some(lists) = &world.lists else { return Vec::new() };
-    let Some(table) = lists.table(tile, M::KIND, pass) else { return Vec::new() };
+    let Some(table) = lists.table(tile, M::KIND, pass) else {
+        return Vec::new();
+    };
     let (mix, warp) = of_spheres::<M>(settings.estimator);
-    let triangles_mix = if lists.has_triangles() { rows::mix(settings.estimator) } else { mix };
+    let triangles_mix = if lists.has_triangles() {
+        rows::mix(settings.estimator)
+    } else {
+        mix
+    };
     let tossed = triangles_mix == Mix::Average && mix == Mix::Average;
     let toss = |pair: u32, toss: bool| {
         if toss {
@@ -37,8 +49,8 @@ pub(super) fn directions<T: Tracer, M: Told>(
             numbers.pair(address.key, address.pass, pair)
         }
     };
-    let heads = triangles_mix == Mix::Average
-        && numbers.heads(address.key, address.pass, pairs::DIRECTION, tile.number());
+    let heads =
+        triangles_mix == Mix::Average && numbers.heads(address.key, address.pass, pairs::DIRECTION, tile.number());
     let mut list = Vec::new();
     if !(heads && tossed) {
         let address = ListAddress::new(numbers, tile, colour(sample.pixel), pass, tossed);
@@ -48,7 +60,9 @@ pub(super) fn directions<T: Tracer, M: Told>(
     T::face_all(world, &mut set);
     let mut asked = Vec::new();
     for (i, pick) in list.iter().enumerate() {
-        let (true, number) = lists.kind(pick.light) else { continue };
+        let (true, number) = lists.kind(pick.light) else {
+            continue;
+        };
         let guess = if mix.mixed() { pick.guess } else { 1.0 };
         let times = (f64::from(guess) / pick.expected) as f32;
         let light = SphereLight {
@@ -94,7 +108,10 @@ pub(super) fn directions<T: Tracer, M: Told>(
                 let hit = T::nearest::<f32>(world, &set, true, &towards, Coherence::Incoherent);
                 let index = || world.surface_index(hit.geometry.0, hit.primitive.0) as usize;
                 let lit = hit.found && world.surfaces[index()].le.is_some();
-                let throughput = lobe.shape.over(lobe.pdf).colour(point.bsdf.rho(), Vec3::splat([1.0; 3]));
+                let throughput = lobe
+                    .shape
+                    .over(lobe.pdf)
+                    .colour(point.bsdf.rho(), Vec3::splat([1.0; 3]));
                 found(world, point, (wi, hit.t), throughput, !lit)
             }),
         });

@@ -4,7 +4,6 @@ use super::Found;
 use crate::bsdf::{self, Brdf, Tint};
 use crate::estimator::density::{Density, Mix, Warp};
 use crate::estimator::{ShadingPoint, per_light};
-use crate::lane::Lane;
 use crate::light::SphereLight;
 use crate::math::Vec3;
 use crate::pipeline::lists::Probed;

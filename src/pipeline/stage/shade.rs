@@ -173,12 +173,7 @@ pub fn prepare<L: TraceLane, D: Density, M: Model>(
 
 /// The points of the packet at `at` that follow their BRDF when they look for a light.
 #[inline(always)]
-fn heads<L: Lane, D: Density, M: Model>(
-    chunk: &Chunk,
-    stream: &ModelStream<M>,
-    at: usize,
-    light: &Lamp,
-) -> L::Mask {
+fn heads<L: Lane, D: Density, M: Model>(chunk: &Chunk, stream: &ModelStream<M>, at: usize, light: &Lamp) -> L::Mask {
     if D::SHARES_COIN || chunk.numbers.one_coin() {
         return stream.heads::<L>(at);
     }

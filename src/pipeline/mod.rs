@@ -4,6 +4,7 @@ mod camera;
 mod columns;
 mod emitters;
 mod intersector;
+mod lights;
 mod job;
 mod narrow;
 mod plan;

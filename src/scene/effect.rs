@@ -34,11 +34,15 @@ pub enum Effect {
     Environment,
     /// Meshes that are lit as if they were as smooth as their normals.
     SmoothTerminator,
+    /// Points, spots and lights from one direction.
+    DeltaLights,
+    /// Disks of light in the sky.
+    Suns,
 }
 
 impl Effect {
     /// All of them.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 15] = [
         Self::Diffuse,
         Self::Phong,
         Self::Blend,
@@ -52,6 +56,8 @@ impl Effect {
         Self::MeshLights,
         Self::Environment,
         Self::SmoothTerminator,
+        Self::DeltaLights,
+        Self::Suns,
     ];
 
     /// Its name.
@@ -70,6 +76,8 @@ impl Effect {
             Self::MeshLights => "mesh lights",
             Self::Environment => "environment",
             Self::SmoothTerminator => "smooth terminator",
+            Self::DeltaLights => "delta lights",
+            Self::Suns => "suns",
         }
     }
 }

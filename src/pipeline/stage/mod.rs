@@ -3,15 +3,15 @@
 
 mod ask;
 mod chunk;
-pub mod environment;
+pub mod each;
 pub mod eye;
 mod grid;
+pub mod meshes;
 mod rings;
 mod scratch;
 pub mod shade;
 pub mod shadow;
 pub mod surface;
-pub mod triangles;
 
 pub use ask::{Answers, Ask};
 pub use chunk::{Chunk, Order, Segment, pairs};

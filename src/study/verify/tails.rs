@@ -119,6 +119,10 @@ impl Tails {
             let cells = std::iter::once(own).chain(whole);
             match event.way {
                 Way::Seen => cells.for_each(|cell| put(&mut self.seen[cell], event.radiance, size, 1.0)),
+                Way::Certain { emitter } => {
+                    self.emitters[emitter] += size;
+                    cells.for_each(|cell| put(&mut self.seen[cell], event.radiance, size, 1.0));
+                }
                 Way::Reflected { emitter, light, brdf } => {
                     self.emitters[emitter] += size;
                     for (source, at) in Source::ALL.into_iter().zip(0..) {

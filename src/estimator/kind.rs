@@ -1,0 +1,206 @@
+//! What an estimator asks of a kind of light. The stage of a kind, a replay and a selftest ask it alike.
+
+use super::density::Density;
+use super::per_light::Contribution;
+use super::{ShadingPoint, per_delta, per_environment, per_light, per_sun, per_triangle};
+use crate::lane::{Lane, Mask};
+use crate::light::environment::Beyond;
+use crate::light::{DeltaLight, SphereLight, Sun, TriangleLight, delta, sphere, triangle};
+use crate::math::Vec3;
+use crate::sampling::Toss;
+use crate::shape::{Ball, NO_SPHERE};
+
+/// A kind of light, for estimators that draw a direction for every light.
+pub trait LightKind {
+    /// Whether its light comes from one direction: it needs no random number, and no other technique finds it.
+    const DELTA: bool = false;
+
+    /// What is found out at points before a direction is drawn.
+    type View<L: Lane>;
+
+    /// What its shadow rays skip.
+    fn id(&self) -> u32 {
+        NO_SPHERE
+    }
+
+    /// A ball that all its shadow rays end in; `None` where they have no end.
+    fn bounds(&self) -> Option<Ball>;
+
+    /// The light as seen from `p`.
+    fn seen_from<L: Lane>(&self, p: Vec3<L>) -> Self::View<L>;
+
+    /// Lanes where any direction to it may count; never too few.
+    fn may_contribute<L: Lane>(&self, point: &ShadingPoint<L>, view: &Self::View<L>) -> L::Mask;
+
+    /// Draws a direction of the light, or of the BRDF where `toss` shows heads and the density mixes both, and weighs it by the
+    /// densities of both; `None` where no lane gets light by it.
+    fn sample<L: Lane, D: Density>(
+        &self,
+        density: D,
+        point: &ShadingPoint<L>,
+        view: &Self::View<L>,
+        toss: Toss<L::Bits>,
+        active: L::Mask,
+    ) -> Option<Contribution<L>>;
+}
+
+impl LightKind for SphereLight {
+    type View<L: Lane> = sphere::View<L>;
+
+    fn id(&self) -> u32 {
+        self.sphere
+    }
+
+    fn bounds(&self) -> Option<Ball> {
+        Some(Ball {
+            center: self.center,
+            radius: self.radius,
+        })
+    }
+
+    #[inline(always)]
+    fn seen_from<L: Lane>(&self, p: Vec3<L>) -> Self::View<L> {
+        self.seen_from(p)
+    }
+
+    #[inline(always)]
+    fn may_contribute<L: Lane>(&self, point: &ShadingPoint<L>, view: &Self::View<L>) -> L::Mask {
+        per_light::may_contribute(point, view)
+    }
+
+    #[inline(always)]
+    fn sample<L: Lane, D: Density>(
+        &self,
+        density: D,
+        point: &ShadingPoint<L>,
+        _: &Self::View<L>,
+        toss: Toss<L::Bits>,
+        active: L::Mask,
+    ) -> Option<Contribution<L>> {
+        per_light::sample(density, point, self, toss, active)
+    }
+}
+
+impl LightKind for TriangleLight {
+    type View<L: Lane> = triangle::View<L>;
+
+    fn id(&self) -> u32 {
+        self.aim
+    }
+
+    fn bounds(&self) -> Option<Ball> {
+        Some(Ball::around(&self.triangle.corners))
+    }
+
+    #[inline(always)]
+    fn seen_from<L: Lane>(&self, p: Vec3<L>) -> Self::View<L> {
+        self.triangle.splat::<L>().seen_from(p)
+    }
+
+    #[inline(always)]
+    fn may_contribute<L: Lane>(&self, point: &ShadingPoint<L>, view: &Self::View<L>) -> L::Mask {
+        view.rises_above(point.bsdf.n)
+    }
+
+    #[inline(always)]
+    fn sample<L: Lane, D: Density>(
+        &self,
+        density: D,
+        point: &ShadingPoint<L>,
+        view: &Self::View<L>,
+        toss: Toss<L::Bits>,
+        active: L::Mask,
+    ) -> Option<Contribution<L>> {
+        let worth = (Vec3::splat(self.le), L::one());
+        per_triangle::sample(density, point, view, worth, toss.into(), active)
+    }
+}
+
+/// The environment.
+impl<B: Beyond> LightKind for B {
+    type View<L: Lane> = ();
+
+    fn bounds(&self) -> Option<Ball> {
+        None
+    }
+
+    #[inline(always)]
+    fn seen_from<L: Lane>(&self, _: Vec3<L>) {}
+
+    #[inline(always)]
+    fn may_contribute<L: Lane>(&self, _: &ShadingPoint<L>, (): &()) -> L::Mask {
+        L::Mask::splat(true)
+    }
+
+    #[inline(always)]
+    fn sample<L: Lane, D: Density>(
+        &self,
+        density: D,
+        point: &ShadingPoint<L>,
+        (): &(),
+        toss: Toss<L::Bits>,
+        active: L::Mask,
+    ) -> Option<Contribution<L>> {
+        per_environment::sample(density, point, self, toss, active)
+    }
+}
+
+impl LightKind for Sun {
+    type View<L: Lane> = ();
+
+    fn bounds(&self) -> Option<Ball> {
+        None
+    }
+
+    #[inline(always)]
+    fn seen_from<L: Lane>(&self, _: Vec3<L>) {}
+
+    #[inline(always)]
+    fn may_contribute<L: Lane>(&self, point: &ShadingPoint<L>, (): &()) -> L::Mask {
+        per_sun::may_contribute(point, self)
+    }
+
+    #[inline(always)]
+    fn sample<L: Lane, D: Density>(
+        &self,
+        density: D,
+        point: &ShadingPoint<L>,
+        (): &(),
+        toss: Toss<L::Bits>,
+        active: L::Mask,
+    ) -> Option<Contribution<L>> {
+        per_sun::sample(density, point, self, toss, active)
+    }
+}
+
+impl LightKind for DeltaLight {
+    const DELTA: bool = true;
+
+    type View<L: Lane> = delta::Arriving<L>;
+
+    fn bounds(&self) -> Option<Ball> {
+        self.bounds()
+    }
+
+    #[inline(always)]
+    fn seen_from<L: Lane>(&self, p: Vec3<L>) -> Self::View<L> {
+        self.seen_from(p)
+    }
+
+    #[inline(always)]
+    fn may_contribute<L: Lane>(&self, _: &ShadingPoint<L>, view: &Self::View<L>) -> L::Mask {
+        view.active
+    }
+
+    #[inline(always)]
+    fn sample<L: Lane, D: Density>(
+        &self,
+        _: D,
+        point: &ShadingPoint<L>,
+        view: &Self::View<L>,
+        _: Toss<L::Bits>,
+        active: L::Mask,
+    ) -> Option<Contribution<L>> {
+        per_delta::sample(point, self, view, active)
+    }
+}

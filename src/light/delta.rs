@@ -82,7 +82,11 @@ impl DeltaLight {
         let inverse = L::one() / distance;
         let wi = to_light * inverse;
         let near = L::splat(unit) * inverse;
-        let falloff = spot.map_or(L::one(), |spot| mutate!(spot.at(wi), FalloffForgotten => L::one()));
+        // Not a closure: it would be a call, compiled without the lanes' instructions.
+        let falloff = match spot {
+            Some(spot) => mutate!(spot.at(wi), FalloffForgotten => L::one()),
+            None => L::one(),
+        };
         Arriving {
             // At the light itself nothing has a direction.
             active: squared.gt(L::zero()) & falloff.gt(L::zero()),

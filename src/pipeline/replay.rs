@@ -3,6 +3,8 @@
 //! The sample goes through the very stages of a render, as a chunk of one pixel and one pass by the kernel of one lane, whose bits are
 //! those of all widths; the steps are read from the streams in between.
 
+mod kinds;
+
 use serde::Serialize;
 
 use super::plan::Plan;
@@ -43,8 +45,8 @@ pub struct Replay {
     /// The rays from the point that were traced, to lights of every kind.
     #[serde(skip)]
     pub rays: Vec<Segment>,
-    /// Whether estimators with a direction for every light also asked for meshes or an environment that emit, which are in the
-    /// radiance but not told one by one.
+    /// Whether estimators with a direction for every light also asked for large meshes that emit, which are in the radiance but not told
+    /// one by one.
     pub meshes_untold: bool,
     /// Radiance of the sample: what a render adds to the pixel.
     pub radiance: [f64; 3],
@@ -83,8 +85,10 @@ pub struct Point {
 /// A direction that was asked for light.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Asked {
-    /// The light that it was drawn for: its place in the order of the render.
+    /// The light that it was drawn for: its place in the order of the render; of a delta light, among the delta lights.
     pub light: Option<usize>,
+    /// What kind of light that is.
+    pub kind: Option<&'static str>,
     /// The number of this light among the spheres.
     pub sphere: Option<u32>,
     /// `1 - cos` of the half-angle that the light subtends.
@@ -156,8 +160,8 @@ pub(super) fn replay(plan: &Plan, world: &World, settings: &Settings, tile: &Til
             alpha: if phong { at.bsdf.alpha } else { 1.0 },
         });
         asked = match plan.intersector.accel {
-            AccelKind::Embree => directions::<ByEmbree>(world, settings, &numbers, tile, &at, &address),
-            AccelKind::Linear => directions::<InLine>(world, settings, &numbers, tile, &at, &address),
+            AccelKind::Embree => directions::<ByEmbree>(&chunk, settings, &at, &address),
+            AccelKind::Linear => directions::<InLine>(&chunk, settings, &at, &address),
         };
     }
     for shade in &plan.shade {
@@ -186,7 +190,7 @@ pub(super) fn replay(plan: &Plan, world: &World, settings: &Settings, tile: &Til
         seen,
         point,
         asked,
-        meshes_untold: !world.only_spheres_emit() && settings.estimator.per_light(),
+        meshes_untold: !world.mesh_lights.is_empty() && settings.estimator.per_light(),
         radiance: [red, green, blue],
         invalid: [counters.invalid_nan, counters.invalid_inf, counters.invalid_negative],
     }
@@ -221,27 +225,16 @@ fn met<T: Tracer>(world: &World, origin: Vec3<f32>, direction: Vec3<f32>) -> Opt
 
 /// What the shade stage asks for at a point, by its own functions.
 fn directions<T: Tracer>(
-    world: &World,
+    chunk: &Chunk,
     settings: &Settings,
-    numbers: &PassBlock,
-    tile: &Tile,
     point: &ShadingPoint<f32>,
     address: &Address<f32>,
 ) -> Vec<Asked> {
+    let (world, numbers, tile) = (chunk.world, chunk.numbers, chunk.tile);
     let mut set = Default::default();
     T::face_all(world, &mut set);
     let found = |wi: Vec3<f32>, distance: f32, ld: Vec3<f32>, occluded: bool| {
-        let cos_theta = point.bsdf.n.dot(wi);
-        let lobe = point.bsdf.eval(wi, cos_theta);
-        Found {
-            wi: wi.lane(0),
-            cos_theta,
-            shape: lobe.shape,
-            brdf_pdf: lobe.pdf,
-            distance: world.space.in_scene(distance),
-            ld: ld.lane(0),
-            occluded,
-        }
+        found(world, point, (wi, distance), ld, occluded)
     };
     let mix = rows::mix_of_spheres(settings.estimator);
     let warp = match settings.estimator {
@@ -282,6 +275,7 @@ fn directions<T: Tracer>(
         let cone = light.cone(point.p);
         Asked {
             light: Some(i),
+            kind: Some("sphere"),
             sphere: Some(light.sphere),
             omc: Some(cone.omc),
             cone_pdf: Some(cone.pdf()),
@@ -300,7 +294,10 @@ fn directions<T: Tracer>(
         }
     };
     if settings.estimator.per_light() {
-        return (0..world.lights.len()).flat_map(for_light).map(asked).collect();
+        let mut all: Vec<Asked> = (0..world.lights.len()).flat_map(for_light).map(asked).collect();
+        all.extend(kinds::each::<T>(chunk, point, address));
+        all.extend(kinds::deltas::<T>(chunk, point, address));
+        return all;
     }
     let uniform = settings.estimator == EstimatorKind::Uniform;
     let pair = numbers.pair(address.key, address.pass, pairs::DIRECTION);
@@ -311,6 +308,7 @@ fn directions<T: Tracer>(
     };
     let asked = Asked {
         light: None,
+        kind: None,
         sphere: None,
         omc: None,
         cone_pdf: None,
@@ -319,13 +317,35 @@ fn directions<T: Tracer>(
             let towards = ray(point.p, drawn.wi, f32::INFINITY, NO_SPHERE);
             let hit = T::nearest::<f32>(world, &set, true, &towards, Coherence::Incoherent);
             let surface = |()| world.surfaces[world.surface_index(hit.geometry.0, hit.primitive.0) as usize];
-            let lit = hit
-                .found
-                .then_some(())
-                .map(surface)
-                .is_some_and(|surface| surface.le.is_some());
+            let beyond = || world.environment.is_some() || world.suns.iter().any(|sun| sun.contains(drawn.wi));
+            let lit = match hit.found {
+                true => surface(()).le.is_some(),
+                false => beyond(),
+            };
             found(drawn.wi, hit.t, drawn.throughput, !lit)
         }),
     };
-    vec![asked]
+    std::iter::once(asked)
+        .chain(kinds::deltas::<T>(chunk, point, address))
+        .collect()
+}
+
+fn found(
+    world: &World,
+    point: &ShadingPoint<f32>,
+    (wi, distance): (Vec3<f32>, f32),
+    ld: Vec3<f32>,
+    occluded: bool,
+) -> Found {
+    let cos_theta = point.bsdf.n.dot(wi);
+    let lobe = point.bsdf.eval(wi, cos_theta);
+    Found {
+        wi: wi.lane(0),
+        cos_theta,
+        shape: lobe.shape,
+        brdf_pdf: lobe.pdf,
+        distance: world.space.in_scene(distance),
+        ld: ld.lane(0),
+        occluded,
+    }
 }

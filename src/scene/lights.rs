@@ -78,9 +78,13 @@ pub(super) fn light(table: &Table<'_>) -> Result<Light, Fault> {
             let outer_angle = table.need("outer_angle", "outer_angle = 30.0")?.number()?;
             Light::Spot {
                 position,
-                direction: match aim.key {
-                    "target" => aim.triple()? - position,
-                    _ => aim.triple()?,
+                direction: match (aim.key, aim.triple()?) {
+                    ("target", target) if target == position => {
+                        let help = "point the spot at something: move the target";
+                        return Err(aim.fault("must differ from the position", help));
+                    }
+                    ("target", target) => target - position,
+                    (_, direction) => direction,
                 },
                 intensity: intensity()?,
                 inner_angle: table.get("inner_angle").map_or(Ok(0.0), |angle| angle.number())?,

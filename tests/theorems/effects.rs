@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::proof::pictures::assert_same;
 use crate::proof::runs::{load, picture, settings};
 use octolux::pipeline::{Prepared, Settings};
-use octolux::scene::{Bsdf, Effect, Effects, EstimatorKind, Features, Scene, SceneBuilder, Surface};
+use octolux::scene::{Bsdf, Effect, Effects, EstimatorKind, Features, LightClass, Scene, SceneBuilder, Surface};
 use octolux::settings::Lanes;
 
 fn held(scene: &Scene) -> Effects {
@@ -25,7 +25,7 @@ fn matt(scene: &mut SceneBuilder) {
     }
 }
 
-const TAKEN: [Taking; 7] = [
+const TAKEN: [Taking; 8] = [
     ("veach-mis.toml", Effect::Phong, matt),
     ("knot.toml", Effect::SmoothNormals, |scene| {
         scene
@@ -48,6 +48,11 @@ const TAKEN: [Taking; 7] = [
     }),
     ("textures.toml", Effect::Textures, |scene| {
         scene.materials.iter_mut().for_each(|material| material.texture = None);
+    }),
+    // Suns and the environment share a camera stage, so both go.
+    ("lamps.toml", Effect::Suns, |scene| {
+        scene.lights.retain(|light| light.class() != LightClass::Disk);
+        scene.environment = None;
     }),
     ("blend.toml", Effect::Blend, |scene| {
         for material in &mut scene.materials {

@@ -26,7 +26,7 @@ pub(super) fn light(light: &Light) -> Checked {
             outer_angle,
         } => {
             vector("position", position, &FINITE)?;
-            direction(axis, "point the spot at something: its target must differ from its position")?;
+            direction(axis, "write where the spot shines, such as [0, -1, 0] for down")?;
             vector("intensity", intensity, &NOT_NEGATIVE)?;
             number("outer_angle", outer_angle, &OUTER_ANGLE)?;
             number("inner_angle", inner_angle, &INNER_ANGLE)?;

@@ -5,7 +5,7 @@ use super::per_light::Contribution;
 use super::{ShadingPoint, per_delta, per_environment, per_light, per_sun, per_triangle};
 use crate::lane::{Lane, Mask};
 use crate::light::environment::Beyond;
-use crate::light::{DeltaLight, SphereLight, Sun, TriangleLight, delta, sphere, triangle};
+use crate::light::{DeltaLight, Reach, SphereLight, Sun, TriangleLight, delta, sphere, triangle};
 use crate::math::Vec3;
 use crate::sampling::Toss;
 use crate::shape::{Ball, NO_SPHERE};
@@ -23,8 +23,8 @@ pub trait LightKind {
         NO_SPHERE
     }
 
-    /// A ball that all its shadow rays end in; `None` where they have no end.
-    fn bounds(&self) -> Option<Ball>;
+    /// Where all its shadow rays go.
+    fn bounds(&self) -> Reach;
 
     /// The light as seen from `p`.
     fn seen_from<L: Lane>(&self, p: Vec3<L>) -> Self::View<L>;
@@ -51,8 +51,8 @@ impl LightKind for SphereLight {
         self.sphere
     }
 
-    fn bounds(&self) -> Option<Ball> {
-        Some(Ball {
+    fn bounds(&self) -> Reach {
+        Reach::Ball(Ball {
             center: self.center,
             radius: self.radius,
         })
@@ -88,8 +88,8 @@ impl LightKind for TriangleLight {
         self.aim
     }
 
-    fn bounds(&self) -> Option<Ball> {
-        Some(Ball::around(&self.triangle.corners))
+    fn bounds(&self) -> Reach {
+        Reach::Ball(Ball::around(&self.triangle.corners))
     }
 
     #[inline(always)]
@@ -120,8 +120,8 @@ impl LightKind for TriangleLight {
 impl<B: Beyond> LightKind for B {
     type View<L: Lane> = ();
 
-    fn bounds(&self) -> Option<Ball> {
-        None
+    fn bounds(&self) -> Reach {
+        Reach::Everywhere
     }
 
     #[inline(always)]
@@ -148,8 +148,8 @@ impl<B: Beyond> LightKind for B {
 impl LightKind for Sun {
     type View<L: Lane> = ();
 
-    fn bounds(&self) -> Option<Ball> {
-        None
+    fn bounds(&self) -> Reach {
+        self.reach()
     }
 
     #[inline(always)]
@@ -178,8 +178,8 @@ impl LightKind for DeltaLight {
 
     type View<L: Lane> = delta::Arriving<L>;
 
-    fn bounds(&self) -> Option<Ball> {
-        self.bounds()
+    fn bounds(&self) -> Reach {
+        self.reach()
     }
 
     #[inline(always)]

@@ -4,6 +4,7 @@
 //! light. At distance `d` of a point with the intensity `I` that is `I / d²`.
 
 use super::falloff::Falloff;
+use super::reach::Reach;
 use crate::lane::{Lane, Mask};
 use crate::math::Vec3;
 use crate::shape::Ball;
@@ -51,14 +52,14 @@ pub struct Arriving<L: Lane> {
 }
 
 impl DeltaLight {
-    /// What stands between points and the light stands between them and this ball; `None` where it is nowhere.
-    pub fn bounds(&self) -> Option<Ball> {
+    /// Where its shadow rays go.
+    pub fn reach(&self) -> Reach {
         match self.place {
-            Place::At { position, .. } => Some(Ball {
+            Place::At { position, .. } => Reach::Ball(Ball {
                 center: position,
                 radius: 0.0,
             }),
-            Place::Toward(_) => None,
+            Place::Toward(axis) => Reach::Cone { axis, tangent: 0.0 },
         }
     }
 

@@ -1,5 +1,6 @@
 //! A disk of uniform radiance in the sky: a directional light with an angular radius.
 
+use super::reach::Reach;
 use crate::lane::Lane;
 use crate::math::elementary::sin_cos_turn;
 use crate::math::{Frame, Vec3};
@@ -28,6 +29,19 @@ impl Sun {
             one_minus_cos: (2.0 * half_sine * half_sine) as f32,
             chord: (2.0 * half_sine) as f32,
             le,
+        }
+    }
+
+    /// Where its shadow rays go: a disk of more than 45 degrees is taken for all of the sky.
+    pub fn reach(&self) -> Reach {
+        let cosine = 1.0 - self.one_minus_cos;
+        let sine = (self.one_minus_cos * (1.0 + cosine)).sqrt();
+        if cosine < 0.7 {
+            return Reach::Everywhere;
+        }
+        Reach::Cone {
+            axis: self.axis,
+            tangent: sine / cosine,
         }
     }
 

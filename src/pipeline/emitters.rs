@@ -5,8 +5,8 @@ use glam::DVec3;
 use super::narrow::narrow;
 use super::space::Space;
 use crate::embree::EmbreeError;
-use crate::light::environment::{Constant, LatLong};
 use crate::light::delta::Place;
+use crate::light::environment::{Constant, LatLong};
 use crate::light::falloff::Falloff;
 use crate::light::{DeltaLight, Environment, MeshLight, Sun, Triangle, TriangleLight};
 use crate::sampling::Discrete;
@@ -96,7 +96,10 @@ pub fn beyond(scene: &Scene) -> Option<Environment> {
 }
 
 fn lights_of(scene: &Scene, class: LightClass) -> impl Iterator<Item = &Light> {
-    scene.lights().iter().filter(move |light| light.emits() && light.class() == class)
+    scene
+        .lights()
+        .iter()
+        .filter(move |light| light.emits() && light.class() == class)
 }
 
 /// Directional lights with an angular radius.

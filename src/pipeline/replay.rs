@@ -233,9 +233,8 @@ fn directions<T: Tracer>(
     let (world, numbers, tile) = (chunk.world, chunk.numbers, chunk.tile);
     let mut set = Default::default();
     T::face_all(world, &mut set);
-    let found = |wi: Vec3<f32>, distance: f32, ld: Vec3<f32>, occluded: bool| {
-        found(world, point, (wi, distance), ld, occluded)
-    };
+    let found =
+        |wi: Vec3<f32>, distance: f32, ld: Vec3<f32>, occluded: bool| found(world, point, (wi, distance), ld, occluded);
     let mix = rows::mix_of_spheres(settings.estimator);
     let warp = match settings.estimator {
         EstimatorKind::Projected if !point.bsdf.phong => Warp::ProjectedCap,

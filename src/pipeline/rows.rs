@@ -49,7 +49,16 @@ const EYE: &[(Effects, EyeRow)] = eye_rows![
     [Diffuse, Phong],
     [Diffuse, Phong, SmoothNormals],
     [Diffuse, Phong, SmoothNormals, Blend, OneSided, Textures],
-    [Diffuse, Phong, SmoothNormals, Blend, OneSided, Textures, Environment, Suns],
+    [
+        Diffuse,
+        Phong,
+        SmoothNormals,
+        Blend,
+        OneSided,
+        Textures,
+        Environment,
+        Suns
+    ],
     [
         Diffuse,
         Phong,

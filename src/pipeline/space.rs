@@ -81,6 +81,9 @@ impl Space {
         x * self.scale * self.scale
     }
 
+    /// No two shapes are so far from each other: coordinates are below 2^29, a diagonal below 2^31.
+    pub const BEYOND: f32 = (1_u64 << (FARTHEST + 3)) as f32;
+
     /// The distance that [`Self::at_unit`] speaks of.
     pub const UNIT_DISTANCE: f32 = (1_u64 << FARTHEST) as f32;
 

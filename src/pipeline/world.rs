@@ -271,7 +271,10 @@ impl World {
     /// Whether no direction can meet a light but spheres.
     #[inline(always)]
     pub fn only_spheres_emit(&self) -> bool {
-        self.triangle_lights.is_empty() && self.mesh_lights.is_empty() && self.environment.is_none() && self.suns.is_empty()
+        self.triangle_lights.is_empty()
+            && self.mesh_lights.is_empty()
+            && self.environment.is_none()
+            && self.suns.is_empty()
     }
 
     /// The surface of a primitive of a geometry.

@@ -65,7 +65,11 @@ fn by_lamp(world: &World, lamp: &Lamp, shading: &Shading, point: DVec3, rng: &mu
             let direction = disk.sample(rng);
             // What is drawn in the disk is in it, whatever rounding says at its rim.
             let density = disk.density_inside() + shading.density(direction);
-            (direction, f64::INFINITY, disk.le * shading.value_cos(direction) / density)
+            (
+                direction,
+                f64::INFINITY,
+                disk.le * shading.value_cos(direction) / density,
+            )
         }
     };
     let ray = Ray {

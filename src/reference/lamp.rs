@@ -79,7 +79,10 @@ pub fn arrival(light: &Light, point: DVec3) -> Option<Arrival> {
                 irradiance,
             });
         }
-        Light::Point { position, intensity } | Light::Spot { position, intensity, .. } => (position, intensity),
+        Light::Point { position, intensity }
+        | Light::Spot {
+            position, intensity, ..
+        } => (position, intensity),
     };
     let away = position - point;
     let distance = away.length();

@@ -174,7 +174,11 @@ impl<'s> Probe<'s> {
                 let direction = disk.sample(rng);
                 let (light, brdf) = (disk.density_inside(), shading.density(direction));
                 let value = disk.le * shading.value_cos(direction) / (light + brdf);
-                (direction, f64::INFINITY, (value, Way::Reflected { emitter, light, brdf }))
+                (
+                    direction,
+                    f64::INFINITY,
+                    (value, Way::Reflected { emitter, light, brdf }),
+                )
             }
         };
         let ray = Ray {
@@ -210,7 +214,9 @@ impl<'s> Probe<'s> {
                 let mut all = self.world.emitters().iter();
                 let number = all.position(|other| std::ptr::eq(other, emitter));
                 let way = number.map(|emitter| Way::Reflected { emitter, light, brdf });
-                way.map(|way| (emitter.le * value / (light + brdf), way)).into_iter().collect()
+                way.map(|way| (emitter.le * value / (light + brdf), way))
+                    .into_iter()
+                    .collect()
             }
             Some(Sight::Reflector { .. } | Sight::Back) => Vec::new(),
             None => self.beyond(wi, value, shading.density(wi)),
@@ -219,12 +225,18 @@ impl<'s> Probe<'s> {
 
     /// What comes from beyond the shapes along a direction of the BRDF.
     fn beyond(&self, wi: DVec3, value: DVec3, brdf: f64) -> Vec<(DVec3, Way)> {
-        let of_sky = self.world.sky().map(|sky| self.of_sky(sky.radiance(wi) * value, sky.density(wi), brdf));
+        let of_sky = self
+            .world
+            .sky()
+            .map(|sky| self.of_sky(sky.radiance(wi) * value, sky.density(wi), brdf));
         let lamps = (self.first_lamp()..).zip(self.world.lamps());
         let of_disks = lamps.filter_map(|(emitter, lamp)| match lamp {
             Lamp::Disk(disk) if disk.density(wi) > 0.0 => {
                 let light = disk.density(wi);
-                Some((disk.le * value / (light + brdf), Way::Reflected { emitter, light, brdf }))
+                Some((
+                    disk.le * value / (light + brdf),
+                    Way::Reflected { emitter, light, brdf },
+                ))
             }
             _ => None,
         });

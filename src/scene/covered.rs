@@ -6,8 +6,8 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::invalid::{InvalidScene, Subject, Wrong};
-use super::mesh::has_area;
 use super::light::Light;
+use super::mesh::has_area;
 use super::parts::{Environment, Material, Mesh, Sphere, Surface};
 use super::{SceneBuilder, coincide};
 

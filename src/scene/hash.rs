@@ -67,7 +67,9 @@ pub fn of(scene: &SceneBuilder) -> String {
     // Nothing where there are none, so that scenes without keep the hash that they had.
     for light in &scene.lights {
         match *light {
-            Light::Point { position, intensity } => hash.variant(2, &[position, intensity].map(|v| v.to_array()).concat()),
+            Light::Point { position, intensity } => {
+                hash.variant(2, &[position, intensity].map(|v| v.to_array()).concat())
+            }
             Light::Spot {
                 position,
                 direction,

@@ -94,7 +94,9 @@ impl Light {
     /// Whether an estimator can meet it.
     pub fn class(&self) -> LightClass {
         match self {
-            Self::Directional { angular_radius, .. } if angular_radius.to_radians() >= SMALLEST_DISK => LightClass::Disk,
+            Self::Directional { angular_radius, .. } if angular_radius.to_radians() >= SMALLEST_DISK => {
+                LightClass::Disk
+            }
             _ => LightClass::Delta,
         }
     }

@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use glam::DVec3;
-use octolux::scene::{Bsdf, Environment, EstimatorKind, Fov, Light, LightClass, MaterialId, Mesh, SamplerKind, Scene, Surface};
+use octolux::scene::{
+    Bsdf, Environment, EstimatorKind, Fov, Light, LightClass, MaterialId, Mesh, SamplerKind, Scene, Surface,
+};
 
 const VIEW: &str = "[camera]\norigin = [0, 2, 15]\ntarget = [0.0, -2, 2.5]\nup = [0, 1, 0]\nfov_y = 28\n\n\
     [film]\nwidth = 768\nheight = 512\n\n[materials.b]\ndiffuse = [1, 0.5, 0]\n\n[materials.a]\n\

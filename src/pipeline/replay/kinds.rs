@@ -15,7 +15,13 @@ use crate::pipeline::tracer::Tracer;
 pub fn each<T: Tracer>(chunk: &Chunk, point: &ShadingPoint<f32>, address: &Address<f32>) -> Vec<Asked> {
     let world = chunk.world;
     let sky = (Kind::Environment, "environment");
-    let mut all = of_kind::<T, _>(chunk, point, address, (Kind::Triangles, "triangle"), &world.triangle_lights);
+    let mut all = of_kind::<T, _>(
+        chunk,
+        point,
+        address,
+        (Kind::Triangles, "triangle"),
+        &world.triangle_lights,
+    );
     all.extend(match &world.environment {
         None => Vec::new(),
         Some(Environment::Constant(constant)) => of_kind::<T, _>(chunk, point, address, sky, slice::from_ref(constant)),
@@ -67,5 +73,7 @@ fn of_kind<T: Tracer, K: LightKind>(
     };
     let times = if K::DELTA { 1 } else { chunk.tosses() };
     let lights = (first..).zip(lights);
-    lights.flat_map(|light| (0..times).map(move |time| ask(light, time))).collect()
+    lights
+        .flat_map(|light| (0..times).map(move |time| ask(light, time)))
+        .collect()
 }

@@ -8,9 +8,10 @@ use super::{Ask, Chunk, Scratch, Stage, shadow};
 use crate::embree::TraceLane;
 use crate::estimator::kind::LightKind;
 use crate::lane::{Bits, Lane, Mask};
-use crate::light::Environment;
+use crate::light::{Environment, Reach};
 use crate::pipeline::lights::Kind;
 use crate::pipeline::queue::QueuedRays;
+use crate::pipeline::space::Space;
 use crate::pipeline::stream::{Address, Model};
 use crate::sampling::{Pair, Toss};
 
@@ -66,12 +67,7 @@ impl<M: Model> Stage for PerDelta<M> {
 
 /// What [`LightKind::sample`] draws from for light `i`, the first or the second time; nothing for a delta light.
 #[inline(always)]
-pub fn toss<L: Lane, K: LightKind>(
-    chunk: &Chunk,
-    address: &Address<L>,
-    i: usize,
-    time: u32,
-) -> Toss<L::Bits> {
+pub fn toss<L: Lane, K: LightKind>(chunk: &Chunk, address: &Address<L>, i: usize, time: u32) -> Toss<L::Bits> {
     if !K::DELTA {
         return chunk.toss(address, i, time);
     }
@@ -118,22 +114,21 @@ fn each<L: TraceLane, M: Model, K: LightKind>(chunk: &mut Chunk, scratch: &mut S
                 continue;
             }
             let mut open = false;
-            match light.bounds() {
+            let reach = light.bounds();
+            if !surveyed && reach != Reach::Everywhere {
+                chunk.ask(Ask::Survey { stream, points });
+                surveyed = true;
+            }
+            match reach.ball(&points.around(), Space::BEYOND) {
                 None => chunk.ask(Ask::All { set }),
-                Some(ball) => {
-                    if !surveyed {
-                        chunk.ask(Ask::Survey { stream, points });
-                        surveyed = true;
-                    }
-                    chunk.ask(Ask::Shaft {
-                        stream,
-                        points,
-                        ball,
-                        aimed_at: light.id(),
-                        open: &mut open,
-                        set,
-                    });
-                }
+                Some(ball) => chunk.ask(Ask::Shaft {
+                    stream,
+                    points,
+                    ball,
+                    aimed_at: light.id(),
+                    open: &mut open,
+                    set,
+                }),
             }
             if open {
                 shadow::unoccluded::<L>(chunk, queue);

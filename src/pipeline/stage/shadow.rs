@@ -125,7 +125,11 @@ pub fn emitted<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut RayQueue,
         }
         for sun in &chunk.world.suns {
             let misses = active & !hit.found;
-            radiance = Vec3::select(misses, radiance.or_zero(emits) + sun.radiance(rays.direction, misses), radiance);
+            radiance = Vec3::select(
+                misses,
+                radiance.or_zero(emits) + sun.radiance(rays.direction, misses),
+                radiance,
+            );
             emits = emits | misses;
         }
         let value = rays.value.times(radiance);

@@ -123,7 +123,12 @@ fn suns(effort: Effort) -> Result<f64, Trouble> {
     let mut worst = 0.0_f64;
     for radius in [0.3_f64, 5.0, 60.0] {
         let sine = radius.to_radians().sin();
-        for tilt in [0.0, 0.7, PI / 2.0 - 0.4 * radius.to_radians(), PI / 2.0 + 0.4 * radius.to_radians()] {
+        for tilt in [
+            0.0,
+            0.7,
+            PI / 2.0 - 0.4 * radius.to_radians(),
+            PI / 2.0 + 0.4 * radius.to_radians(),
+        ] {
             let sun = Light::directional([-tilt.sin(), -tilt.cos(), 0.0], [PI * sine * sine; 3], radius);
             let scene = plate(1.0, &[sun])?;
             let answer = 0.5 / PI * truth::clipped_sphere(sine, tilt);

@@ -5,7 +5,7 @@ use super::per_light::Contribution;
 use super::{ShadingPoint, per_delta, per_environment, per_light, per_sun, per_triangle};
 use crate::lane::{Lane, Mask};
 use crate::light::environment::Beyond;
-use crate::light::{DeltaLight, Reach, SphereLight, Sun, TriangleLight, delta, sphere, triangle};
+use crate::light::{DeltaLight, Reach, SphereLight, Sun, TriangleLight, Triangles, delta, sphere, triangle};
 use crate::math::Vec3;
 use crate::sampling::Toss;
 use crate::shape::{Ball, NO_SPHERE};
@@ -14,6 +14,12 @@ use crate::shape::{Ball, NO_SPHERE};
 pub trait LightKind {
     /// Whether its light comes from one direction: it needs no random number, and no other technique finds it.
     const DELTA: bool = false;
+
+    /// Whether it may contribute at every point, so that it need not be asked.
+    const ALWAYS: bool = false;
+
+    /// What of it is put into lanes once for many points.
+    type Spread<L: Lane>;
 
     /// What is found out at points before a direction is drawn.
     type View<L: Lane>;
@@ -26,8 +32,11 @@ pub trait LightKind {
     /// Where all its shadow rays go.
     fn bounds(&self) -> Reach;
 
+    /// The light in every lane.
+    fn spread<L: Lane>(&self) -> Self::Spread<L>;
+
     /// The light as seen from `p`.
-    fn seen_from<L: Lane>(&self, p: Vec3<L>) -> Self::View<L>;
+    fn seen_from<L: Lane>(&self, spread: &Self::Spread<L>, p: Vec3<L>) -> Self::View<L>;
 
     /// Lanes where any direction to it may count; never too few.
     fn may_contribute<L: Lane>(&self, point: &ShadingPoint<L>, view: &Self::View<L>) -> L::Mask;
@@ -45,6 +54,7 @@ pub trait LightKind {
 }
 
 impl LightKind for SphereLight {
+    type Spread<L: Lane> = ();
     type View<L: Lane> = sphere::View<L>;
 
     fn id(&self) -> u32 {
@@ -59,7 +69,10 @@ impl LightKind for SphereLight {
     }
 
     #[inline(always)]
-    fn seen_from<L: Lane>(&self, p: Vec3<L>) -> Self::View<L> {
+    fn spread<L: Lane>(&self) {}
+
+    #[inline(always)]
+    fn seen_from<L: Lane>(&self, (): &(), p: Vec3<L>) -> Self::View<L> {
         self.seen_from(p)
     }
 
@@ -82,6 +95,7 @@ impl LightKind for SphereLight {
 }
 
 impl LightKind for TriangleLight {
+    type Spread<L: Lane> = Triangles<L>;
     type View<L: Lane> = triangle::View<L>;
 
     fn id(&self) -> u32 {
@@ -93,8 +107,13 @@ impl LightKind for TriangleLight {
     }
 
     #[inline(always)]
-    fn seen_from<L: Lane>(&self, p: Vec3<L>) -> Self::View<L> {
-        self.triangle.splat::<L>().seen_from(p)
+    fn spread<L: Lane>(&self) -> Triangles<L> {
+        self.triangle.splat()
+    }
+
+    #[inline(always)]
+    fn seen_from<L: Lane>(&self, triangles: &Triangles<L>, p: Vec3<L>) -> Self::View<L> {
+        triangles.seen_from(p)
     }
 
     #[inline(always)]
@@ -118,6 +137,9 @@ impl LightKind for TriangleLight {
 
 /// The environment.
 impl<B: Beyond> LightKind for B {
+    const ALWAYS: bool = true;
+
+    type Spread<L: Lane> = ();
     type View<L: Lane> = ();
 
     fn bounds(&self) -> Reach {
@@ -125,7 +147,10 @@ impl<B: Beyond> LightKind for B {
     }
 
     #[inline(always)]
-    fn seen_from<L: Lane>(&self, _: Vec3<L>) {}
+    fn spread<L: Lane>(&self) {}
+
+    #[inline(always)]
+    fn seen_from<L: Lane>(&self, (): &(), _: Vec3<L>) {}
 
     #[inline(always)]
     fn may_contribute<L: Lane>(&self, _: &ShadingPoint<L>, (): &()) -> L::Mask {
@@ -146,6 +171,7 @@ impl<B: Beyond> LightKind for B {
 }
 
 impl LightKind for Sun {
+    type Spread<L: Lane> = ();
     type View<L: Lane> = ();
 
     fn bounds(&self) -> Reach {
@@ -153,7 +179,10 @@ impl LightKind for Sun {
     }
 
     #[inline(always)]
-    fn seen_from<L: Lane>(&self, _: Vec3<L>) {}
+    fn spread<L: Lane>(&self) {}
+
+    #[inline(always)]
+    fn seen_from<L: Lane>(&self, (): &(), _: Vec3<L>) {}
 
     #[inline(always)]
     fn may_contribute<L: Lane>(&self, point: &ShadingPoint<L>, (): &()) -> L::Mask {
@@ -176,6 +205,7 @@ impl LightKind for Sun {
 impl LightKind for DeltaLight {
     const DELTA: bool = true;
 
+    type Spread<L: Lane> = ();
     type View<L: Lane> = delta::Arriving<L>;
 
     fn bounds(&self) -> Reach {
@@ -183,7 +213,10 @@ impl LightKind for DeltaLight {
     }
 
     #[inline(always)]
-    fn seen_from<L: Lane>(&self, p: Vec3<L>) -> Self::View<L> {
+    fn spread<L: Lane>(&self) {}
+
+    #[inline(always)]
+    fn seen_from<L: Lane>(&self, (): &(), p: Vec3<L>) -> Self::View<L> {
         self.seen_from(p)
     }
 

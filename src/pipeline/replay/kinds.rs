@@ -51,7 +51,7 @@ fn of_kind<T: Tracer, K: LightKind>(
     let first = if K::DELTA { 0 } else { world.first(kind) };
     let ask = |(i, light): (usize, &K), time: u32| {
         let toss = each::toss::<f32, K>(chunk, address, i, time);
-        let view = light.seen_from(point.p);
+        let view = light.seen_from(&light.spread(), point.p);
         let may = light.may_contribute(point, &view);
         let drawn = light.sample(chunk.mix, point, &view, toss, may);
         Asked {

@@ -95,14 +95,18 @@ fn each<L: TraceLane, M: Model, K: LightKind>(chunk: &mut Chunk, scratch: &mut S
     }
     let mut surveyed = false;
     for (i, light) in (first..).zip(lights) {
+        let spread = light.spread::<L>();
         let times = if K::DELTA { 1 } else { chunk.tosses() };
         for time in 0..times {
             for at in (0..stream.len()).step_by(L::N) {
                 let (active, point, address) = stream.packet::<L, M>(at);
-                let view = light.seen_from(point.p);
-                let active = active & light.may_contribute(&point, &view);
-                if active.none() {
-                    continue;
+                let view = light.seen_from(&spread, point.p);
+                let mut active = active;
+                if !K::ALWAYS {
+                    active = active & light.may_contribute(&point, &view);
+                    if active.none() {
+                        continue;
+                    }
                 }
                 let toss = toss::<L, K>(chunk, &address, i, time);
                 let Some(found) = light.sample(chunk.mix, &point, &view, toss, active) else {

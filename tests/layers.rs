@@ -34,7 +34,11 @@ const TABLE: [(&str, u32, Uses); 20] = [
     // Scene data is for the oracle too: nothing of the fast path may leak into it.
     ("scene", 7, Only(&["settings", "texels"])),
     // Functions of points, directions and numbers: no scene, no accelerator.
-    ("estimator", 8, Only(&["bsdf", "light", "shape", "sampling", "math", "lane"])),
+    (
+        "estimator",
+        8,
+        Only(&["bsdf", "light", "shape", "sampling", "math", "lane"]),
+    ),
     ("film", 9, Below),
     ("pipeline", 10, Below),
     ("run", 11, Below),

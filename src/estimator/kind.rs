@@ -1,11 +1,15 @@
-//! What an estimator asks of a kind of light. The stage of a kind, a replay and a selftest ask it alike.
+//! What an estimator asks of a kind of light. The stage of a kind and a replay ask it alike.
+//!
+//! Spheres have more: how their directions are drawn depends on the model of reflection ([`super::per_light::Directions`]). Of a large
+//! mesh a triangle is picked for every point ([`super::per_triangle`]).
 
 use super::density::Density;
 use super::per_light::Contribution;
-use super::{ShadingPoint, per_delta, per_environment, per_light, per_sun, per_triangle};
+use super::{ShadingPoint, per_delta, per_environment, per_sun, per_triangle};
+use crate::bsdf::Brdf;
 use crate::lane::{Lane, Mask};
 use crate::light::environment::Beyond;
-use crate::light::{DeltaLight, Reach, SphereLight, Sun, TriangleLight, Triangles, delta, sphere, triangle};
+use crate::light::{DeltaLight, Reach, Sun, TriangleLight, Triangles, delta, triangle};
 use crate::math::Vec3;
 use crate::sampling::Toss;
 use crate::shape::{Ball, NO_SPHERE};
@@ -39,59 +43,18 @@ pub trait LightKind {
     fn seen_from<L: Lane>(&self, spread: &Self::Spread<L>, p: Vec3<L>) -> Self::View<L>;
 
     /// Lanes where any direction to it may count; never too few.
-    fn may_contribute<L: Lane>(&self, point: &ShadingPoint<L>, view: &Self::View<L>) -> L::Mask;
+    fn may_contribute<L: Lane, M: Brdf<L>>(&self, point: &ShadingPoint<L, M>, view: &Self::View<L>) -> L::Mask;
 
     /// Draws a direction of the light, or of the BRDF where `toss` shows heads and the density mixes both, and weighs it by the
     /// densities of both; `None` where no lane gets light by it.
-    fn sample<L: Lane, D: Density>(
+    fn sample<L: Lane, D: Density, M: Brdf<L>>(
         &self,
         density: D,
-        point: &ShadingPoint<L>,
+        point: &ShadingPoint<L, M>,
         view: &Self::View<L>,
         toss: Toss<L::Bits>,
         active: L::Mask,
     ) -> Option<Contribution<L>>;
-}
-
-impl LightKind for SphereLight {
-    type Spread<L: Lane> = ();
-    type View<L: Lane> = sphere::View<L>;
-
-    fn id(&self) -> u32 {
-        self.sphere
-    }
-
-    fn bounds(&self) -> Reach {
-        Reach::Ball(Ball {
-            center: self.center,
-            radius: self.radius,
-        })
-    }
-
-    #[inline(always)]
-    fn spread<L: Lane>(&self) {}
-
-    #[inline(always)]
-    fn seen_from<L: Lane>(&self, (): &(), p: Vec3<L>) -> Self::View<L> {
-        self.seen_from(p)
-    }
-
-    #[inline(always)]
-    fn may_contribute<L: Lane>(&self, point: &ShadingPoint<L>, view: &Self::View<L>) -> L::Mask {
-        per_light::may_contribute(point, view)
-    }
-
-    #[inline(always)]
-    fn sample<L: Lane, D: Density>(
-        &self,
-        density: D,
-        point: &ShadingPoint<L>,
-        _: &Self::View<L>,
-        toss: Toss<L::Bits>,
-        active: L::Mask,
-    ) -> Option<Contribution<L>> {
-        per_light::sample(density, point, self, toss, active)
-    }
 }
 
 impl LightKind for TriangleLight {
@@ -117,15 +80,15 @@ impl LightKind for TriangleLight {
     }
 
     #[inline(always)]
-    fn may_contribute<L: Lane>(&self, point: &ShadingPoint<L>, view: &Self::View<L>) -> L::Mask {
-        view.rises_above(point.bsdf.n)
+    fn may_contribute<L: Lane, M: Brdf<L>>(&self, point: &ShadingPoint<L, M>, view: &Self::View<L>) -> L::Mask {
+        view.rises_above(point.bsdf.normal())
     }
 
     #[inline(always)]
-    fn sample<L: Lane, D: Density>(
+    fn sample<L: Lane, D: Density, M: Brdf<L>>(
         &self,
         density: D,
-        point: &ShadingPoint<L>,
+        point: &ShadingPoint<L, M>,
         view: &Self::View<L>,
         toss: Toss<L::Bits>,
         active: L::Mask,
@@ -153,15 +116,15 @@ impl<B: Beyond> LightKind for B {
     fn seen_from<L: Lane>(&self, (): &(), _: Vec3<L>) {}
 
     #[inline(always)]
-    fn may_contribute<L: Lane>(&self, _: &ShadingPoint<L>, (): &()) -> L::Mask {
+    fn may_contribute<L: Lane, M: Brdf<L>>(&self, _: &ShadingPoint<L, M>, (): &()) -> L::Mask {
         L::Mask::splat(true)
     }
 
     #[inline(always)]
-    fn sample<L: Lane, D: Density>(
+    fn sample<L: Lane, D: Density, M: Brdf<L>>(
         &self,
         density: D,
-        point: &ShadingPoint<L>,
+        point: &ShadingPoint<L, M>,
         (): &(),
         toss: Toss<L::Bits>,
         active: L::Mask,
@@ -185,15 +148,15 @@ impl LightKind for Sun {
     fn seen_from<L: Lane>(&self, (): &(), _: Vec3<L>) {}
 
     #[inline(always)]
-    fn may_contribute<L: Lane>(&self, point: &ShadingPoint<L>, (): &()) -> L::Mask {
+    fn may_contribute<L: Lane, M: Brdf<L>>(&self, point: &ShadingPoint<L, M>, (): &()) -> L::Mask {
         per_sun::may_contribute(point, self)
     }
 
     #[inline(always)]
-    fn sample<L: Lane, D: Density>(
+    fn sample<L: Lane, D: Density, M: Brdf<L>>(
         &self,
         density: D,
-        point: &ShadingPoint<L>,
+        point: &ShadingPoint<L, M>,
         (): &(),
         toss: Toss<L::Bits>,
         active: L::Mask,
@@ -221,15 +184,15 @@ impl LightKind for DeltaLight {
     }
 
     #[inline(always)]
-    fn may_contribute<L: Lane>(&self, _: &ShadingPoint<L>, view: &Self::View<L>) -> L::Mask {
+    fn may_contribute<L: Lane, M: Brdf<L>>(&self, _: &ShadingPoint<L, M>, view: &Self::View<L>) -> L::Mask {
         view.active
     }
 
     #[inline(always)]
-    fn sample<L: Lane, D: Density>(
+    fn sample<L: Lane, D: Density, M: Brdf<L>>(
         &self,
         _: D,
-        point: &ShadingPoint<L>,
+        point: &ShadingPoint<L, M>,
         view: &Self::View<L>,
         _: Toss<L::Bits>,
         active: L::Mask,

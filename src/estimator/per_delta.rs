@@ -2,6 +2,7 @@
 
 use super::ShadingPoint;
 use super::per_light::Contribution;
+use crate::bsdf::{Brdf, Tint};
 use crate::lane::{Lane, Mask};
 use crate::light::DeltaLight;
 use crate::light::delta::Arriving;
@@ -9,8 +10,8 @@ use crate::math::Vec3;
 
 /// What a light adds at each active point; `None` where no lane gets light by it.
 #[inline(always)]
-pub fn sample<L: Lane>(
-    point: &ShadingPoint<L>,
+pub fn sample<L: Lane, B: Brdf<L>>(
+    point: &ShadingPoint<L, B>,
     light: &DeltaLight,
     arriving: &Arriving<L>,
     active: L::Mask,
@@ -21,15 +22,16 @@ pub fn sample<L: Lane>(
         return None;
     }
     let lobe = point.bsdf.eval(arriving.wi, cos_theta);
-    let weight = arriving.strength * lobe.shape;
-    let active = active & weight.gt(L::zero());
+    let weight = lobe.shape.scaled(arriving.strength);
+    let active = active & weight.lit();
     if active.none() {
         return None;
     }
+    let le = Vec3::splat(light.le);
     Some(Contribution {
         active,
         wi: arriving.wi,
         distance: arriving.distance,
-        ld: Vec3::splat(light.le).times(point.bsdf.rho) * weight.or_zero(active),
+        ld: weight.kept(active).colour(le.times(point.bsdf.rho()), le),
     })
 }

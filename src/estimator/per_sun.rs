@@ -3,29 +3,29 @@
 use super::ShadingPoint;
 use super::density::Density;
 use super::per_light::Contribution;
+use crate::bsdf::{Ball, Brdf, Tint};
 use crate::lane::{Lane, Mask};
 use crate::light::Sun;
 use crate::math::Vec3;
 use crate::sampling::Toss;
 
-/// Lanes where any direction of the disk can have a value that is not 0: it rises above the horizon and comes close enough to a Phong
-/// lobe for `f32` to hold it.
+/// Lanes where any direction of the disk can have a value that is not 0: it is in a ball about its middle as large as its chord.
 #[inline(always)]
-pub fn may_contribute<L: Lane>(point: &ShadingPoint<L>, sun: &Sun) -> L::Mask {
-    let (bsdf, axis) = (&point.bsdf, Vec3::splat(sun.axis));
-    // The height of the disk's highest direction is at most the cosine of its middle plus the chord.
-    let rises = bsdf.n.dot(axis).gt(L::splat(-1e-6 - sun.chord));
-    let reach = bsdf.reach + L::splat(1e-6 + sun.chord);
-    let near = (bsdf.wr - axis).length_squared().le(reach * reach);
-    rises & (!bsdf.phong | near)
+pub fn may_contribute<L: Lane, B: Brdf<L>>(point: &ShadingPoint<L, B>, sun: &Sun) -> L::Mask {
+    point.bsdf.may_reflect(&Ball {
+        to_center: Vec3::splat(sun.axis),
+        distance: L::one(),
+        radius: L::splat(sun.chord),
+        inside: L::Mask::splat(false),
+    })
 }
 
 /// Draws one direction at each active point and weighs it, as for spheres ([`super::per_light::sample`]); `None` where no lane gets light
 /// by it.
 #[inline(always)]
-pub fn sample<L: Lane, D: Density>(
+pub fn sample<L: Lane, D: Density, B: Brdf<L>>(
     density: D,
-    point: &ShadingPoint<L>,
+    point: &ShadingPoint<L, B>,
     sun: &Sun,
     toss: Toss<L::Bits>,
     active: L::Mask,
@@ -45,15 +45,16 @@ pub fn sample<L: Lane, D: Density>(
         return None;
     }
     let lobe = bsdf.eval(wi, cos_theta);
-    let active = active & lobe.shape.gt(L::zero());
+    let active = active & lobe.shape.lit();
     if active.none() {
         return None;
     }
+    let le = Vec3::splat(sun.le);
     let weight = density.mix().weight(sun.solid_angle(), lobe, by_brdf);
     Some(Contribution {
         active,
         wi,
         distance: L::splat(f32::INFINITY),
-        ld: Vec3::splat(sun.le).times(bsdf.rho) * weight.or_zero(active),
+        ld: weight.kept(active).colour(le.times(bsdf.rho()), le),
     })
 }

@@ -6,6 +6,7 @@ mod emitters;
 mod intersector;
 mod job;
 mod lights;
+mod model;
 mod narrow;
 mod plan;
 mod prepared;

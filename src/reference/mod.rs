@@ -15,6 +15,7 @@ mod emitter;
 mod estimate;
 mod geometry;
 mod lamp;
+mod microfacet;
 pub mod probe;
 mod sky;
 mod statistics;

@@ -34,6 +34,10 @@ pub enum Effect {
     Environment,
     /// Meshes that are lit as if they were as smooth as their normals.
     SmoothTerminator,
+    /// Metals and coated bodies with rough surfaces.
+    Ggx,
+    /// Metals by their index of refraction.
+    Conductor,
     /// Points, spots and lights from one direction.
     DeltaLights,
     /// Disks of light in the sky.
@@ -42,7 +46,7 @@ pub enum Effect {
 
 impl Effect {
     /// All of them.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 17] = [
         Self::Diffuse,
         Self::Phong,
         Self::Blend,
@@ -56,6 +60,8 @@ impl Effect {
         Self::MeshLights,
         Self::Environment,
         Self::SmoothTerminator,
+        Self::Ggx,
+        Self::Conductor,
         Self::DeltaLights,
         Self::Suns,
     ];
@@ -76,6 +82,8 @@ impl Effect {
             Self::MeshLights => "mesh lights",
             Self::Environment => "environment",
             Self::SmoothTerminator => "smooth terminator",
+            Self::Ggx => "ggx",
+            Self::Conductor => "conductor",
             Self::DeltaLights => "delta lights",
             Self::Suns => "suns",
         }

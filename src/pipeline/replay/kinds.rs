@@ -3,6 +3,7 @@
 use std::slice;
 
 use super::{Asked, found, ray};
+use crate::bsdf::Brdf;
 use crate::estimator::ShadingPoint;
 use crate::estimator::kind::LightKind;
 use crate::light::Environment;
@@ -12,10 +13,14 @@ use crate::pipeline::stream::Address;
 use crate::pipeline::tracer::Tracer;
 
 /// A direction or two for every triangle of a small mesh, the environment and every sun.
-pub fn each<T: Tracer>(chunk: &Chunk, point: &ShadingPoint<f32>, address: &Address<f32>) -> Vec<Asked> {
+pub fn each<T: Tracer, B: Brdf<f32>>(
+    chunk: &Chunk,
+    point: &ShadingPoint<f32, B>,
+    address: &Address<f32>,
+) -> Vec<Asked> {
     let world = chunk.world;
     let sky = (Kind::Environment, "environment");
-    let mut all = of_kind::<T, _>(
+    let mut all = of_kind::<T, _, _>(
         chunk,
         point,
         address,
@@ -24,23 +29,35 @@ pub fn each<T: Tracer>(chunk: &Chunk, point: &ShadingPoint<f32>, address: &Addre
     );
     all.extend(match &world.environment {
         None => Vec::new(),
-        Some(Environment::Constant(constant)) => of_kind::<T, _>(chunk, point, address, sky, slice::from_ref(constant)),
-        Some(Environment::LatLong(picture)) => of_kind::<T, _>(chunk, point, address, sky, slice::from_ref(picture)),
+        Some(Environment::Constant(constant)) => {
+            of_kind::<T, _, _>(chunk, point, address, sky, slice::from_ref(constant))
+        }
+        Some(Environment::LatLong(picture)) => of_kind::<T, _, _>(chunk, point, address, sky, slice::from_ref(picture)),
     });
-    all.extend(of_kind::<T, _>(chunk, point, address, (Kind::Suns, "sun"), &world.suns));
+    all.extend(of_kind::<T, _, _>(
+        chunk,
+        point,
+        address,
+        (Kind::Suns, "sun"),
+        &world.suns,
+    ));
     all
 }
 
 /// The direction of every delta light.
-pub fn deltas<T: Tracer>(chunk: &Chunk, point: &ShadingPoint<f32>, address: &Address<f32>) -> Vec<Asked> {
+pub fn deltas<T: Tracer, B: Brdf<f32>>(
+    chunk: &Chunk,
+    point: &ShadingPoint<f32, B>,
+    address: &Address<f32>,
+) -> Vec<Asked> {
     // They have no numbers: the kind of these makes no difference.
     let kind = (Kind::Suns, "delta light");
-    of_kind::<T, _>(chunk, point, address, kind, &chunk.world.delta_lights)
+    of_kind::<T, _, _>(chunk, point, address, kind, &chunk.world.delta_lights)
 }
 
-fn of_kind<T: Tracer, K: LightKind>(
+fn of_kind<T: Tracer, B: Brdf<f32>, K: LightKind>(
     chunk: &Chunk,
-    point: &ShadingPoint<f32>,
+    point: &ShadingPoint<f32, B>,
     address: &Address<f32>,
     (kind, name): (Kind, &'static str),
     lights: &[K],

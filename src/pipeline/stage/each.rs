@@ -10,9 +10,10 @@ use crate::estimator::kind::LightKind;
 use crate::lane::{Bits, Lane, Mask};
 use crate::light::{Environment, Reach};
 use crate::pipeline::lights::Kind;
+use crate::pipeline::model::Model;
 use crate::pipeline::queue::QueuedRays;
 use crate::pipeline::space::Space;
-use crate::pipeline::stream::{Address, Model};
+use crate::pipeline::stream::Address;
 use crate::sampling::{Pair, Toss};
 
 /// A direction for every triangle of small meshes.
@@ -89,7 +90,7 @@ fn each<L: TraceLane, M: Model, K: LightKind>(chunk: &mut Chunk, scratch: &mut S
         set,
         ..
     } = scratch;
-    let stream = &hits[M::STREAM];
+    let stream = M::stream(hits);
     if stream.len() == 0 {
         return;
     }
@@ -99,7 +100,7 @@ fn each<L: TraceLane, M: Model, K: LightKind>(chunk: &mut Chunk, scratch: &mut S
         let times = if K::DELTA { 1 } else { chunk.tosses() };
         for time in 0..times {
             for at in (0..stream.len()).step_by(L::N) {
-                let (active, point, address) = stream.packet::<L, M>(at);
+                let (active, point, address) = stream.packet::<L>(at);
                 let view = light.seen_from(&spread, point.p);
                 let mut active = active;
                 if !K::ALWAYS {

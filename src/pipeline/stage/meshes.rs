@@ -4,13 +4,14 @@
 use std::marker::PhantomData;
 
 use super::{Ask, Chunk, Scratch, Stage};
+use crate::bsdf::Brdf;
 use crate::embree::TraceLane;
 use crate::estimator::per_triangle;
 use crate::lane::Mask;
 use crate::math::Vec3;
 use crate::pipeline::lights::Kind;
+use crate::pipeline::model::Model;
 use crate::pipeline::queue::QueuedRays;
-use crate::pipeline::stream::Model;
 use crate::shape::{Ball, NO_SPHERE};
 
 /// A direction for every large mesh.
@@ -30,7 +31,7 @@ impl<M: Model> Stage for PerMesh<M> {
         } = scratch;
         let world = chunk.world;
         let first = world.first(Kind::Meshes);
-        let stream = &hits[M::STREAM];
+        let stream = M::stream(hits);
         if stream.len() == 0 {
             return;
         }
@@ -38,7 +39,7 @@ impl<M: Model> Stage for PerMesh<M> {
         for (i, light) in (first..).zip(&world.mesh_lights) {
             let le = Vec3::splat(light.le);
             for at in (0..stream.len()).step_by(L::N) {
-                let (active, point, address) = stream.packet::<L, M>(at);
+                let (active, point, address) = stream.packet::<L>(at);
                 for time in 0..chunk.tosses() {
                     let toss = chunk.toss(&address, i, time);
                     let by_brdf = if chunk.mix.mixed() {
@@ -53,7 +54,7 @@ impl<M: Model> Stage for PerMesh<M> {
                         let heads = L::Mask::splat(false);
                         let numbers = per_triangle::Numbers { heads, u, v };
                         let view = picked.triangles.seen_from(point.p);
-                        let by_light = by_light & view.rises_above(point.bsdf.n);
+                        let by_light = by_light & view.rises_above(point.bsdf.normal());
                         let worth = (le, picked.share);
                         if let Some(found) = per_triangle::sample(chunk.mix, &point, &view, worth, numbers, by_light) {
                             let rays = QueuedRays::to_light(&point, &address, &found);

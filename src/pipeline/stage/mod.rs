@@ -3,8 +3,10 @@
 
 mod ask;
 mod chunk;
+mod directions;
 pub mod each;
 pub mod eye;
+mod facets;
 mod grid;
 pub mod meshes;
 mod rings;
@@ -15,4 +17,5 @@ pub mod surface;
 
 pub use ask::{Answers, Ask};
 pub use chunk::{Chunk, Order, Segment, pairs};
+pub use directions::Directions;
 pub use scratch::{Scratch, Shaft, Stage};

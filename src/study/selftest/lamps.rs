@@ -1,4 +1,4 @@
-//! Row 45: lights that are no shapes.
+//! Row 46: lights that are no shapes.
 
 use std::f64::consts::PI;
 
@@ -9,7 +9,7 @@ use super::row::{Check, Checks, Effort};
 use super::truth;
 use crate::scene::{EstimatorKind, Light, Mesh, Scene};
 
-/// Row 45.
+/// Row 46.
 pub fn no_shapes(effort: Effort) -> Checks {
     Ok(vec![
         Check::new(

@@ -17,6 +17,7 @@ pub mod panels;
 pub mod places;
 pub mod prices;
 mod range;
+mod rough;
 pub mod row;
 mod sheet;
 mod spot;
@@ -53,7 +54,7 @@ const fn waits(number: u32, name: &'static str, feature: &'static str) -> Case {
 }
 
 /// All cases.
-pub const CASES: [Case; 45] = [
+pub const CASES: [Case; 46] = [
     case(1, "tiny distant sphere", cones::tiny_sphere),
     case(2, "direction in a narrow cone", cones::narrow_cone),
     case(3, "density without a switch", cones::no_switch),
@@ -98,5 +99,6 @@ pub const CASES: [Case; 45] = [
     case(42, "reciprocity", whole::reciprocity),
     case(43, "estimators agree tile by tile", whole::estimators_agree),
     case(44, "meshes that emit, where spheres are hard", panels::emitting_meshes),
-    case(45, "lights that are no shapes", lamps::no_shapes),
+    case(45, "mirrors, rough surfaces at grazing angles", rough::grazing),
+    case(46, "lights that are no shapes", lamps::no_shapes),
 ];

@@ -36,6 +36,8 @@ pub enum Way {
     Certain {
         /// Number of the emitter, as below.
         emitter: usize,
+        /// Cosine of the direction with the shading normal.
+        cosine: f64,
     },
     /// By one reflection.
     Reflected {
@@ -46,6 +48,8 @@ pub enum Way {
         light: f64,
         /// Density of the direction if drawn from the BRDF, sr⁻¹.
         brdf: f64,
+        /// Cosine of the direction with the shading normal, (0, 1].
+        cosine: f64,
     },
 }
 
@@ -145,7 +149,14 @@ impl<'s> Probe<'s> {
             return None;
         }
         let (light, brdf) = (sample.density, shading.density(sample.wi));
-        Some((value / (light + brdf), Way::Reflected { emitter, light, brdf }))
+        let cosine = shading.n.dot(sample.wi);
+        let way = Way::Reflected {
+            emitter,
+            light,
+            brdf,
+            cosine,
+        };
+        Some((value / (light + brdf), way))
     }
 
     fn by_sky(&self, shading: &Shading, point: DVec3, rng: &mut Pcg64) -> Option<(DVec3, Way)> {
@@ -159,7 +170,7 @@ impl<'s> Probe<'s> {
         if value == DVec3::ZERO || self.world.look(&ray).is_some() {
             return None;
         }
-        Some(self.of_sky(value, sky.density(direction), shading.density(direction)))
+        Some(self.of_sky(value, sky.density(direction), shading, direction))
     }
 
     fn by_lamp(&self, number: usize, shading: &Shading, point: DVec3, rng: &mut Pcg64) -> Option<(DVec3, Way)> {
@@ -168,16 +179,16 @@ impl<'s> Probe<'s> {
             Lamp::Delta(light) => {
                 let arrival = arrival(light, point)?;
                 let value = arrival.irradiance * shading.value_cos(arrival.wi);
-                (arrival.wi, arrival.distance, (value, Way::Certain { emitter }))
+                let cosine = shading.n.dot(arrival.wi);
+                (arrival.wi, arrival.distance, (value, Way::Certain { emitter, cosine }))
             }
             Lamp::Disk(disk) => {
                 let direction = disk.sample(rng);
-                let (light, brdf) = (disk.density_inside(), shading.density(direction));
-                let value = disk.le * shading.value_cos(direction) / (light + brdf);
+                let way = reflected(emitter, disk.density_inside(), shading, direction);
                 (
                     direction,
                     f64::INFINITY,
-                    (value, Way::Reflected { emitter, light, brdf }),
+                    weighed(disk.le * shading.value_cos(direction), way),
                 )
             }
         };
@@ -189,9 +200,8 @@ impl<'s> Probe<'s> {
         (!dark).then_some(found)
     }
 
-    fn of_sky(&self, value: DVec3, light: f64, brdf: f64) -> (DVec3, Way) {
-        let emitter = self.world.emitters().len();
-        (value / (light + brdf), Way::Reflected { emitter, light, brdf })
+    fn of_sky(&self, value: DVec3, light: f64, shading: &Shading, wi: DVec3) -> (DVec3, Way) {
+        weighed(value, reflected(self.world.emitters().len(), light, shading, wi))
     }
 
     fn by_brdf(&self, shading: &Shading, point: DVec3, rng: &mut Pcg64) -> Vec<(DVec3, Way)> {
@@ -210,37 +220,50 @@ impl<'s> Probe<'s> {
                 shape,
                 distance,
             }) => {
-                let (light, brdf) = (emitter.density(&ray, shape, distance), shading.density(wi));
+                let light = emitter.density(&ray, shape, distance);
                 let mut all = self.world.emitters().iter();
                 let number = all.position(|other| std::ptr::eq(other, emitter));
-                let way = number.map(|emitter| Way::Reflected { emitter, light, brdf });
-                way.map(|way| (emitter.le * value / (light + brdf), way))
-                    .into_iter()
-                    .collect()
+                let way = number.map(|emitter| reflected(emitter, light, shading, wi));
+                way.map(|way| weighed(emitter.le * value, way)).into_iter().collect()
             }
             Some(Sight::Reflector { .. } | Sight::Back) => Vec::new(),
-            None => self.beyond(wi, value, shading.density(wi)),
+            None => self.beyond(wi, value, shading),
         }
     }
 
     /// What comes from beyond the shapes along a direction of the BRDF.
-    fn beyond(&self, wi: DVec3, value: DVec3, brdf: f64) -> Vec<(DVec3, Way)> {
+    fn beyond(&self, wi: DVec3, value: DVec3, shading: &Shading) -> Vec<(DVec3, Way)> {
         let of_sky = self
             .world
             .sky()
-            .map(|sky| self.of_sky(sky.radiance(wi) * value, sky.density(wi), brdf));
+            .map(|sky| self.of_sky(sky.radiance(wi) * value, sky.density(wi), shading, wi));
         let lamps = (self.first_lamp()..).zip(self.world.lamps());
         let of_disks = lamps.filter_map(|(emitter, lamp)| match lamp {
             Lamp::Disk(disk) if disk.density(wi) > 0.0 => {
-                let light = disk.density(wi);
-                Some((
-                    disk.le * value / (light + brdf),
-                    Way::Reflected { emitter, light, brdf },
-                ))
+                let way = reflected(emitter, disk.density(wi), shading, wi);
+                Some(weighed(disk.le * value, way))
             }
             _ => None,
         });
         of_sky.into_iter().chain(of_disks).collect()
+    }
+}
+
+/// By a direction of density `light` if drawn from the emitter.
+fn reflected(emitter: usize, light: f64, shading: &Shading, wi: DVec3) -> Way {
+    Way::Reflected {
+        emitter,
+        light,
+        brdf: shading.density(wi),
+        cosine: shading.n.dot(wi),
+    }
+}
+
+/// What the oracle counts for light that comes so: by the balance heuristic.
+fn weighed(value: DVec3, way: Way) -> (DVec3, Way) {
+    match way {
+        Way::Reflected { light, brdf, .. } => (value / (light + brdf), way),
+        _ => (value, way),
     }
 }
 

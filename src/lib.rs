@@ -177,6 +177,8 @@ mod proof;
 #[doc(hidden)]
 pub mod about;
 #[doc(hidden)]
+pub mod shape;
+#[doc(hidden)]
 pub mod bsdf;
 #[doc(hidden)]
 pub mod cpu;
@@ -202,8 +204,6 @@ pub mod run;
 pub mod sampling;
 pub mod scene;
 pub mod settings;
-#[doc(hidden)]
-pub mod shape;
 pub mod study;
 pub mod texels;
 

@@ -166,7 +166,7 @@ impl Plan {
             .filter(|_| !features.nothing_in_sight());
         let pairs =
             2 + if let (true, Some(length)) = (estimator.per_light(), lists) {
-                length + features.count(Effect::Environment) as u32
+                length + features.unlisted() as u32
             } else if estimator.per_light() {
                 features.lights() as u32
             } else {

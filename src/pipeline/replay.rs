@@ -3,6 +3,7 @@
 //! The sample goes through the very stages of a render, as a chunk of one pixel and one pass by the kernel of one lane, whose bits are
 //! those of all widths; the steps are read from the streams in between.
 
+mod kinds;
 mod listed;
 mod told;
 
@@ -48,8 +49,8 @@ pub struct Replay {
     /// The rays from the point that were traced, to lights of every kind.
     #[serde(skip)]
     pub rays: Vec<Segment>,
-    /// Whether estimators with a direction for every light also asked for meshes or an environment that emit, which are in the
-    /// radiance but not told one by one.
+    /// Whether estimators with a direction for every light also asked for large meshes that emit, which are in the radiance but not told
+    /// one by one.
     pub meshes_untold: bool,
     /// Radiance of the sample: what a render adds to the pixel.
     pub radiance: [f64; 3],
@@ -90,8 +91,10 @@ pub struct Point {
 /// A direction that was asked for light.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Asked {
-    /// The light that it was drawn for: its place in the order of the render.
+    /// The light that it was drawn for: its place in the order of the render; of a delta light, among the delta lights.
     pub light: Option<usize>,
+    /// What kind of light that is.
+    pub kind: Option<&'static str>,
     /// The number of this light among the spheres.
     pub sphere: Option<u32>,
     /// `1 - cos` of the half-angle that the light subtends.
@@ -151,14 +154,17 @@ pub(super) fn replay(plan: &Plan, world: &World, settings: &Settings, tile: &Til
     {
         lists.tabulate_all(&mut chunk, pass);
     }
+    if plan.asks_lists()
+        && let Some(lists) = &world.lists
+    {
+        lists.tabulate_all(&mut chunk, pass);
+    }
     let sample = Sample {
         accel: plan.intersector.accel,
         lists: plan.asks_lists(),
         pixel: [x, y],
-        world,
         settings,
-        numbers: &numbers,
-        tile,
+        chunk: &chunk,
     };
     let hits = &scratch.hits;
     let shaded = [
@@ -196,7 +202,8 @@ pub(super) fn replay(plan: &Plan, world: &World, settings: &Settings, tile: &Til
         seen,
         point,
         asked,
-        meshes_untold: !world.only_spheres_emit() && settings.estimator.per_light(),
+        meshes_untold: !world.mesh_lights.is_empty() && settings.estimator.per_light()
+            || plan.asks_lists() && !world.only_spheres_emit(),
         radiance: [red, green, blue],
         invalid: [counters.invalid_nan, counters.invalid_inf, counters.invalid_negative],
     }
@@ -235,10 +242,8 @@ struct Sample<'a> {
     /// Whether lights are asked by lists.
     lists: bool,
     pixel: [u32; 2],
-    world: &'a World,
     settings: &'a Settings,
-    numbers: &'a PassBlock,
-    tile: &'a Tile,
+    chunk: &'a Chunk<'a>,
 }
 
 impl Sample<'_> {
@@ -247,11 +252,9 @@ impl Sample<'_> {
         let &Self {
             accel,
             lists,
-            pixel: _,
-            world,
             settings,
-            numbers,
-            tile,
+            chunk,
+            ..
         } = self;
         let stream = M::stream(hits);
         if stream.len() == 0 {
@@ -259,7 +262,7 @@ impl Sample<'_> {
         }
         let (_, at, address) = stream.packet::<f32>(0);
         let point = Point {
-            p: at.p.lane(0).map(|x| world.space.in_scene(x)),
+            p: at.p.lane(0).map(|x| chunk.world.space.in_scene(x)),
             ng: at.ng.lane(0),
             n: at.bsdf.normal().lane(0),
             rho: at.bsdf.rho().lane(0),
@@ -269,8 +272,8 @@ impl Sample<'_> {
         let asked = match accel {
             AccelKind::Embree if lists => listed::directions::<ByEmbree, M>(self, &at, &address),
             AccelKind::Linear if lists => listed::directions::<InLine, M>(self, &at, &address),
-            AccelKind::Embree => directions::<ByEmbree, M>(world, settings, numbers, tile, &at, &address),
-            AccelKind::Linear => directions::<InLine, M>(world, settings, numbers, tile, &at, &address),
+            AccelKind::Embree => directions::<ByEmbree, M>(chunk, settings, &at, &address),
+            AccelKind::Linear => directions::<InLine, M>(chunk, settings, &at, &address),
         };
         Some((point, asked))
     }
@@ -278,13 +281,12 @@ impl Sample<'_> {
 
 /// What the shade stage asks for at a point, by its own functions.
 fn directions<T: Tracer, M: Told>(
-    world: &World,
+    chunk: &Chunk,
     settings: &Settings,
-    numbers: &PassBlock,
-    tile: &Tile,
     point: &ShadingPoint<f32, M::Of<f32>>,
     address: &Address<f32>,
 ) -> Vec<Asked> {
+    let (world, numbers, tile) = (chunk.world, chunk.numbers, chunk.tile);
     let mut set = Default::default();
     T::face_all(world, &mut set);
     let told =
@@ -321,6 +323,7 @@ fn directions<T: Tracer, M: Told>(
         let cone = light.cone(point.p);
         Asked {
             light: Some(i),
+            kind: Some("sphere"),
             sphere: Some(light.sphere),
             omc: Some(cone.omc),
             cone_pdf: Some(cone.pdf()),
@@ -337,7 +340,10 @@ fn directions<T: Tracer, M: Told>(
         }
     };
     if settings.estimator.per_light() {
-        return (0..world.lights.len()).flat_map(for_light).map(asked).collect();
+        let mut all: Vec<Asked> = (0..world.lights.len()).flat_map(for_light).map(asked).collect();
+        all.extend(kinds::each::<T, _>(chunk, point, address));
+        all.extend(kinds::deltas::<T, _>(chunk, point, address));
+        return all;
     }
     let uniform = settings.estimator == EstimatorKind::Uniform;
     let pair = numbers.pair(address.key, address.pass, pairs::DIRECTION);
@@ -348,6 +354,7 @@ fn directions<T: Tracer, M: Told>(
     };
     let asked = Asked {
         light: None,
+        kind: None,
         sphere: None,
         omc: None,
         cone_pdf: None,
@@ -356,13 +363,15 @@ fn directions<T: Tracer, M: Told>(
             let towards = ray(point.p, drawn.wi, f32::INFINITY, NO_SPHERE);
             let hit = T::nearest::<f32>(world, &set, true, &towards, Coherence::Incoherent);
             let surface = |()| world.surfaces[world.surface_index(hit.geometry.0, hit.primitive.0) as usize];
-            let lit = hit
-                .found
-                .then_some(())
-                .map(surface)
-                .is_some_and(|surface| surface.le.is_some());
+            let beyond = || world.environment.is_some() || world.suns.iter().any(|sun| sun.contains(drawn.wi));
+            let lit = match hit.found {
+                true => surface(()).le.is_some(),
+                false => beyond(),
+            };
             told(drawn.wi, hit.t, drawn.throughput, !lit)
         }),
     };
-    vec![asked]
+    std::iter::once(asked)
+        .chain(kinds::deltas::<T, _>(chunk, point, address))
+        .collect()
 }

@@ -6,7 +6,7 @@ use std::marker::PhantomData;
 
 use super::lists::Probed;
 use super::model::{self, Model};
-use super::stage::{Chunk, Directions, Scratch, Stage, environment, eye, listed, shade, triangles};
+use super::stage::{Chunk, Directions, Scratch, Stage, each, eye, listed, meshes, shade};
 use super::tracer::{ByEmbree, InLine};
 use crate::embree::{LaneWork, TraceLane, in_eight_of_avx512, in_sixteen};
 use crate::estimator::density::{Average, ConeOnly, ConeOrCap, LobeInCap, Mix, Projected};
@@ -50,7 +50,6 @@ const EYE: &[(Effects, EyeRow)] = eye_rows![
     [Diffuse, Phong],
     [Diffuse, Phong, SmoothNormals],
     [Diffuse, Phong, SmoothNormals, Blend, OneSided, Textures],
-    [Diffuse, Phong, SmoothNormals, Blend, OneSided, Textures, Environment],
     [
         Diffuse,
         Phong,
@@ -60,7 +59,8 @@ const EYE: &[(Effects, EyeRow)] = eye_rows![
         Textures,
         Environment,
         Ggx,
-        Conductor
+        Conductor,
+        Suns
     ],
     [
         Diffuse,
@@ -72,6 +72,7 @@ const EYE: &[(Effects, EyeRow)] = eye_rows![
         Environment,
         Ggx,
         Conductor,
+        Suns,
         SmoothTerminator
     ],
     [
@@ -84,6 +85,7 @@ const EYE: &[(Effects, EyeRow)] = eye_rows![
         Environment,
         Ggx,
         Conductor,
+        Suns,
         SmoothTerminator,
         Lens
     ],
@@ -105,7 +107,8 @@ pub const fn blank() -> Row {
 }
 
 /// The rows that shade the points of a model by an estimator: one where a direction serves all lights, else those of the kinds of
-/// light among `needs`, or with `lists` one for lights of all kinds.
+/// light among `needs`, or with `lists` one for spheres and triangles together; and that of delta lights, which no direction of the
+/// other rows can meet.
 pub fn shade(estimator: EstimatorKind, needs: Effects, lists: bool, model: Effect) -> Vec<Row> {
     match model {
         Effect::Phong => shade_model::<model::Phong>(estimator, (needs, lists)),
@@ -155,7 +158,7 @@ impl Suited for model::Conductor {
 }
 
 fn shade_model<M: Suited + Probed>(estimator: EstimatorKind, needs: (Effects, bool)) -> Vec<Row> {
-    match estimator {
+    let mut rows = match estimator {
         EstimatorKind::Uniform => vec![Row::of::<shade::PerPoint<per_point::Sphere, M>>()],
         EstimatorKind::Brdf => vec![Row::of::<shade::PerPoint<per_point::Lobe, M>>()],
         EstimatorKind::Light => kinds::<ConeOnly, M>(needs),
@@ -163,26 +166,27 @@ fn shade_model<M: Suited + Probed>(estimator: EstimatorKind, needs: (Effects, bo
         EstimatorKind::Mis2Balance | EstimatorKind::Mis2Power => kinds::<Mix, M>(needs),
         EstimatorKind::Projected => kinds::<M::Projected, M>(needs),
         EstimatorKind::Product => kinds::<M::Product, M>(needs),
+    };
+    if needs.0.has(Effect::DeltaLights) {
+        rows.push(Row::of::<each::PerDelta<M>>());
     }
+    rows
 }
 
-/// A stage for each kind of light, or one for lists of lights of all kinds but the environment. Only those for spheres are compiled
-/// for the density; the others look the mix up when they run.
+/// A stage for each kind of light; with `lists` one for spheres and triangles together. Only those for spheres are compiled for the
+/// density; the others look the mix up when they run.
 fn kinds<D: Directions<M>, M: Probed>((needs, lists): (Effects, bool)) -> Vec<Row> {
-    if lists {
-        let listed = Row::of::<listed::PerListed<D, M>>();
-        let beyond = Row::of::<environment::PerEnvironment<M>>();
-        let beyond = needs.has(Effect::Environment).then_some(beyond);
-        return std::iter::once(listed).chain(beyond).collect();
-    }
     let kinds = [
         (Effect::SphereLights, Row::of::<shade::PerLight<D, M>>()),
-        (Effect::MeshLights, Row::of::<triangles::PerTriangle<M>>()),
-        (Effect::MeshLights, Row::of::<triangles::PerMesh<M>>()),
-        (Effect::Environment, Row::of::<environment::PerEnvironment<M>>()),
+        (Effect::MeshLights, Row::of::<each::PerTriangle<M>>()),
+        (Effect::MeshLights, Row::of::<meshes::PerMesh<M>>()),
+        (Effect::Environment, Row::of::<each::PerEnvironment<M>>()),
+        (Effect::Suns, Row::of::<each::PerSun<M>>()),
     ];
-    let there = kinds.into_iter().filter(|(kind, _)| needs.has(*kind));
-    there.map(|(_, row)| row).collect()
+    let in_lists = |kind: Effect| lists && matches!(kind, Effect::SphereLights | Effect::MeshLights);
+    let there = kinds.into_iter().filter(|(kind, _)| needs.has(*kind) && !in_lists(*kind));
+    let listed = lists.then(Row::of::<listed::PerListed<D, M>>);
+    listed.into_iter().chain(there.map(|(_, row)| row)).collect()
 }
 
 impl Row {

@@ -15,7 +15,7 @@ use super::texture::Textured;
 use crate::bsdf::phong;
 use crate::embree::{Accel, Device, EmbreeError, SceneBuilder};
 use crate::lane::{Bits, Lane, Mask};
-use crate::light::{Environment, MeshLight, SphereLight, TriangleLight};
+use crate::light::{DeltaLight, Environment, MeshLight, SphereLight, Sun, TriangleLight};
 use crate::linear::Line;
 use crate::scene::{self, Bsdf, Effect, Effects, FilmSize, Mesh, Scene, Surface};
 use crate::settings::AccelKind;
@@ -53,6 +53,10 @@ pub struct World {
     pub mesh_lights: Vec<MeshLight>,
     /// What lists of lights are drawn from, where not all lights are asked each time.
     pub lists: Option<Lists>,
+    /// Disks of light in the sky.
+    pub suns: Vec<Sun>,
+    /// Points, spots and lights from one direction.
+    pub delta_lights: Vec<DeltaLight>,
     /// What lies beyond the scene, if it emits.
     pub environment: Option<Environment>,
     /// Eye rays.
@@ -279,6 +283,8 @@ impl World {
             triangle_lights: lamps.triangles,
             mesh_lights: lamps.meshes,
             lists,
+            suns: emitters::suns(scene),
+            delta_lights: emitters::delta_lights(scene, &space),
             environment: emitters::beyond(scene),
             camera: CameraRays::of(scene.camera(), film, &space),
             overlaps: overlaps(scene),
@@ -297,15 +303,6 @@ impl World {
         Some(L::Mask::from_bitmask(bits.fold(0, |bits, lane| bits | 1 << lane)))
     }
 
-    /// Lights that a pass asks, but for the environment: all, or those of a list.
-    #[inline(always)]
-    pub fn asked_lights(&self) -> usize {
-        match &self.lists {
-            Some(lists) => lists.length() as usize,
-            None => self.lights.len() + self.triangle_lights.len() + self.mesh_lights.len(),
-        }
-    }
-
     /// Whether a direction that misses all lights is dropped before it costs a ray: where only spheres emit, and few enough that it
     /// takes less time to look at all of them.
     #[inline(always)]
@@ -313,10 +310,13 @@ impl World {
         self.only_spheres_emit() && self.lights.len() <= LOOKED_AT
     }
 
-    /// Whether nothing but spheres emits.
+    /// Whether no direction can meet a light but spheres.
     #[inline(always)]
     pub fn only_spheres_emit(&self) -> bool {
-        self.triangle_lights.is_empty() && self.mesh_lights.is_empty() && self.environment.is_none()
+        self.triangle_lights.is_empty()
+            && self.mesh_lights.is_empty()
+            && self.environment.is_none()
+            && self.suns.is_empty()
     }
 
     /// The surface of a primitive of a geometry.

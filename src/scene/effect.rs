@@ -40,11 +40,15 @@ pub enum Effect {
     Ggx,
     /// Metals by their index of refraction.
     Conductor,
+    /// Points, spots and lights from one direction.
+    DeltaLights,
+    /// Disks of light in the sky.
+    Suns,
 }
 
 impl Effect {
     /// All of them.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 18] = [
         Self::Diffuse,
         Self::Phong,
         Self::Blend,
@@ -61,6 +65,8 @@ impl Effect {
         Self::ManyLights,
         Self::Ggx,
         Self::Conductor,
+        Self::DeltaLights,
+        Self::Suns,
     ];
 
     /// Its name.
@@ -82,6 +88,8 @@ impl Effect {
             Self::ManyLights => "many lights",
             Self::Ggx => "ggx",
             Self::Conductor => "conductor",
+            Self::DeltaLights => "delta lights",
+            Self::Suns => "suns",
         }
     }
 }

@@ -50,6 +50,9 @@ impl Features {
         }
         let sky = scene.environment().is_some_and(Environment::emits);
         found.counts[Effect::Environment as usize] = usize::from(sky);
+        for effect in scene.lights().iter().flat_map(|light| light.effects().iter()) {
+            found.counts[effect as usize] += 1;
+        }
         for effect in scene.camera().effects().iter() {
             found.counts[effect as usize] += 1;
         }
@@ -76,10 +79,15 @@ impl Features {
         mesh.triangles.len() <= 4
     }
 
-    /// How many lights `light` and `mis` draw a direction for.
+    /// How many lights `light` and `mis` draw a direction for; delta lights have theirs.
     pub fn lights(&self) -> usize {
-        let one_each = self.count(Effect::SphereLights) + self.count(Effect::Environment);
+        let one_each = self.count(Effect::SphereLights) + self.count(Effect::Environment) + self.count(Effect::Suns);
         one_each + self.triangle_lights + self.picked_lights
+    }
+
+    /// Those of them that are in no list of lights: the environment and suns.
+    pub fn unlisted(&self) -> usize {
+        self.count(Effect::Environment) + self.count(Effect::Suns)
     }
 
     /// How many shapes call for an effect.
@@ -95,6 +103,6 @@ impl Features {
 
     /// Whether eye rays can meet anything at all.
     pub fn nothing_in_sight(&self) -> bool {
-        self.unseen == self.bodies && self.count(Effect::Environment) == 0
+        self.unseen == self.bodies && self.count(Effect::Environment) + self.count(Effect::Suns) == 0
     }
 }

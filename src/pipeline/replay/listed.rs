@@ -1,7 +1,7 @@
 //! What a sample asks of a list of lights.
 
 use super::told::{Told, found, of_spheres, technique};
-use super::{Asked, Sample, ray};
+use super::{Asked, Sample, kinds, ray};
 use crate::bsdf::{Brdf, Tint};
 use crate::embree::{Coherence, NO_SPHERE};
 use crate::estimator::density::{Density, Listed, Mix};
@@ -23,13 +23,8 @@ pub(super) fn directions<T: Tracer, M: Told>(
     point: &ShadingPoint<f32, M::Of<f32>>,
     address: &Address<f32>,
 ) -> Vec<Asked> {
-    let Sample {
-        world,
-        numbers,
-        tile,
-        settings,
-        ..
-    } = *sample;
+    let Sample { settings, chunk, .. } = *sample;
+    let (world, numbers, tile) = (chunk.world, chunk.numbers, chunk.tile);
     let pass = numbers.first();
     let Some(lists) = &world.lists else { return Vec::new() };
     let Some(table) = lists.table(tile, M::KIND, pass) else {
@@ -82,6 +77,7 @@ pub(super) fn directions<T: Tracer, M: Told>(
         let cone = light.cone(point.p);
         asked.push(Asked {
             light: Some(number),
+            kind: Some("sphere"),
             sphere: Some(light.sphere),
             omc: Some(cone.omc),
             cone_pdf: Some(cone.pdf()),
@@ -99,6 +95,7 @@ pub(super) fn directions<T: Tracer, M: Told>(
         let lobe = point.bsdf.eval(wi, cos_theta);
         asked.push(Asked {
             light: None,
+            kind: None,
             sphere: None,
             omc: None,
             cone_pdf: None,
@@ -116,5 +113,6 @@ pub(super) fn directions<T: Tracer, M: Told>(
             }),
         });
     }
+    asked.extend(kinds::deltas::<T, _>(chunk, point, address));
     asked
 }

@@ -198,7 +198,9 @@ mod tests {
         ("lanes", lanes),
         ("accelerators", accelerators_agree),
         ("acne", acne),
-        ("lists", || many_lights::agree(Family::new("lists"), (60, 40), 4, 16, 8)),
+        ("lists", || {
+            many_lights::agree(Family::new("lists"), (500, 40), 4, 16, 4)
+        }),
         ("large plates", large_plates),
         ("study", costs::nothing_is_harmful),
         ("target", target_error),

@@ -45,6 +45,8 @@ impl World {
             Some(_) if kind < Kind::Environment => Some(0),
             _ => None,
         };
-        before.map(|kind| listed(kind).unwrap_or_else(|| self.count(kind))).sum()
+        before
+            .map(|kind| listed(kind).unwrap_or_else(|| self.count(kind)))
+            .sum()
     }
 }

@@ -184,7 +184,9 @@ fn kinds<D: Directions<M>, M: Probed>((needs, lists): (Effects, bool)) -> Vec<Ro
         (Effect::Suns, Row::of::<each::PerSun<M>>()),
     ];
     let in_lists = |kind: Effect| lists && matches!(kind, Effect::SphereLights | Effect::MeshLights);
-    let there = kinds.into_iter().filter(|(kind, _)| needs.has(*kind) && !in_lists(*kind));
+    let there = kinds
+        .into_iter()
+        .filter(|(kind, _)| needs.has(*kind) && !in_lists(*kind));
     let listed = lists.then(Row::of::<listed::PerListed<D, M>>);
     listed.into_iter().chain(there.map(|(_, row)| row)).collect()
 }

@@ -11,7 +11,8 @@ use super::files::{Files, Outside};
 use super::materials::Materials;
 use super::table::Table;
 use super::{
-    FilmSize, InvalidScene, RenderTable, Scene, SceneError, check, environment, light_cloud, lights, places, shapes, view,
+    FilmSize, InvalidScene, RenderTable, Scene, SceneError, check, environment, light_cloud, lights, places, shapes,
+    view,
 };
 
 /// The longest scene file, in bytes. What needs more belongs into a mesh file, which takes a tenth of the room.

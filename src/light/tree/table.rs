@@ -122,10 +122,14 @@ impl Table {
     /// list is for the others, until none of these would be.
     fn divide(&mut self, tree: &LightTree, weights: &[f64], length: u32) {
         let single = |node: u32| tree.node(node).leaf().is_some();
-        let (mut rest, mut left) = (weights.iter().sum::<f64>(), length);
+        let mut left = length;
         let mut taken = vec![false; weights.len()];
+        let sum_of = |taken: &[bool]| -> f64 {
+            let others = weights.iter().zip(taken).filter(|(_, taken)| !**taken);
+            others.map(|(weight, _)| weight).sum()
+        };
         loop {
-            let before = left;
+            let (before, mut rest) = (left, sum_of(&taken));
             for (i, &weight) in weights.iter().enumerate() {
                 // The last light of a list that others wait for is drawn.
                 let others = self.always.len() + 1 < weights.len();
@@ -141,12 +145,7 @@ impl Table {
             }
         }
         self.always.sort_unstable();
-        let others: f64 = weights
-            .iter()
-            .zip(&taken)
-            .filter(|(_, taken)| !**taken)
-            .map(|(w, _)| w)
-            .sum();
+        let others = sum_of(&taken);
         self.drawn = if self.always.len() < weights.len() { left } else { 0 };
         let (mut sum, mut end) = (0.0, 0.0);
         for i in 0..weights.len() {

@@ -106,6 +106,10 @@ fn in_order(args: &Args) -> Result<Vec<Part>, CliError> {
     let mut parts: Vec<Part> = Vec::new();
     for path in &args.parts {
         let (record, crc): (Record, u32) = sums_file::read_about(path).map_err(|error| CliError::bad_path(&error))?;
+        if record.replicates.is_some() {
+            let what = format!("{}: is the checkpoint of a render to a --target-error", path.display());
+            return Err(CliError::usage(what).with_help("finish it with --resume, which writes its picture"));
+        }
         if let Some(first) = parts.first() {
             let help = "merge the parts of one render at a time; --any-embree takes other versions of Embree";
             let same = same_render(&first.record, &record, path, args.any_embree);
@@ -198,8 +202,9 @@ fn tell(args: &Args, parts: &[Part], spp: u32) {
     let seconds: f64 = parts.iter().map(|part| part.record.render_s).sum();
     let names: Vec<_> = args.outputs.iter().map(|path| path.display().to_string()).collect();
     report::print(&format!(
-        "{} parts, {spp} spp, {seconds:.2} s of rendering together\nwrote {}\n",
+        "{} {}, {spp} spp, {seconds:.2} s of rendering together\nwrote {}\n",
         parts.len(),
+        if parts.len() == 1 { "part" } else { "parts" },
         names.join(", ")
     ));
 }

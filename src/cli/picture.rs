@@ -59,13 +59,13 @@ impl<'a> Job<'a> {
         self.announce_memory(settings, &goal)?;
         let prepared = Prepared::holding(&scene, settings, request.hold)
             .map_err(|error| CliError::setup(&request.scene, &error))?;
-        self.tell_notes(&scene, &prepared);
         let key = done::key(&request.decisive_words(&prepared, &goal));
         if let Some(overall) = self.overall
             && overall.is_done(&key, &request.targets.pictures)
         {
             return Ok(None);
         }
+        self.tell_notes(&scene, &prepared);
         let run = match request.targets.checkpoint.as_deref().filter(|path| path.exists()) {
             Some(path) => self.resume(path, &prepared, goal)?,
             None => prepared.start(goal),
@@ -104,8 +104,11 @@ impl<'a> Job<'a> {
             CliError::usage(what).with_help("render with the settings of the checkpoint, or delete it")
         })?;
         if !self.request.quiet {
-            let share = run.passes_done();
-            report::note(&format!("{}: going on after {share} passes", path.display()));
+            let done = match run.goal().error_asked() {
+                None => format!("{} passes", run.passes_done()),
+                Some(_) => format!("{} pictures", run.replicates()),
+            };
+            report::note(&format!("{}: going on after {done}", path.display()));
         }
         Ok(run)
     }
@@ -118,18 +121,22 @@ impl<'a> Job<'a> {
             .overall
             .map(|_| format!("{}: ", self.request.scene.display()))
             .unwrap_or_default();
-        scene
-            .notes()
-            .iter()
-            .for_each(|note| report::note(&format!("{of}{note}")));
+        // Several pictures of a batch may be of one scene.
+        let tell = |note: &str| {
+            let note = format!("{of}{note}");
+            if self.overall.is_none_or(|overall| overall.is_new(&note)) {
+                report::note(&note);
+            }
+        };
+        scene.notes().iter().for_each(|note| tell(note));
         let settings = prepared.settings();
         if !settings.robust && prepared.robust().is_none() {
             let what = "--robust off changes nothing: no ray goes through Embree, as shapes are tested in a line";
-            report::note(&format!("{of}{what}"));
+            tell(what);
         }
         if !settings.cull && prepared.cull().is_none() {
             let what = "--cull off changes nothing: shapes are too many for any to be left out at once";
-            report::note(&format!("{of}{what}"));
+            tell(what);
         }
     }
 

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use super::options::Options;
-use super::{CliError, Exit, report};
-use octolux::pipeline::{Asked, Found, Prepared, Replay, Settings};
+use super::{CliError, Exit, names, report};
+use octolux::pipeline::{Asked, Beside, Found, Met, Prepared, Replay, Settings};
+use octolux::scene::Scene;
 use octolux::settings::Lanes;
 
 /// Reads `X,Y,PASS`.
@@ -38,7 +39,7 @@ pub fn run(path: &Path, options: &Options, sample: [u32; 3], json: bool) -> Resu
     report::data(&if json {
         serde_json::to_string(&replay).map_err(|error| CliError::failed(format!("the sample: {error}")))?
     } else {
-        text(&replay, prepared.kernel())
+        text(&replay, &scene, prepared.kernel())
     })?;
     sound(path, &replay)?;
     Ok(Exit::Well)
@@ -60,7 +61,7 @@ fn sound(path: &Path, replay: &Replay) -> Result<(), CliError> {
 }
 
 /// The steps in lines for people.
-pub fn text(replay: &Replay, kernel: &str) -> String {
+pub fn text(replay: &Replay, scene: &Scene, kernel: &str) -> String {
     let [x, y, pass] = replay.sample;
     let mut lines = vec![
         format!("sample     pixel {x},{y}, pass {pass}, by {kernel}; positions are relative to the pinhole"),
@@ -69,8 +70,10 @@ pub fn text(replay: &Replay, kernel: &str) -> String {
     match replay.hit {
         None => lines.push("hit        nothing".to_owned()),
         Some(hit) => lines.push(format!(
-            "hit        geometry {}, primitive {}, at distance {:?}, barycentric {:?}",
-            hit.geometry, hit.primitive, hit.distance, hit.barycentric
+            "hit        {}, at distance {:?}, barycentric {:?}",
+            met(scene, &hit),
+            hit.distance,
+            hit.barycentric
         )),
     }
     if replay.seen != [0.0; 3] {
@@ -85,10 +88,14 @@ pub fn text(replay: &Replay, kernel: &str) -> String {
     for asked in &replay.asked {
         lines.extend(direction(asked));
     }
+    lines.extend(replay.beside.iter().flat_map(|ray| beside(scene, ray)));
     if replay.meshes_untold {
-        lines.push(
-            "           if meshes or the environment emit, the radiance includes their light; their parts are not printed".to_owned(),
-        );
+        let rays = if replay.beside.is_empty() {
+            "no ray goes to them"
+        } else {
+            "the radiance includes their light"
+        };
+        lines.push(format!("           meshes or the environment emit too: {rays}"));
     }
     lines.push(format!("radiance   {:?}", replay.radiance));
     if replay.invalid != [0; 3] {
@@ -100,6 +107,33 @@ pub fn text(replay: &Replay, kernel: &str) -> String {
     lines.join("\n")
 }
 
+/// What a ray met, as people call it.
+fn met(scene: &Scene, met: &Met) -> String {
+    let (geometry, primitive) = (met.geometry as usize, met.primitive as usize);
+    if geometry < scene.meshes().len() {
+        format!("triangle {primitive} of {}", names::mesh(scene, geometry))
+    } else if primitive < scene.spheres().len() {
+        names::sphere(scene, primitive)
+    } else {
+        format!("sphere {}", primitive + 1)
+    }
+}
+
+fn beside(scene: &Scene, ray: &Beside) -> [String; 2] {
+    let to = match ray.distance {
+        Some(distance) => format!("to a mesh that emits, distance {distance:?}"),
+        None => "to the environment".to_owned(),
+    };
+    let verdict = match &ray.blocked_by {
+        Some(hit) => format!("occluded by {} at distance {:?}", met(scene, hit), hit.distance),
+        None => "visible".to_owned(),
+    };
+    [
+        format!("ray        {to}: wi {:?}", ray.wi),
+        format!("           {verdict}"),
+    ]
+}
+
 fn direction(asked: &Asked) -> Vec<String> {
     let mut lines = Vec::new();
     if let (Some(light), Some(sphere), Some(omc), Some(pdf)) = (asked.light, asked.sphere, asked.omc, asked.cone_pdf) {
@@ -108,7 +142,15 @@ fn direction(asked: &Asked) -> Vec<String> {
         ));
     }
     let Some(found) = &asked.found else {
-        lines.push(format!("           by {}: no chance to bring light", asked.technique));
+        let what = match asked.lobe {
+            None => "no chance to bring light".to_owned(),
+            Some([0.0, 0.0, 0.0]) => "drawn below the horizon".to_owned(),
+            Some(wi) => format!(
+                "wi {wi:?} does not meet {}",
+                if asked.light.is_some() { "it" } else { "a light" }
+            ),
+        };
+        lines.push(format!("           by {}: {what}", asked.technique));
         return lines;
     };
     let Found {

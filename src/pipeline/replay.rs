@@ -46,6 +46,8 @@ pub struct Replay {
     /// Whether estimators with a direction for every light also asked for meshes or an environment that emit, which are in the
     /// radiance but not told one by one.
     pub meshes_untold: bool,
+    /// The rays to these that were traced, and what each met.
+    pub beside: Vec<Beside>,
     /// Radiance of the sample: what a render adds to the pixel.
     pub radiance: [f64; 3],
     /// Contributions that were thrown away: NaN, infinite, below 0.
@@ -63,6 +65,17 @@ pub struct Met {
     pub primitive: u32,
     /// Barycentric coordinates.
     pub barycentric: [f32; 2],
+}
+
+/// A ray to a mesh that emits or to the environment.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Beside {
+    /// Unit direction.
+    pub wi: [f32; 3],
+    /// How far away the light is; nothing for the environment.
+    pub distance: Option<f32>,
+    /// What is met before it.
+    pub blocked_by: Option<Met>,
 }
 
 /// A shading point.
@@ -93,6 +106,8 @@ pub struct Asked {
     pub cone_pdf: Option<f32>,
     /// How the direction was drawn.
     pub technique: &'static str,
+    /// The direction, where it was drawn from the lobe: also one that meets no light, or is below the horizon (then 0).
+    pub lobe: Option<[f32; 3]>,
     /// What came of it; nothing where it has no chance to bring light.
     pub found: Option<Found>,
 }
@@ -164,6 +179,18 @@ pub(super) fn replay(plan: &Plan, world: &World, settings: &Settings, tile: &Til
         shade(&mut chunk, &mut scratch);
     }
     let rays = chunk.log.take().unwrap_or_default();
+    let untold = !world.only_spheres_emit() && settings.estimator.per_light();
+    let told = |ray: &Segment| {
+        asked
+            .iter()
+            .any(|asked: &Asked| asked.found.is_some_and(|found| found.wi == ray.direction))
+    };
+    let others = rays.iter().filter(|ray| untold && !told(ray));
+    let beside = others.map(|ray| match plan.intersector.accel {
+        AccelKind::Embree => beside::<ByEmbree>(world, ray),
+        AccelKind::Linear => beside::<InLine>(world, ray),
+    });
+    let beside = beside.collect();
     let key = numbers.key(Word(y * width + x));
     let (u, v) = numbers.pair(key, Word(0), pairs::PIXEL).unit::<f32>();
     let place = (x as f32 + u, y as f32 + v);
@@ -186,7 +213,8 @@ pub(super) fn replay(plan: &Plan, world: &World, settings: &Settings, tile: &Til
         seen,
         point,
         asked,
-        meshes_untold: !world.only_spheres_emit() && settings.estimator.per_light(),
+        meshes_untold: untold,
+        beside,
         radiance: [red, green, blue],
         invalid: [counters.invalid_nan, counters.invalid_inf, counters.invalid_negative],
     }
@@ -217,6 +245,20 @@ fn met<T: Tracer>(world: &World, origin: Vec3<f32>, direction: Vec3<f32>) -> Opt
         primitive: hit.primitive.0,
         barycentric: [hit.u, hit.v],
     })
+}
+
+/// A ray is taken as blocked where it meets something before this part of its way: its light may be met at its end.
+const WAY: f32 = 0.999;
+
+fn beside<T: Tracer>(world: &World, segment: &Segment) -> Beside {
+    let end = segment.tfar.is_finite().then_some(segment.tfar);
+    let met = met::<T>(world, Vec3::splat(segment.origin), Vec3::splat(segment.direction));
+    let before = |met: &Met| end.is_none_or(|end| met.distance < world.space.in_scene(end * WAY));
+    Beside {
+        wi: segment.direction,
+        distance: end.map(|end| world.space.in_scene(end)),
+        blocked_by: met.filter(before),
+    }
 }
 
 /// What the shade stage asks for at a point, by its own functions.
@@ -292,6 +334,7 @@ fn directions<T: Tracer>(
                 Warp::Cone | Warp::ConeOrCap => "cone",
                 Warp::LobeInCap => "lobe",
             },
+            lobe: toss.heads.then(|| per_light::along_lobe(point, toss.pair).lane(0)),
             found: drawn.filter(|drawn| drawn.active).map(|drawn| {
                 let shadow = ray(point.p, drawn.wi, drawn.distance, light.sphere);
                 let occluded = T::occluded::<f32>(world, &set, true, &shadow);
@@ -315,6 +358,7 @@ fn directions<T: Tracer>(
         omc: None,
         cone_pdf: None,
         technique: if uniform { "sphere" } else { "brdf" },
+        lobe: (!uniform).then(|| per_light::along_lobe(point, pair).lane(0)),
         found: drawn.filter(|drawn| drawn.active).map(|drawn| {
             let towards = ray(point.p, drawn.wi, f32::INFINITY, NO_SPHERE);
             let hit = T::nearest::<f32>(world, &set, true, &towards, Coherence::Incoherent);

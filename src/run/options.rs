@@ -80,6 +80,7 @@ impl RenderOptions {
     /// What ends the run.
     pub fn goal(&self) -> Goal {
         let goal = match self.target_error {
+            Some(error) if self.adaptive => Goal::adaptive_error(error),
             Some(error) => Goal::error(error),
             None if self.adaptive => Goal::adaptive(self.spp),
             None => Goal::passes(self.spp),

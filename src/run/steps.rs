@@ -4,8 +4,10 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::MOST_SPP;
+use super::checkpoint::Saved;
 use super::goal::{self, Goal, Work};
 use super::halves::Halves;
+use super::record::Replicates;
 use super::replicates;
 use crate::embree::EmbreeError;
 use crate::film::{Film, Picture};
@@ -35,8 +37,10 @@ impl Step {
 pub struct Reached {
     /// What was asked for.
     pub asked: f64,
-    /// What the replicates showed at the last look.
+    /// What the replicates showed at the last look, or at the end.
     pub error: f64,
+    /// Whether the run ended before it was sure of the error: its time was over, or it was stopped.
+    pub early: bool,
 }
 
 /// One render of a [`Prepared`] scene towards a [`Goal`]. The picture is unbiased after every step, and no bit of it depends on how
@@ -49,6 +53,12 @@ pub struct Run {
     then: Option<u32>,
     /// One film; further ones of other seeds where an error is the goal. There is one at least.
     films: Vec<Renderer>,
+    /// Of each film the samples a pixel of its adaptive render to an error; 0 in other renders.
+    levels: Vec<u32>,
+    /// What was traced for films that are no longer there.
+    spent: Counters,
+    /// The mean of what there is of the replicates, where the run ended before both halves had.
+    interim: Option<Picture>,
     progress: Arc<Progress>,
     /// The pass at which it began.
     first: u32,
@@ -84,13 +94,56 @@ impl Run {
         }
     }
 
+    /// Goes on from the films and pictures of a run to an error.
+    pub(super) fn resumed_replicates(prepared: Prepared, goal: Goal, saved: Saved, kept: Replicates) -> Self {
+        let Saved { record, film, others } = saved;
+        let mut run = Self::new(prepared, goal);
+        let seed = run.prepared.settings().seed;
+        let films = std::iter::once(film).chain(others.0).enumerate();
+        let renderer = |(replicate, film): (usize, Film)| {
+            let prepared = run.prepared.with_seed(replicates::seed(seed, replicate));
+            Renderer::resumed(prepared, run.progress.clone(), film, Counters::default())
+        };
+        run.films = films.map(renderer).collect();
+        run.levels = kept.levels;
+        run.levels.resize(run.films.len(), 0);
+        run.halves = match goal.work {
+            Work::Error(asked, adaptive) => Some(Halves::resumed(asked, adaptive, kept.halves, others.1)),
+            _ => None,
+        };
+        run.spent = record.counters;
+        let Counters {
+            samples,
+            eye_rays,
+            shadow_rays,
+            ..
+        } = record.counters;
+        run.progress.add(samples, eye_rays + shadow_rays);
+        run.render_time = Duration::try_from_secs_f64(record.render_s).unwrap_or_default();
+        run.first_block_time = Some(Duration::ZERO);
+        run
+    }
+
+    /// What a file keeps of a run: how its replicates stand, films, and pictures.
+    pub(super) fn kept(&self) -> (Option<Replicates>, Vec<&Film>, Vec<&Picture>) {
+        let films = self.films.iter().map(Renderer::film).collect();
+        let Some((halves, pictures)) = self.halves.as_ref().map(Halves::state) else {
+            return (None, films, Vec::new());
+        };
+        let levels = self.levels.clone();
+        (Some(Replicates { levels, halves }), films, pictures)
+    }
+
     fn with_film(prepared: Prepared, goal: Goal, film: Renderer, progress: Arc<Progress>) -> Self {
         let run = Self {
             first: goal.range(prepared.settings().film).start,
             films: vec![film],
+            levels: vec![0],
+            spent: Counters::default(),
+            interim: None,
             progress,
             halves: match goal.work {
-                Work::Error(asked) => Some(Halves::new(asked)),
+                Work::Error(asked, adaptive) => Some(Halves::new(asked, adaptive)),
                 _ => None,
             },
             reached: None,
@@ -104,7 +157,7 @@ impl Run {
             then: None,
         };
         run.expect(match goal.work {
-            Work::Error(_) => run.halves.as_ref().map_or(0, Halves::samples),
+            Work::Error(..) => run.halves.as_ref().map_or(0, Halves::samples),
             _ => goal.spp().map_or(0, |_| run.passes_wanted().into()),
         });
         run
@@ -125,7 +178,7 @@ impl Run {
             let done = match self.goal.work {
                 Work::Passes(..) => self.step_passes(pause, started),
                 Work::Adaptive(spp) => self.step_adaptive(spp, pause, started),
-                Work::Error(asked) => self.step_replicates(asked, pause, started),
+                Work::Error(asked, adaptive) => self.step_replicates(asked, adaptive, pause, started),
             };
             self.render_time += started.elapsed();
             if self.passes() > self.first {
@@ -200,10 +253,25 @@ impl Run {
         if let Some(reached) = self.halves.as_ref().and_then(Halves::picture) {
             return reached;
         }
-        match &self.films[..] {
-            [film] => film.film().picture(),
-            films => replicates::mean(&films.iter().map(|film| film.film().picture()).collect::<Vec<_>>()),
+        match (&self.interim, self.halves.is_some()) {
+            (Some(interim), _) => interim.clone(),
+            (None, true) => replicates::mean(&self.comparable()),
+            (None, false) => self.films[0].film().picture(),
         }
+    }
+
+    /// Pictures of the replicates so far, of which none has less than half of the passes of any: their plain mean is a picture, and
+    /// their spread tells its error without bias, however their passes differ.
+    fn comparable(&self) -> Vec<Picture> {
+        let latest = self.halves.as_ref().filter(|_| self.goal.is_adaptive());
+        let latest = latest.map(Halves::latest).unwrap_or_default();
+        if !latest.is_empty() {
+            return latest;
+        }
+        let most = self.films.iter().map(Renderer::passes).max().unwrap_or(0);
+        let films = self.films.iter().filter(|film| film.passes() * 2 >= most);
+        let films = films.take(if self.goal.is_adaptive() { 1 } else { usize::MAX });
+        films.map(|film| film.film().picture()).collect()
     }
 
     /// The sums of the first replicate, which is the only one unless an error is the goal.
@@ -242,7 +310,7 @@ impl Run {
 
     /// What was traced so far.
     pub fn counters(&self) -> Counters {
-        self.films.iter().fold(Counters::default(), |mut sum, film| {
+        self.films.iter().fold(self.spent, |mut sum, film| {
             sum += film.counters();
             sum
         })
@@ -250,7 +318,8 @@ impl Run {
 
     /// How many films of different seeds there are.
     pub fn replicates(&self) -> usize {
-        self.films.len()
+        let begun = self.films.iter().filter(|film| film.passes() > 0).count();
+        begun.max(1)
     }
 
     /// The error at the last look, where one was asked for and there was a look.
@@ -313,18 +382,32 @@ impl Run {
         !more || (self.passes() > 0 && self.time_is_over(started))
     }
 
-    fn step_replicates(&mut self, asked: f64, pause: Option<Instant>, started: Instant) -> bool {
+    fn step_replicates(&mut self, asked: f64, adaptive: bool, pause: Option<Instant>, started: Instant) -> bool {
         let Some(halves) = &mut self.halves else {
             return true;
         };
         if let Some(&(replicate, wanted)) = halves.wanted().first() {
             let seed = self.prepared.settings().seed;
+            let empty = |replicate| {
+                let prepared = self.prepared.with_seed(replicates::seed(seed, replicate));
+                Renderer::new(prepared, self.progress.clone(), 0)
+            };
             while self.films.len() <= replicate {
-                let prepared = self.prepared.with_seed(replicates::seed(seed, self.films.len()));
-                self.films.push(Renderer::new(prepared, self.progress.clone(), 0));
+                self.films.push(empty(self.films.len()));
+                self.levels.push(0);
             }
-            let film = &mut self.films[replicate];
-            if film.passes() >= wanted || film.block(wanted, pause) >= wanted {
+            let (film, level) = (&mut self.films[replicate], &mut self.levels[replicate]);
+            let there = if adaptive {
+                if *level != wanted && *level > 0 {
+                    self.spent += film.counters();
+                    *film = empty(replicate);
+                }
+                *level = wanted;
+                !film.adaptive_block(wanted, pause)
+            } else {
+                film.passes() >= wanted || film.block(wanted, pause) >= wanted
+            };
+            if there && !self.progress.stop_requested() {
                 halves.take(replicate, wanted, film.film().picture());
             }
             if !halves.wanted().is_empty() {
@@ -333,16 +416,30 @@ impl Run {
         }
         let done = halves.decide();
         let (samples, error) = (halves.samples(), halves.error());
-        self.reached = error.map(|error| Reached { asked, error }).or(self.reached);
-        self.expect(samples.min(MOST_SPP.into()));
+        let reached = |error| Reached {
+            asked,
+            error,
+            early: false,
+        };
+        self.reached = error.map(reached).or(self.reached);
+        let film = self.prepared.settings().film;
+        let spent = self.spent.samples / (u64::from(film.width) * u64::from(film.height));
+        self.expect(samples.min(MOST_SPP.into()) + spent);
         done || samples > MOST_SPP.into() || self.time_is_over(started)
     }
 
     fn end(&mut self, step: Step) -> Step {
-        // A stop leaves some replicates without a pass, which is no picture.
-        let mut first = true;
-        self.films
-            .retain(|film| std::mem::take(&mut first) || film.passes() > 0);
+        if let Work::Error(asked, _) = self.goal.work
+            && self.halves.as_ref().is_some_and(|halves| halves.error().is_none())
+        {
+            let pictures = self.comparable();
+            if pictures.len() > 1 {
+                let error = replicates::error(&pictures).error;
+                let early = true;
+                self.reached = Some(Reached { asked, error, early });
+            }
+            self.interim = Some(replicates::mean(&pictures));
+        }
         self.ended = Some(step);
         step
     }

@@ -166,3 +166,24 @@ pub fn note_darkness(scene: &SceneBuilder, notes: &mut Vec<String>) {
         notes.push("nothing in the scene emits light: the picture will be black".to_owned());
     }
 }
+
+/// Above this a reflectance is hardly meant: a colour of 8 bits has been taken for one from 0 to 1.
+const BRIGHTEST: f64 = 2.0;
+
+/// Says which materials reflect much more than they receive.
+pub fn note_colours(scene: &SceneBuilder, notes: &mut Vec<String>) {
+    for material in &scene.materials {
+        let largest = material.bsdf.largest();
+        if largest > BRIGHTEST {
+            let bytes = if largest <= 255.0 {
+                ": if it is a colour from 0 to 255, divide it by 255"
+            } else {
+                ""
+            };
+            notes.push(format!(
+                "material {} reflects {largest} times the light that it receives, and nothing real more than 1{bytes}",
+                material.name
+            ));
+        }
+    }
+}

@@ -118,6 +118,11 @@ impl ByError {
     pub fn samples(self, error: f64) -> f64 {
         self.0.reaches(error * error).max(1.0)
     }
+
+    /// The power of samples with which the variance goes: -1 for independent ones.
+    pub fn slope(self) -> f64 {
+        self.0.slope
+    }
 }
 
 impl Price {

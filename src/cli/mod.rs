@@ -36,6 +36,7 @@ mod several;
 mod shards;
 mod stats;
 mod study;
+mod tev;
 mod units;
 mod verify;
 mod verify_report;

@@ -9,6 +9,7 @@ use super::outputs::{self, is_sums};
 use super::picture::Job;
 use super::request::Request;
 use super::several::Crowd;
+use super::tev::HOME;
 use super::{CliError, Exit, patterns, replay, report, units};
 use octolux::pipeline::all_threads;
 use octolux::run::{RenderOptions, Shard};
@@ -104,6 +105,10 @@ pub struct Args {
     #[arg(long, value_name = "X,Y,PASS", value_parser = replay::sample,
           conflicts_with_all = ["outputs", "spp", "time", "adaptive", "snapshots", "stats", "checkpoint", "shard"])]
     pub replay: Option<[u32; 3]>,
+    /// Also show the picture in the viewer tev while it is rendered, at 127.0.0.1:14158 unless HOST:PORT is given. Without tev the
+    /// render goes on with a warning
+    #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, require_equals = true, default_missing_value = HOME)]
+    pub tev: Option<String>,
     /// Say nothing but errors
     #[arg(short, long)]
     pub quiet: bool,
@@ -154,6 +159,7 @@ impl Args {
             every: Duration::from_secs_f64(self.every),
             resume: self.resume,
             keep: self.keep,
+            tev: self.tev.clone(),
             json: self.json,
             quiet: self.quiet,
         };

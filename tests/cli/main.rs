@@ -5,8 +5,10 @@ mod broken_scenes;
 mod coincidences;
 mod compare;
 mod embree;
+mod errors;
 mod explain;
 mod faults;
+mod info;
 mod inputs;
 #[cfg(target_os = "linux")]
 mod losses;
@@ -17,6 +19,7 @@ mod reference;
 mod render;
 mod shards;
 mod study;
+mod tev;
 mod verify;
 mod view;
 mod viewed;

@@ -175,3 +175,35 @@ fn an_environment_is_one_radiance_or_a_picture_that_is_scaled_and_turned() {
     );
     assert_eq!(turned.texels.at(9), plain.texels.at(9).map(|x| 2.0 * x));
 }
+
+/// `rotate` comes after the turns about the axes, and turns about any axis: a third of a turn about the diagonal takes x to y.
+#[test]
+fn a_turn_about_an_axis_comes_after_those_about_the_coordinate_axes() {
+    let near = |points: Vec<DVec3>, expected: [DVec3; 3]| {
+        points
+            .iter()
+            .zip(expected)
+            .for_each(|(a, b)| assert!((*a - b).length() < 1e-15, "{points:?}"));
+    };
+    near(
+        moved("rotate = [1, 1, 1, 120]").to_vec(),
+        [DVec3::Y, DVec3::Z, DVec3::X],
+    );
+    near(
+        moved("rotate = [1, 1, 1, 120], rotate_z = 90").to_vec(),
+        [DVec3::Z, -DVec3::Y, DVec3::X],
+    );
+}
+
+#[test]
+fn boxes_are_meshes_of_twelve_triangles_turned_about_their_middles() {
+    let text = "[[boxes]]\nmaterial = \"a\"\ncenter = [1, 2, 3]\nsize = [2, 4, 6]\nrotate = [0, 1, 0, 90]\n\
+        [[boxes]]\nemission = [1, 1, 1]\ncenter = [9, 0, 0]\nsize = [1, 1, 1]\n";
+    let scene = scene(text);
+    let mesh = &scene.meshes()[0];
+    assert_eq!((mesh.triangles.len(), scene.meshes().len()), (12, 2));
+    let low = mesh.vertices.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+    let high = mesh.vertices.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+    assert_eq!((low, high), (DVec3::new(-2.0, 0.0, 2.0), DVec3::new(4.0, 4.0, 4.0)));
+    assert_eq!(scene.meshes()[1].surface, Surface::Emission(DVec3::ONE));
+}

@@ -127,7 +127,7 @@ impl Writer<'_> {
                 results.push((path, result));
             } else {
                 report::note(&format!(
-                    "{}: not written, as sums are of whole renders",
+                    "{}: not written: a .acc holds the sums of a finished render",
                     path.display()
                 ));
             }

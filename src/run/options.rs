@@ -31,7 +31,7 @@ pub struct RenderOptions {
     pub lanes: Option<Lanes>,
     /// Threads; the picture is the same.
     pub threads: Option<usize>,
-    /// Who answers rays; the plan decides otherwise.
+    /// How rays find what they hit; the plan decides otherwise.
     pub accel: Option<AccelKind>,
     /// Whether Embree closes the edges between triangles.
     pub robust: bool,

@@ -111,7 +111,7 @@ pub fn note_overlaps(meshes: &mut Vec<Arc<Mesh>>, origin: DVec3, notes: &mut Vec
     let (mut pairs, all) = coincide::overlaps(meshes, origin);
     notes.extend(coincide::note_overlaps(meshes, &pairs));
     if !all {
-        notes.push("there are too many faces beside each other to ask all of them whether they coincide".to_owned());
+        notes.push("too many faces lie close to each other to test all pairs of them for coincidence".to_owned());
     }
     // Where a mesh will be once those before it that are empty are gone.
     let mut places = Vec::with_capacity(meshes.len());

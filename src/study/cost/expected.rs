@@ -31,7 +31,7 @@ impl Price {
     /// How many times as long `--target-error` takes as one picture of that error: samples for certainty, and what Sobol points lose
     /// by being split between eight pictures at least, whose variances fall faster than 1/n.
     fn by_replicates(&self) -> f64 {
-        let gained = self.by_error.map_or(0.0, |law| (-law.slope() - 1.0).clamp(0.0, 1.0));
+        let gained = self.by_error.map_or(0.0, |law| (-law.0.slope - 1.0).clamp(0.0, 1.0));
         OVERHEAD * (2.0 * LEAST as f64).powf(gained)
     }
 }

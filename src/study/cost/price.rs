@@ -111,17 +111,12 @@ pub struct Price {
 
 /// Samples from the error that `--target-error` means.
 #[derive(Clone, Copy, Debug)]
-pub struct ByError(Power);
+pub struct ByError(pub(super) Power);
 
 impl ByError {
     /// Samples a pixel for an error; at least 1.
     pub fn samples(self, error: f64) -> f64 {
         self.0.reaches(error * error).max(1.0)
-    }
-
-    /// The power of samples with which the variance goes: -1 for independent ones.
-    pub fn slope(self) -> f64 {
-        self.0.slope
     }
 }
 

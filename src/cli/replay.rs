@@ -86,7 +86,7 @@ pub fn text(replay: &Replay, scene: &Scene, kernel: &str) -> String {
         lines.push(format!("           rho {:?}, alpha {:?}", point.rho, point.alpha));
     }
     for asked in &replay.asked {
-        lines.extend(direction(asked));
+        lines.extend(direction(scene, asked));
     }
     lines.extend(replay.beside.iter().flat_map(|ray| beside(scene, ray)));
     if replay.meshes_untold {
@@ -112,10 +112,16 @@ fn met(scene: &Scene, met: &Met) -> String {
     let (geometry, primitive) = (met.geometry as usize, met.primitive as usize);
     if geometry < scene.meshes().len() {
         format!("triangle {primitive} of {}", names::mesh(scene, geometry))
-    } else if primitive < scene.spheres().len() {
-        names::sphere(scene, primitive)
     } else {
-        format!("sphere {}", primitive + 1)
+        ball(scene, primitive)
+    }
+}
+
+/// A sphere, by its number among those that single precision tells apart.
+fn ball(scene: &Scene, number: usize) -> String {
+    match number < scene.spheres().len() {
+        true => names::sphere(scene, number),
+        false => format!("sphere {}", number + 1),
     }
 }
 
@@ -134,11 +140,12 @@ fn beside(scene: &Scene, ray: &Beside) -> [String; 2] {
     ]
 }
 
-fn direction(asked: &Asked) -> Vec<String> {
+fn direction(scene: &Scene, asked: &Asked) -> Vec<String> {
     let mut lines = Vec::new();
     if let (Some(light), Some(sphere), Some(omc), Some(pdf)) = (asked.light, asked.sphere, asked.omc, asked.cone_pdf) {
         lines.push(format!(
-            "light {light:<4} sphere {sphere}, cone 1 - cos = {omc:?}, pdf {pdf:?} per sr"
+            "light {light:<4} {}, cone 1 - cos = {omc:?}, pdf {pdf:?} per sr",
+            ball(scene, sphere as usize)
         ));
     }
     let Some(found) = &asked.found else {

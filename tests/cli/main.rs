@@ -17,6 +17,7 @@ mod options;
 mod place;
 mod reference;
 mod render;
+mod replayed;
 mod shards;
 mod study;
 mod tev;

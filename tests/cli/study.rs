@@ -119,6 +119,12 @@ fn a_recommendation_is_a_command_line_and_nothing_else() {
         "{line}"
     );
     assert!(place.files().is_empty());
+    let loud = "study in/small.toml --no-cache --threads 2 --recommend 0.02 --budget 1s --size 24x18";
+    let noted = stderr(&place.succeeds(loud));
+    assert!(
+        noted.contains("note: this is expected to render for ") && noted.contains(" s on this machine ("),
+        "{noted}"
+    );
     // It can be typed.
     place.succeeds(&format!("{} -q -o x.npy", line.strip_prefix("octolux ").unwrap()));
     assert_eq!(place.files(), ["x.npy"]);

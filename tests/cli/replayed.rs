@@ -1,0 +1,63 @@
+//! `render --replay`: what is said of lights of every kind, and of directions that meet none.
+
+use std::fs;
+
+use crate::place::{Place, stdout};
+
+/// A floor under a square that emits, a small lamp, and a sky; a board hides the square from the middle of the picture.
+const LIGHTS: &str = r#"
+[camera]
+origin = [0, 1, 6]
+target = [0, 0, 0]
+up = [0, 1, 0]
+fov_x = 30
+[film]
+width = 8
+height = 6
+[materials.grey]
+diffuse = [0.5, 0.5, 0.5]
+[environment]
+emission = [0.1, 0.1, 0.1]
+[[spheres]]
+center = [0, 2, 3]
+radius = 0.001
+emission = [9, 9, 9]
+[[boxes]]
+center = [0, -0.5, 0]
+size = [20, 1, 20]
+material = "grey"
+[[boxes]]
+center = [0, 2, 0]
+size = [6, 0.1, 2]
+material = "grey"
+[[meshes]]
+emission = [1, 1, 1]
+vertices = [[-1, 3, -1], [1, 3, -1], [1, 3, 1], [-1, 3, 1]]
+faces = [[0, 1, 2, 3]]
+"#;
+
+#[test]
+fn rays_to_meshes_and_the_environment_are_told_with_what_blocks_them_and_lobe_directions_that_meet_no_light() {
+    let place = Place::new();
+    fs::write(place.path().join("in/lights.toml"), LIGHTS).unwrap();
+    for accel in ["embree", "linear"] {
+        let line = format!("render in/lights.toml --replay 4,3,0 --estimator mis2-power --accel {accel}");
+        let text = stdout(&place.succeeds(&line));
+        for words in [
+            "hit        triangle 10 of box 1 at 0, -0.5, 0,",
+            "light 0    sphere 1 at 0, 2, 3, cone",
+            "does not meet it",
+            "ray        to a mesh that emits, distance ",
+            "occluded by triangle ",
+            "of box 2 at 0, 2, 0 at distance",
+            "ray        to the environment: wi ",
+        ] {
+            assert!(text.contains(words), "{words}\n{text}");
+        }
+        let object: serde_json::Value =
+            serde_json::from_slice(&place.succeeds(&format!("{line} --json")).stdout).unwrap();
+        let beside = object["beside"].as_array().unwrap();
+        assert!(beside.iter().any(|ray| ray["distance"].is_null()), "{beside:?}");
+        assert!(beside.iter().any(|ray| !ray["blocked_by"].is_null()), "{beside:?}");
+    }
+}

@@ -44,11 +44,14 @@ pub fn rotations(table: &Table<'_>) -> Result<DMat3, Fault> {
 
 /// `rotate = [x, y, z, degrees]`: a turn about the axis `(x, y, z)` through the origin.
 fn about_axis(value: &Value<'_>) -> Result<DMat3, Fault> {
+    let help = "write an axis and degrees, such as rotate = [0, 1, 0, 30], or rotate_y = 30";
+    if value.numbers::<4>().is_err() {
+        return Err(value.fault("must be an axis and degrees", help));
+    }
     let [x, y, z, degrees] = value.ruled_numbers::<4>(&FINITE)?;
     let axis = DVec3::new(x, y, z);
     let size = axis.abs().max_element();
     if size == 0.0 {
-        let help = "write an axis and degrees, such as [0, 1, 0, 30]";
         return Err(value.fault("must have an axis other than 0", help));
     }
     let along: Vec<usize> = (0..3).filter(|&k| axis[k] != 0.0).collect();

@@ -3,8 +3,10 @@
 
 mod ask;
 mod chunk;
+mod directions;
 pub mod environment;
 pub mod eye;
+mod facets;
 mod grid;
 mod rings;
 mod scratch;
@@ -15,4 +17,5 @@ pub mod triangles;
 
 pub use ask::{Answers, Ask};
 pub use chunk::{Chunk, Order, Segment, pairs};
+pub use directions::Directions;
 pub use scratch::{Scratch, Shaft, Stage};

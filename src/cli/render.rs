@@ -126,7 +126,7 @@ impl Args {
         ];
         let alone = with_time.into_iter().find(|(_, given)| *given);
         if let Some((option, _)) = alone.filter(|_| self.time.is_some() && self.target_error.is_none()) {
-            let what = format!("{option} and --time go together only with --target-error");
+            let what = format!("{option} cannot be used with --time, unless --target-error is given");
             return Err(
                 CliError::usage(what).with_help("say how many samples with --spp, or which error with --target-error")
             );

@@ -147,10 +147,6 @@ fn what_cannot_be_is_named_with_its_value() {
             "sphere 2 material must be a material of this scene, got number 3 of 2",
         ),
         (
-            |s| s.spheres[0].surface = MaterialId::new(1).into(),
-            "sphere 1 has a material with a texture, and no texture coordinates",
-        ),
-        (
             |s| floor(s).uvs = None,
             "mesh 1 has a material with a texture, and no texture coordinates",
         ),

@@ -167,7 +167,7 @@ fn a_manifest_that_makes_no_sense_is_refused() {
         ("[[pictures]]\nscene = \"in/*.tom\"\n", "in/*.tom: no file matches"),
         (
             "[[pictures]]\nscene = \"in/small.toml\"\nadaptive = true\ntime = \"1s\"\n",
-            "go together only with --target-error",
+            "cannot be used with --time, unless --target-error is given",
         ),
         ("[defaults]\n[[picture]]\n", "has no key \"picture\""),
     ] {

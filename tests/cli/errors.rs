@@ -133,8 +133,14 @@ fn an_adaptive_error_is_reached_on_any_number_of_threads_and_lanes() {
 fn what_does_not_go_together_is_refused() {
     let place = Place::new();
     for (options, words) in [
-        ("--adaptive --time 1", "go together only with --target-error"),
-        ("--checkpoint a.state --time 1", "go together only with --target-error"),
+        (
+            "--adaptive --time 1",
+            "cannot be used with --time, unless --target-error is given",
+        ),
+        (
+            "--checkpoint a.state --time 1",
+            "cannot be used with --time, unless --target-error is given",
+        ),
         ("--target-error 1% --spp 4", "cannot be used with"),
         ("--target-error 1% -o a.acc", "holds the sums of one"),
     ] {

@@ -44,7 +44,7 @@ fn rays_to_meshes_and_the_environment_are_told_with_what_blocks_them_and_lobe_di
         let line = format!("render in/lights.toml --replay 4,3,0 --estimator mis2-power --accel {accel}");
         let text = stdout(&place.succeeds(&line));
         for words in [
-            "hit        triangle 10 of box 1 at 0, -0.5, 0,",
+            "of box 1 at 0, -0.5, 0, at distance",
             "light 0    sphere 1 at 0, 2, 3, cone",
             "does not meet it",
             "ray        to a mesh that emits, distance ",

@@ -165,10 +165,7 @@ fn wrong_usage_is_told_before_the_work() {
         "render in/small.toml --target-error -1",
         "render in/small.toml --target-error nan",
         "render in/small.toml --target-error 0.1 --spp 4",
-        "render in/small.toml --target-error 0.1 --time 4",
-        "render in/small.toml --target-error 0.1 --adaptive",
         "render in/small.toml --target-error 0.1 --snapshots",
-        "render in/small.toml --target-error 0.1 --checkpoint x.state",
         "render in/small.toml --target-error 0.1 --shard 1/2 -o x.acc",
         "render in/small.toml --target-error 0.1 -o x.acc",
     ] {

@@ -43,6 +43,7 @@
 //! | `ArcTakenAsPi` | the whole ring is drawn, not its arc inside the light | rings |
 //! | `FarRingForgotten` | the lobe's share beyond the light's farthest ring is drawn too | rings |
 //! | `MassBetweenRingsForgotten` | a lobe's share is counted up to its edge, not to the farthest ring | rings |
+//! | `BothHalvesWhole` | each of the two directions to a light that is seen in part counts as one | oracle |
 //! | `OffsetTooShort` | shading points leave their surface by 2 half-ulps | acne |
 //! | `DensityOfTheNextTexel` | a texel of the environment with the density of its neighbour | density |
 //! | `OnePercentBright` | a study measures `independent` 1 % too bright | study |
@@ -141,6 +142,7 @@ mod tests {
         BarycentricsLost "accelerators",
         ArcTakenAsPi "rings",
         FarRingForgotten "rings",
+        BothHalvesWhole "oracle",
         MassBetweenRingsForgotten "rings",
         ShadowsSkipped "exact",
         OnePassOff "exact",

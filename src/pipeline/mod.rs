@@ -6,6 +6,7 @@ mod emitters;
 mod intersector;
 mod job;
 mod narrow;
+mod outlook;
 mod plan;
 mod prepared;
 mod progress;

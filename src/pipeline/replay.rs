@@ -9,7 +9,7 @@ use super::plan::Plan;
 use super::progress::Counters;
 use super::rows;
 use super::settings::Settings;
-use super::stage::{Chunk, Scratch, Segment, pairs};
+use super::stage::{Chunk, MARKS, Scratch, Segment, pairs};
 use super::stream::{Address, Diffuse, Model, Phong};
 use super::tracer::{ByEmbree, InLine, Tracer};
 use super::world::World;
@@ -116,8 +116,16 @@ pub struct Found {
     pub occluded: bool,
 }
 
-/// Runs the sample of a pixel in a pass through the stages of `plan`, which must be of one lane.
-pub(super) fn replay(plan: &Plan, world: &World, settings: &Settings, tile: &Tile, [x, y, pass]: [u32; 3]) -> Replay {
+/// Runs the sample of a pixel in a pass through the stages of `plan`, which must be of one lane. `partly` are the lights that the pixel
+/// sees in part, as [`Chunk::partly`].
+pub(super) fn replay(
+    plan: &Plan,
+    world: &World,
+    settings: &Settings,
+    tile: &Tile,
+    partly: &[u32],
+    [x, y, pass]: [u32; 3],
+) -> Replay {
     let numbers = PassBlock::new(settings.sampler, settings.seed, pass, 1, plan.pairs);
     let (mut sum, mut counters, mut scratch) = (tile.empty_sum(1), Counters::default(), Scratch::default());
     let width = settings.film.width;
@@ -131,6 +139,7 @@ pub(super) fn replay(plan: &Plan, world: &World, settings: &Settings, tile: &Til
         order: plan.order,
         mix: plan.mix,
         answers: plan.answers,
+        partly,
         sum: &mut sum,
         counters: &mut counters,
         log: Some(Vec::new()),
@@ -156,8 +165,8 @@ pub(super) fn replay(plan: &Plan, world: &World, settings: &Settings, tile: &Til
             alpha: if phong { at.bsdf.alpha } else { 1.0 },
         });
         asked = match plan.intersector.accel {
-            AccelKind::Embree => directions::<ByEmbree>(world, settings, &numbers, tile, &at, &address),
-            AccelKind::Linear => directions::<InLine>(world, settings, &numbers, tile, &at, &address),
+            AccelKind::Embree => directions::<ByEmbree>(world, settings, &numbers, tile, partly, &at, &address),
+            AccelKind::Linear => directions::<InLine>(world, settings, &numbers, tile, partly, &at, &address),
         };
     }
     for shade in &plan.shade {
@@ -225,6 +234,7 @@ fn directions<T: Tracer>(
     settings: &Settings,
     numbers: &PassBlock,
     tile: &Tile,
+    partly: &[u32],
     point: &ShadingPoint<f32>,
     address: &Address<f32>,
 ) -> Vec<Asked> {
@@ -250,6 +260,7 @@ fn directions<T: Tracer>(
         EstimatorKind::Product => Warp::ConeOrCap,
         _ => Warp::Cone,
     };
+    let split = |i: usize| warp == Warp::ConeOrCap && i < MARKS && partly.iter().any(|lights| lights >> i & 1 == 1);
     let shared = |toss: bool| {
         // All lights share the direction of the BRDF.
         let of = if toss { PassBlock::after_toss } else { PassBlock::pair };
@@ -267,6 +278,10 @@ fn directions<T: Tracer>(
         }
         if mix.both() {
             let (heads, pair) = (true, shared(false));
+            tosses.push(Toss { heads, pair });
+        }
+        if split(i) {
+            let (heads, pair) = (false, tosses[0].pair.opposite());
             tosses.push(Toss { heads, pair });
         }
         tosses.into_iter().map(move |toss| (i, toss))
@@ -295,7 +310,8 @@ fn directions<T: Tracer>(
             found: drawn.filter(|drawn| drawn.active).map(|drawn| {
                 let shadow = ray(point.p, drawn.wi, drawn.distance, light.sphere);
                 let occluded = T::occluded::<f32>(world, &set, true, &shadow);
-                found(drawn.wi, drawn.distance, drawn.ld, occluded)
+                let share = if split(i) { 0.5 } else { 1.0 };
+                found(drawn.wi, drawn.distance, drawn.ld * share, occluded)
             }),
         }
     };

@@ -4,7 +4,7 @@
 
 use std::marker::PhantomData;
 
-use super::stage::{Chunk, Scratch, Stage, environment, eye, shade, triangles};
+use super::stage::{Chunk, Penumbra, Scratch, Stage, environment, eye, shade, triangles};
 use super::stream::{self, Model};
 use super::tracer::{ByEmbree, InLine};
 use crate::embree::{LaneWork, TraceLane, in_eight_of_avx512, in_sixteen};
@@ -95,6 +95,12 @@ pub fn shade(estimator: EstimatorKind, needs: Effects, model: Effect) -> Vec<Row
         Effect::Phong => shade_model::<stream::Phong>(estimator, needs),
         _ => shade_model::<stream::Diffuse>(estimator, needs),
     }
+}
+
+/// The row that finds where lights are seen in part, for the estimator that sends more rays there.
+pub fn survey(estimator: EstimatorKind, needs: Effects) -> Option<Row> {
+    let calls = estimator == EstimatorKind::Product && needs.has(Effect::Diffuse) && needs.has(Effect::SphereLights);
+    calls.then(Row::of::<Penumbra>)
 }
 
 /// How an estimator combines directions of lights with those of the BRDF. `product` does so for all lights but spheres: see

@@ -6,6 +6,7 @@ mod chunk;
 pub mod environment;
 pub mod eye;
 mod grid;
+mod penumbra;
 mod rings;
 mod scratch;
 pub mod shade;
@@ -15,4 +16,5 @@ pub mod triangles;
 
 pub use ask::{Answers, Ask};
 pub use chunk::{Chunk, Order, Segment, pairs};
+pub use penumbra::{MARKS, Penumbra};
 pub use scratch::{Scratch, Shaft, Stage};

@@ -4,6 +4,7 @@ use std::hint::black_box;
 use std::marker::PhantomData;
 use std::ops::Range;
 
+use super::penumbra::{Half, mark};
 use super::rings::{self, RingBlock};
 use super::{Ask, Chunk, Scratch, Shaft, Stage, pairs, shadow};
 use crate::embree::TraceLane;
@@ -60,6 +61,11 @@ impl<D: Density, M: Model> Stage for PerLight<D, M> {
         for first in (0..stream.len()).step_by(chunk.answers.block) {
             let block = first..stream.len().min(first + chunk.answers.block);
             prepare::<L, D, M>(density, chunk, stream, block.clone());
+            let partly = if D::WARP == Warp::ConeOrCap {
+                mark::<L>(chunk, stream, block.clone())
+            } else {
+                0
+            };
             for (i, (light, Shaft { open, set })) in lights.iter().zip(&*shafts).enumerate() {
                 let light = &Lamp::new(i, light);
                 let mut sink = Sink {
@@ -70,7 +76,24 @@ impl<D: Density, M: Model> Stage for PerLight<D, M> {
                 if D::WARP == Warp::LobeInCap {
                     in_lobe::<L, M>(chunk, stream, rings, block.clone(), light, &mut sink);
                 } else {
-                    toward::<L, D, M>(density, chunk, stream, block.clone(), light, &mut sink);
+                    let half = if D::WARP == Warp::ConeOrCap {
+                        Half::first(partly, i)
+                    } else {
+                        None
+                    };
+                    toward::<L, D, M>(density, chunk, stream, block.clone(), light, half, &mut sink);
+                    if D::WARP == Warp::ConeOrCap
+                        && let Some(half) = half
+                    {
+                        // As below: the queue has room for one ray of each point.
+                        chunk.ask(Ask::Visible {
+                            queue: sink.queue,
+                            set,
+                            light: light.sphere.sphere,
+                        });
+                        let half = Some(Half { second: true, ..half });
+                        toward::<L, D, M>(density, chunk, stream, block.clone(), light, half, &mut sink);
+                    }
                 }
                 if density.mix().both() {
                     // The queue has room for one ray of each point.
@@ -179,12 +202,25 @@ fn toward<L: TraceLane, D: Density, M: Model>(
     stream: &mut HitStream,
     block: Range<usize>,
     light: &Lamp,
+    half: Option<Half>,
     sink: &mut Sink,
 ) {
     for at in block.step_by(L::N) {
         let mut active = stream.lanes::<L>(at);
         let mix = density.mix();
-        if mix.mixed() && !mix.both() {
+        let second = half.is_some_and(|half| half.second);
+        if let Some(half) = half
+            && second
+        {
+            active = active & stream.partly::<L>(at, half.bit);
+            if active.none() {
+                continue;
+            }
+        }
+        let tossed = mix.mixed() && !mix.both();
+        // One coin for all lights is known already; one for each takes a hash, which many a packet can do without.
+        let known = chunk.numbers.one_coin();
+        if tossed && known {
             active = active & !heads::<L, M>(chunk, stream, at, light);
             if active.none() {
                 continue;
@@ -193,14 +229,20 @@ fn toward<L: TraceLane, D: Density, M: Model>(
         let (_, point, address) = stream.packet::<L, M>(at);
         let view = light.sphere.seen_from(point.p);
         active = active & per_light::may_contribute(&point, &view);
+        if tossed && !known && active.any() {
+            active = active & !heads::<L, M>(chunk, stream, at, light);
+        }
         if active.none() {
             continue;
         }
-        let numbers = if mix.both() || D::WARP != Warp::Cone {
+        let mut numbers = if mix.both() || D::WARP != Warp::Cone {
             chunk.numbers.pair(address.key, address.pass, light.pair)
         } else {
             chunk.numbers.after_toss(address.key, address.pass, light.pair)
         };
+        if second {
+            numbers = numbers.opposite();
+        }
         let found = if D::WARP == Warp::ProjectedCap {
             per_light::by_cap(&point, &view, numbers, active)
         } else if D::WARP == Warp::ConeOrCap && (active & per_light::suits_cap(&point, &view)).any() {
@@ -212,7 +254,12 @@ fn toward<L: TraceLane, D: Density, M: Model>(
             let (_, point, _) = stream.packet::<L, M>(black_box(at));
             per_light::by_light(density, &point, &drawn, active)
         };
-        if let Some(found) = found {
+        if let Some(mut found) = found {
+            if let Some(half) = half {
+                let share = L::splat(mutate!(0.5, BothHalvesWhole => 1.0));
+                let share = L::select(stream.partly::<L>(at, half.bit), share, L::one());
+                found.weight = found.weight * share;
+            }
             sink.take(stream, at, &light.sphere, &found);
         }
     }
@@ -275,7 +322,8 @@ fn along<L: TraceLane, D: Density, M: Model>(
 ) {
     for at in block.step_by(L::N) {
         let mut active = stream.lanes::<L>(at);
-        if !density.mix().both() {
+        let (tossed, known) = (!density.mix().both(), chunk.numbers.one_coin());
+        if tossed && known {
             active = active & heads::<L, M>(chunk, stream, at, light);
         }
         if active.none() {
@@ -283,6 +331,9 @@ fn along<L: TraceLane, D: Density, M: Model>(
         }
         let wi = stream.drawn(at);
         active = active & light.sphere.may_meet(stream.position(at), wi);
+        if tossed && !known && active.any() {
+            active = active & heads::<L, M>(chunk, stream, at, light);
+        }
         if active.none() {
             continue;
         }

@@ -16,7 +16,7 @@ mod common;
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
-use octolux::bsdf::{Bsdf, diffuse, phong};
+use octolux::bsdf::{Diffuse, Ggx, Microfacets, Phong, diffuse, phong};
 use octolux::estimator::density::{Average, ConeOnly, LobeInCap, Mix, Projected};
 use octolux::estimator::{ShadingPoint, per_light, per_point};
 use octolux::lane::{Bits, F32x8, Lane, Mask};
@@ -157,25 +157,45 @@ fn points(scatter: f32) -> Columns<POINT> {
     })
 }
 
-/// What [`points`] holds, as the streams give it to the estimators. `alpha` 1 is diffuse.
+/// The first three numbers of [`points`] with a model, and the last two, as the streams give them to the estimators.
 #[inline(always)]
-fn shading<L: Lane>(x: [L; POINT], alpha: f32) -> (ShadingPoint<L>, Pair<L::Bits>) {
-    let [px, py, pz, wx, wy, wz, a, b] = x;
-    let n = Vec3::splat([0.0, 1.0, 0.0]);
-    let alpha = L::splat(alpha);
+fn shading<L: Lane, B>([px, py, pz, .., a, b]: [L; POINT], bsdf: B) -> (ShadingPoint<L, B>, Pair<L::Bits>) {
     let point = ShadingPoint {
         p: Vec3::new(px, py, pz),
-        ng: n,
-        bsdf: Bsdf {
-            n,
-            wr: Vec3::new(wx, wy, wz),
-            rho: Vec3::splat([0.35; 3]),
-            alpha,
-            phong: alpha.gt(L::one()),
-            reach: phong::reach(alpha),
-        },
+        ng: Vec3::splat([0.0, 1.0, 0.0]),
+        bsdf,
     };
     (point, Pair(a.to_bits(), b.to_bits()))
+}
+
+#[inline(always)]
+fn diffuse<L: Lane>(_: [L; POINT]) -> Diffuse<L> {
+    let n = Vec3::splat([0.0, 1.0, 0.0]);
+    let rho = Vec3::splat([0.35; 3]);
+    Diffuse { n, rho }
+}
+
+#[inline(always)]
+fn phong<L: Lane>([_, _, _, x, y, z, ..]: [L; POINT]) -> Phong<L> {
+    let alpha = L::splat(1000.0);
+    Phong {
+        n: Vec3::splat([0.0, 1.0, 0.0]),
+        wr: Vec3::new(x, y, z),
+        rho: Vec3::splat([0.35; 3]),
+        alpha,
+        reach: phong::reach(alpha),
+    }
+}
+
+/// A metal whose mirror direction is that of [`phong`].
+#[inline(always)]
+fn metal<L: Lane>([_, _, _, x, y, z, ..]: [L; POINT]) -> Ggx<L> {
+    let n = Vec3::splat([0.0, 1.0, 0.0]);
+    Ggx {
+        facets: Microfacets::new(n, Vec3::new(-x, y, -z), L::splat(0.03)),
+        rho: Vec3::splat([0.35; 3]),
+        metallic: L::one(),
+    }
 }
 
 fn geometry(c: &mut Criterion) {
@@ -202,11 +222,11 @@ fn geometry(c: &mut Criterion) {
         [wi.x, wi.y, wi.z]
     });
     kernel!(g, "SphereLight::cone", points(0.5), L, |x| {
-        let cone = LIGHT.cone(shading::<L>(x, 1.0).0.p);
+        let cone = LIGHT.cone(shading(x, diffuse::<L>(x)).0.p);
         [cone.axis.x, cone.axis.y, cone.axis.z, cone.omc]
     });
     kernel!(g, "cone, t, contains, pdf and distance", points(0.5), L, |x| {
-        let (point, _) = shading::<L>(x, 1.0);
+        let (point, _) = shading(x, phong::<L>(x));
         let cone = LIGHT.cone(point.p);
         let t = cone.t(point.bsdf.wr);
         [cone.pdf().or_zero(cone.contains(t)), cone.distance(t)]
@@ -244,9 +264,9 @@ fn bsdfs(c: &mut Criterion) {
 fn estimators(c: &mut Criterion) {
     let g = &mut c.benchmark_group("kernels: estimators");
     macro_rules! per_light {
-        ($name:expr, $density:expr, $alpha:expr, $inputs:expr) => {
+        ($name:expr, $density:expr, $model:ident, $inputs:expr) => {
             kernel!(g, $name, $inputs, L, |x| {
-                let (point, numbers) = shading::<L>(x, $alpha);
+                let (point, numbers) = shading(x, $model::<L>(x));
                 let all = <L as Lane>::Mask::splat(true);
                 let toss = Toss {
                     heads: numbers.0.top_bit(),
@@ -259,9 +279,9 @@ fn estimators(c: &mut Criterion) {
         };
     }
     macro_rules! per_point {
-        ($name:expr, $density:ty, $alpha:expr) => {
+        ($name:expr, $density:ty, $model:ident) => {
             kernel!(g, $name, points(0.5), L, |x| {
-                let (point, numbers) = shading::<L>(x, $alpha);
+                let (point, numbers) = shading(x, $model::<L>(x));
                 let all = <L as Lane>::Mask::splat(true);
                 per_point::sample::<L, $density>(&point, numbers, all).map_or([L::zero(); 6], |c| {
                     [
@@ -284,24 +304,21 @@ fn estimators(c: &mut Criterion) {
         }
         inputs
     };
-    per_light!("light, diffuse", ConeOnly, 1.0, points(0.5));
-    per_light!("light, Phong 1000", ConeOnly, 1000.0, points(0.5));
-    per_light!("mis2-power, diffuse", Mix::Power, 1.0, points(0.5));
-    per_light!("projected, diffuse", Projected, 1.0, points(0.5));
-    per_light!("product, Phong 1000", LobeInCap, 1000.0, points(0.5));
-    per_light!("mis, diffuse", Average, 1.0, points(0.5));
-    per_light!("mis, Phong 1000", Average, 1000.0, points(0.5));
-    per_light!(
-        "mis, Phong 1000, one technique a packet",
-        Average,
-        1000.0,
-        alternating()
-    );
-    per_light!("mis, Phong 1000, lobe far from the light", Average, 1000.0, points(8.0));
-    per_point!("uniform, diffuse", per_point::Sphere, 1.0);
-    per_point!("uniform, Phong 1000", per_point::Sphere, 1000.0);
-    per_point!("brdf, diffuse", per_point::Lobe, 1.0);
-    per_point!("brdf, Phong 1000", per_point::Lobe, 1000.0);
+    per_light!("light, diffuse", ConeOnly, diffuse, points(0.5));
+    per_light!("light, Phong 1000", ConeOnly, phong, points(0.5));
+    per_light!("mis2-power, diffuse", Mix::Power, diffuse, points(0.5));
+    per_light!("projected, diffuse", Projected, diffuse, points(0.5));
+    per_light!("product, Phong 1000", LobeInCap, phong, points(0.5));
+    per_light!("mis, diffuse", Average, diffuse, points(0.5));
+    per_light!("mis, Phong 1000", Average, phong, points(0.5));
+    per_light!("mis, Phong 1000, one technique a packet", Average, phong, alternating());
+    per_light!("mis, Phong 1000, lobe far from the light", Average, phong, points(8.0));
+    per_light!("mis, metal of roughness 0.17", Average, metal, points(0.5));
+    per_point!("uniform, diffuse", per_point::Sphere, diffuse);
+    per_point!("uniform, Phong 1000", per_point::Sphere, phong);
+    per_point!("brdf, diffuse", per_point::Lobe, diffuse);
+    per_point!("brdf, Phong 1000", per_point::Lobe, phong);
+    per_point!("brdf, metal of roughness 0.17", per_point::Lobe, metal);
 }
 
 fn numbers(c: &mut Criterion) {

@@ -25,6 +25,8 @@
 //! | `OppositeForgotten` | triangles with corners at opposite sides are sampled like any others | large plates |
 //! | `HalfTheTriangle` | triangles of half their solid angle | closed form |
 //! | `SharesAlike` | the triangles of a mesh weighed as if each were picked as often | closed form |
+//! | `ShadowingForgotten` | rough surfaces that are masked towards the eye and not shadowed towards the light | ggx |
+//! | `HalfVectorForDirection` | the density of half vectors for that of directions | ggx |
 //! | `LightTwice` | the first light counts twice | closed form |
 //! | `LightBlocksItself` | a light is not left out of its own shadow test | closed form |
 //! | `OffsetDropped` | shading points stay on their surface | closed form |
@@ -51,11 +53,11 @@
 //! | `HalfDecidesForItself` | a half of the replicates of `--target-error` ends when its own pictures look calm | target |
 //!
 //! "density" is the chi-square of directions against densities, "weight" the samples written out again in `f64`,
-//! "rings" lobes inside lights against quadrature,
+//! "rings" lobes inside lights against quadrature, "ggx" directions and samples of rough surfaces,
 //! "numbers" the independence of random numbers, "closed form" and "exact" are the scenes of `scenes/tests`, "oracle" the
 //! agreement of estimators and oracle, "lanes" the bits of eight lanes and one, "accelerators" the line of shapes against
 //! Embree, "acne" the surfaces that shadow themselves, "large plates" lights far larger than they are away, "study" its search
-//! for biased settings, "target" the error that `--target-error` sees. Most mutants fail several; of the 36 without
+//! for biased settings, "target" the error that `--target-error` sees. Most mutants fail several; of the 36 first ones without
 //! `OneCornerOutside` nine are seen by one alone: `HorizonDropped`, `ReachTooShort`, `DensityOfTheNextTexel`, `PairReused`,
 //! `SharesAlike`, `CornersSwapped`, `LightAsPoint`, `OnePercentBright` and `ErrorOfOneReplicate`.
 
@@ -91,7 +93,7 @@ mod tests {
     use octolux::lane::F32x8;
     use octolux::pipeline::Settings;
     use octolux::proof::{
-        self, Family, accelerators, agreement, caps, closed_forms, costs, environments, pictures, rings, samplers,
+        self, Family, accelerators, agreement, caps, closed_forms, costs, environments, ggx, pictures, rings, samplers,
         strategies, triangles, weights,
     };
     use octolux::scene::{EstimatorKind, FilmSize, SamplerKind};
@@ -133,6 +135,8 @@ mod tests {
         SharedKey "numbers",
         HalfTheTriangle "closed form",
         SharesAlike "closed form",
+        ShadowingForgotten "ggx",
+        HalfVectorForDirection "ggx",
         LightTwice "closed form",
         LightBlocksItself "closed form",
         OffsetDropped "closed form",
@@ -175,10 +179,11 @@ mod tests {
     }
 
     /// The checks of the proof, at an effort of a second together.
-    const CHECKS: [(&str, fn()); 13] = [
+    const CHECKS: [(&str, fn()); 14] = [
         ("density", density),
         ("weight", weight),
         ("rings", rings::both),
+        ("ggx", rough),
         ("numbers", || samplers::numbers_of_a_sample(1 << 13)),
         ("closed form", closed_form),
         ("exact", closed_forms::noise_free_scenes),
@@ -218,6 +223,13 @@ mod tests {
         caps::every_sample_is_the_answer();
         weights::samples_of_points();
         weights::nothing_is_dropped();
+    }
+
+    fn rough() {
+        let mut family = Family::new("ggx");
+        ggx::directions::<F32x8>(&mut family, &[0.01, 0.5], 1 << 14);
+        family.judge();
+        ggx::every_sample_is_the_answer();
     }
 
     fn accelerators_agree() {

@@ -142,7 +142,7 @@ pub fn load(py: Python<'_>, path: PathBuf) -> PyResult<Scene> {
         .map_err(|error| errors::unreadable(py, &error))
 }
 
-/// `rho` with the exponent, and the radiance. What four numbers cannot say, a blend, is not a number.
+/// `rho` with the exponent, and the radiance. What four numbers cannot say, a blend or a rough surface, is not a number.
 fn row(scene: &scene::Scene, surface: Surface) -> ([f32; 4], [f32; 3]) {
     let material = match surface {
         Surface::Emission(le) => return ([0.0, 0.0, 0.0, 1.0], le.as_vec3().to_array()),
@@ -152,7 +152,7 @@ fn row(scene: &scene::Scene, surface: Surface) -> ([f32; 4], [f32; 3]) {
     let brdf = match material.bsdf {
         Bsdf::Diffuse { rho } => with(rho, 1.0),
         Bsdf::Phong { rho, alpha } => with(rho, alpha),
-        Bsdf::Blend { .. } => [f32::NAN; 4],
+        Bsdf::Blend { .. } | Bsdf::Ggx { .. } | Bsdf::Conductor { .. } => [f32::NAN; 4],
     };
     (brdf, [0.0; 3])
 }

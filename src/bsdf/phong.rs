@@ -1,10 +1,25 @@
 //! The normalised Phong lobe of the hand-out: `f = rho (alpha + 1) / (2 pi) max(0, dot(wr, wi))^alpha`.
 
-use super::Lobe;
+use super::{Ball, Brdf, Lobe, mirrored, rises};
 use crate::lane::Lane;
-use crate::math::Vec3;
-use crate::math::elementary::powcos;
+use crate::math::elementary::{powcos, sin_cos_turn};
+use crate::math::{Frame, Vec3};
 use crate::sampling::warp;
+
+/// Phong's model at the points of a packet.
+#[derive(Clone, Copy, Debug)]
+pub struct Phong<L: Lane> {
+    /// Shading normal; unit.
+    pub n: Vec3<L>,
+    /// Mirror direction of `wo` about `n`; unit.
+    pub wr: Vec3<L>,
+    /// Specular reflectance.
+    pub rho: Vec3<L>,
+    /// The exponent, above 1.
+    pub alpha: L,
+    /// Beyond this chord from `wr`, the lobe is exactly 0 in `f32`; see [`reach`].
+    pub reach: L,
+}
 
 /// `t = 1 - cos` about the mirror direction, from `u` in [0, 1).
 #[inline(always)]
@@ -29,4 +44,65 @@ pub fn eval<L: Lane>(wr: Vec3<L>, wi: Vec3<L>, cos_theta: L, alpha: L) -> Lobe<L
 #[inline(always)]
 pub fn reach<L: Lane>(alpha: L) -> L {
     (L::splat(mutate!(180.0, ReachTooShort => 120.0)) / alpha).sqrt()
+}
+
+impl<L: Lane> Phong<L> {
+    /// The model at points seen from the unit direction `wo`; `reach` is that of `alpha`.
+    #[inline(always)]
+    pub fn new(n: Vec3<L>, wo: Vec3<L>, rho: Vec3<L>, alpha: L, reach: L) -> Self {
+        Self {
+            n,
+            wr: mirrored(n, wo),
+            rho,
+            alpha,
+            reach,
+        }
+    }
+
+    /// Lanes where a ball comes close enough to the lobe for `f32` to hold it.
+    ///
+    /// The chord from the axis to a direction of the ball's cone is `2 sin(theta / 2) <= sqrt(2) sin(theta)` for a cone of up to
+    /// a right angle.
+    #[inline(always)]
+    pub(super) fn near(&self, ball: &Ball<L>) -> L::Mask {
+        let reach = self.reach.mul_add(ball.distance, ball.radius * L::splat(1.415));
+        let apart = self.wr.mul_add(ball.distance, -ball.to_center);
+        apart.length_squared().le(reach * reach) | ball.inside
+    }
+}
+
+impl<L: Lane> Brdf<L> for Phong<L> {
+    type Tint = L;
+
+    #[inline(always)]
+    fn normal(&self) -> Vec3<L> {
+        self.n
+    }
+
+    #[inline(always)]
+    fn rho(&self) -> Vec3<L> {
+        self.rho
+    }
+
+    #[inline(always)]
+    fn draw(&self, u: L, v: L) -> Vec3<L> {
+        let (sin_phi, cos_phi) = sin_cos_turn(v);
+        Frame::about(self.wr).direction(sample(u, self.alpha), sin_phi, cos_phi)
+    }
+
+    #[inline(always)]
+    fn eval(&self, wi: Vec3<L>, cos_theta: L) -> Lobe<L> {
+        eval(self.wr, wi, cos_theta, self.alpha)
+    }
+
+    /// What remains after the density and the model cancel (the hand-out, section 5).
+    #[inline(always)]
+    fn weight(&self, _: Vec3<L>, cos_theta: L) -> L {
+        cos_theta
+    }
+
+    #[inline(always)]
+    fn may_reflect(&self, ball: &Ball<L>) -> L::Mask {
+        rises(self.n, ball) & self.near(ball)
+    }
 }

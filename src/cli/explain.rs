@@ -73,10 +73,11 @@ struct Explanation {
     mesh_lights: usize,
     triangles: usize,
     materials: usize,
-    /// Materials with a diffuse lobe, with a Phong lobe, and with both.
+    /// Materials with a diffuse lobe, with a Phong lobe, with both, and with microfacets.
     diffuse: usize,
     phong: usize,
     blends: usize,
+    rough: usize,
     needs: Vec<&'static str>,
     found: Vec<Found>,
     absent: Vec<Effect>,
@@ -114,9 +115,10 @@ impl Explanation {
             mesh_lights: scene.meshes().iter().filter(|mesh| emits(&mesh.surface)).count(),
             triangles: scene.meshes().iter().map(|mesh| mesh.triangles.len()).sum(),
             materials: scene.materials().len(),
-            diffuse: of_kind(|bsdf| !matches!(bsdf, Bsdf::Phong { .. })),
-            phong: of_kind(|bsdf| !matches!(bsdf, Bsdf::Diffuse { .. })),
+            diffuse: of_kind(|bsdf| matches!(bsdf, Bsdf::Diffuse { .. } | Bsdf::Blend { .. })),
+            phong: of_kind(|bsdf| matches!(bsdf, Bsdf::Phong { .. } | Bsdf::Blend { .. })),
             blends: of_kind(|bsdf| matches!(bsdf, Bsdf::Blend { .. })),
+            rough: of_kind(|bsdf| matches!(bsdf, Bsdf::Ggx { .. } | Bsdf::Conductor { .. })),
             needs: prepared.needs(),
             found: effects::found(scene, prepared.features()),
             absent: effects::absent(prepared.features()),
@@ -143,8 +145,12 @@ impl Explanation {
             0 => String::new(),
             some => format!(", {some} blends"),
         };
+        let rough = match self.rough {
+            0 => String::new(),
+            some => format!(", {some} with microfacets"),
+        };
         format!(
-            "  materials  {}: {diffuse} diffuse, {phong} phong{blends}",
+            "  materials  {}: {diffuse} diffuse, {phong} phong{blends}{rough}",
             self.materials
         )
     }

@@ -46,7 +46,13 @@ fn evidence(scene: &Scene, features: &Features, effect: Effect) -> String {
     let of = |count: usize, all: usize, what: &str| format!("{count} of {all} {what}");
     let materials = scene.materials().iter().filter(|m| m.effects().has(effect)).count();
     match effect {
-        Effect::Diffuse | Effect::Phong | Effect::Blend | Effect::OneSided | Effect::Textures => format!(
+        Effect::Diffuse
+        | Effect::Phong
+        | Effect::Blend
+        | Effect::Ggx
+        | Effect::Conductor
+        | Effect::OneSided
+        | Effect::Textures => format!(
             "{}, on {count} shapes in sight",
             of(materials, scene.materials().len(), "materials")
         ),

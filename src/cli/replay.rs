@@ -80,7 +80,10 @@ pub fn text(replay: &Replay, kernel: &str) -> String {
         lines.push(format!("point      {:?}, off the surface", point.p));
         lines.push(format!("           ng {:?}", point.ng));
         lines.push(format!("           n  {:?}", point.n));
-        lines.push(format!("           rho {:?}, alpha {:?}", point.rho, point.alpha));
+        lines.push(format!(
+            "           {}, rho {:?}, alpha {:?}",
+            point.model, point.rho, point.alpha
+        ));
     }
     for asked in &replay.asked {
         lines.extend(direction(asked));

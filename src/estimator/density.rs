@@ -12,7 +12,7 @@
 //! Veach and Guibas 1995, "Optimally Combining Sampling Techniques for Monte Carlo Rendering": the balance heuristic, the power
 //! heuristic with exponent 2, and the one-sample model, of which the hand-out's average density is the balance heuristic.
 
-use crate::bsdf::Lobe;
+use crate::bsdf::{Lobe, Tint};
 use crate::lane::{Lane, Mask};
 
 /// Which directions are drawn and how they are weighed.
@@ -48,23 +48,24 @@ impl Mix {
         if self.mixed() { heads } else { L::Mask::splat(false) }
     }
 
-    /// `f_cos` times the weight, over the density, without the reflectance. `omega` is one over the light's own density, in
+    /// `f_cos` times the weight, over the density, without the colours. `omega` is one over the light's own density, in
     /// steradians; `by_brdf` are lanes whose direction is the BRDF's.
     #[inline(always)]
-    pub fn weight<L: Lane>(self, omega: L, lobe: Lobe<L>, by_brdf: L::Mask) -> L {
+    pub fn weight<L: Lane, T: Tint<L>>(self, omega: L, lobe: Lobe<L, T>, by_brdf: L::Mask) -> T {
         match self {
-            Self::Light => omega * lobe.shape,
+            Self::Light => lobe.shape.scaled(omega),
             // With one division: `2 Ω f_cos / (1 + Ω q)`.
             Self::Average => {
-                mutate!(omega + omega, MixtureWithoutHalf => omega) * lobe.shape / omega.mul_add(lobe.pdf, L::one())
+                let twice = mutate!(omega + omega, MixtureWithoutHalf => omega);
+                lobe.shape.scaled(twice).over(omega.mul_add(lobe.pdf, L::one()))
             }
-            Self::Balance => omega * lobe.shape / omega.mul_add(lobe.pdf, L::one()),
+            Self::Balance => lobe.shape.scaled(omega).over(omega.mul_add(lobe.pdf, L::one())),
             Self::Power => {
                 // `f_cos / own / (1 + (other / own)^2)`: a square that overflows leaves 0, which is the limit.
                 let ratio = omega * lobe.pdf;
-                let alone = L::select(by_brdf, lobe.shape / lobe.pdf, omega * lobe.shape);
+                let alone = T::chosen(by_brdf, lobe.shape.over(lobe.pdf), lobe.shape.scaled(omega));
                 let ratio = L::select(mutate!(by_brdf, HeuristicTurned => !by_brdf), L::one() / ratio, ratio);
-                alone / ratio.mul_add(ratio, L::one())
+                alone.over(ratio.mul_add(ratio, L::one()))
             }
         }
     }

@@ -16,27 +16,39 @@ pub mod per_light;
 pub mod per_point;
 pub mod per_triangle;
 
-use crate::bsdf::Bsdf;
+use crate::bsdf::Brdf;
 use crate::lane::Lane;
 use crate::math::Vec3;
 
 /// Where light is asked for.
 #[derive(Clone, Copy, Debug)]
-pub struct ShadingPoint<L: Lane> {
+pub struct ShadingPoint<L: Lane, B> {
     /// The point, already moved off its surface.
     pub p: Vec3<L>,
     /// Geometric normal on the side of `wo`; unit.
     pub ng: Vec3<L>,
-    /// The reflection model, with the shading normal.
-    pub bsdf: Bsdf<L>,
+    /// The model of reflection, with the shading normal.
+    pub bsdf: B,
 }
 
-impl<L: Lane> ShadingPoint<L> {
+impl<L: Lane, B: Brdf<L>> ShadingPoint<L, B> {
     /// The cosine with the shading normal, and the lanes where `wi` leaves the surface on the side of `wo`.
     #[inline(always)]
     pub fn above(&self, wi: Vec3<L>) -> (L, L::Mask) {
-        let cos_theta = self.bsdf.n.dot(wi);
+        let cos_theta = self.bsdf.normal().dot(wi);
         let above = cos_theta.gt(L::zero()) & self.ng.dot(wi).gt(L::zero());
         (cos_theta, mutate!(above, HorizonDropped => !above | above))
+    }
+}
+
+impl<L: Lane, B> ShadingPoint<L, B> {
+    /// The same point with another model.
+    #[inline(always)]
+    pub fn with<C>(&self, bsdf: C) -> ShadingPoint<L, C> {
+        ShadingPoint {
+            p: self.p,
+            ng: self.ng,
+            bsdf,
+        }
     }
 }

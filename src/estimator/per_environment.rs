@@ -3,6 +3,7 @@
 use super::ShadingPoint;
 use super::density::Density;
 use super::per_light::Contribution;
+use crate::bsdf::{Brdf, Tint};
 use crate::lane::{Lane, Mask};
 use crate::light::environment::Beyond;
 use crate::math::Vec3;
@@ -11,16 +12,16 @@ use crate::sampling::Toss;
 /// Draws one direction at each active point and weighs it; `None` where no lane gets light by it. The light is at an infinite
 /// distance; otherwise as for spheres ([`super::per_light::sample`]).
 #[inline(always)]
-pub fn sample<L: Lane, D: Density, B: Beyond>(
+pub fn sample<L: Lane, D: Density, M: Brdf<L>, B: Beyond>(
     density: D,
-    point: &ShadingPoint<L>,
+    point: &ShadingPoint<L, M>,
     beyond: &B,
     toss: Toss<L::Bits>,
     active: L::Mask,
 ) -> Option<Contribution<L>> {
     let bsdf = &point.bsdf;
     let by_brdf = active & density.mix().by_brdf::<L>(toss.heads);
-    let mut wi = beyond.draw(bsdf.n, toss.pair, active & !by_brdf);
+    let mut wi = beyond.draw(bsdf.normal(), toss.pair, active & !by_brdf);
     if by_brdf.any() {
         let (u, v) = toss.pair.unit::<L>();
         wi = Vec3::select(by_brdf, bsdf.draw(u, v), wi);
@@ -31,7 +32,7 @@ pub fn sample<L: Lane, D: Density, B: Beyond>(
         return None;
     }
     let lobe = bsdf.eval(wi, cos_theta);
-    let (le, omega) = beyond.meet(wi, active & lobe.shape.gt(L::zero()));
+    let (le, omega) = beyond.meet(wi, active & lobe.shape.lit());
     let active = active & (le.x + le.y + le.z).gt(L::zero());
     if active.none() {
         return None;
@@ -40,6 +41,10 @@ pub fn sample<L: Lane, D: Density, B: Beyond>(
         active,
         wi,
         distance: L::splat(f32::INFINITY),
-        ld: le.times(bsdf.rho) * density.mix().weight(omega, lobe, by_brdf).or_zero(active),
+        ld: density
+            .mix()
+            .weight(omega, lobe, by_brdf)
+            .kept(active)
+            .colour(le.times(bsdf.rho()), le),
     })
 }

@@ -5,7 +5,8 @@
 use std::f32::consts::FRAC_1_PI;
 
 use super::ShadingPoint;
-use super::density::{Density, Warp};
+use super::density::{Average, ConeOnly, ConeOrCap, Density, LobeInCap, Mix, Projected};
+use crate::bsdf::{Ball, Brdf, Bsdf, Diffuse, Phong, Tint};
 use crate::lane::{Lane, Mask};
 use crate::light::{Cap, Cone, Ring, Rings, SphereLight, View};
 use crate::math::elementary::sin_cos_turn;
@@ -27,24 +28,24 @@ pub struct Contribution<L: Lane> {
 
 /// A [`Contribution`] before it has a colour.
 #[derive(Clone, Copy, Debug)]
-pub struct Weighed<L: Lane> {
+pub struct Weighed<L: Lane, T = L> {
     /// Lanes with anything to ask for; elsewhere the weight is exactly 0.
     pub active: L::Mask,
     /// Direction to the light; unit.
     pub wi: Vec3<L>,
     /// Distance to the light.
     pub distance: L,
-    /// What the radiance of the light and the reflectance are multiplied by: `f_cos / pdf` without the
-    /// reflectance.
-    pub weight: L,
+    /// `f_cos / pdf` without the colours of the light and of the material.
+    pub weight: T,
 }
 
-impl<L: Lane> Weighed<L> {
+impl<L: Lane, T: Tint<L>> Weighed<L, T> {
     /// `le * f_cos / pdf` for points of this reflectance. Selected at the end: what overflows in an idle lane must not reach the sum of
     /// its point as infinity times 0.
     #[inline(always)]
     pub fn ld(&self, light: &SphereLight, rho: Vec3<L>) -> Vec3<L> {
-        (Vec3::splat(light.le).times(rho) * self.weight).or_zero(self.active)
+        let le = Vec3::splat(light.le);
+        self.weight.colour(le.times(rho), le).or_zero(self.active)
     }
 }
 
@@ -60,9 +61,9 @@ pub struct Drawn<L: Lane> {
 /// One sample of the density: a direction of the BRDF where the coin shows heads and both kinds count, else of the light. What a
 /// render does in two steps, since its packets mostly follow one technique, and lights share the direction of the BRDF.
 #[inline(always)]
-pub fn sample<L: Lane, D: Density>(
+pub fn sample<L: Lane, D: Directions<L, B>, B: Brdf<L>>(
     density: D,
-    point: &ShadingPoint<L>,
+    point: &ShadingPoint<L, B>,
     light: &SphereLight,
     Toss { heads, pair }: Toss<L::Bits>,
     active: L::Mask,
@@ -70,12 +71,7 @@ pub fn sample<L: Lane, D: Density>(
     let heads = density.mix().by_brdf::<L>(heads);
     let view = light.seen_from(point.p);
     let tails = active & !heads & may_contribute(point, &view);
-    let tails = match D::WARP {
-        Warp::Cone => by_light(density, point, &draw(&view, pair), tails),
-        Warp::ConeOrCap => by_cone_or_cap(density, point, &view, pair, tails),
-        Warp::ProjectedCap => by_cap(point, &view, pair, tails),
-        Warp::LobeInCap => by_lobe(point, &view, pair, tails),
-    };
+    let tails = density.toward_light(point, &view, pair, tails);
     let heads = active & heads & light.may_meet(point.p, along_lobe(point, pair));
     let heads = by_brdf(density, point, light, along_lobe(point, pair), heads);
     let found = either(tails, heads)?;
@@ -83,19 +79,62 @@ pub fn sample<L: Lane, D: Density>(
         active: found.active,
         wi: found.wi,
         distance: found.distance,
-        ld: found.ld(light, point.bsdf.rho),
+        ld: found.ld(light, point.bsdf.rho()),
     })
+}
+
+/// How the directions of a light are drawn at points of a model. A density that suits some models is implemented for no others.
+pub trait Directions<L: Lane, B: Brdf<L>>: Density {
+    /// Draws and weighs a direction of the light for each active point; `None` where no lane gets light by it.
+    fn toward_light(
+        self,
+        point: &ShadingPoint<L, B>,
+        view: &View<L>,
+        numbers: Pair<L::Bits>,
+        active: L::Mask,
+    ) -> Option<Weighed<L, B::Tint>>;
+}
+
+/// `Density: models => how`, for points `point` and what else [`Directions::toward_light`] is given.
+macro_rules! directions {
+    ($($density:ty: $([$model:ident])? $(<$any:ident>)? => |$own:ident, $point:ident, $view:ident, $pair:ident, $active:ident| $by:expr;)*) => {$(
+        impl<L: Lane $(, $any: Brdf<L>)?> Directions<L, $($model<L>)? $($any)?> for $density {
+            #[inline(always)]
+            fn toward_light(
+                self,
+                $point: &ShadingPoint<L, $($model<L>)? $($any)?>,
+                $view: &View<L>,
+                $pair: Pair<L::Bits>,
+                $active: L::Mask,
+            ) -> Option<Weighed<L, <$($model<L>)? $($any)? as Brdf<L>>::Tint>> {
+                let $own = self;
+                $by
+            }
+        }
+    )*};
+}
+
+directions! {
+    ConeOnly: <B> => |own, point, view, pair, active| by_light(own, point, &draw(view, pair), active);
+    Average: <B> => |own, point, view, pair, active| by_light(own, point, &draw(view, pair), active);
+    Mix: <B> => |own, point, view, pair, active| by_light(own, point, &draw(view, pair), active);
+    Projected: [Diffuse] => |_own, point, view, pair, active| by_cap(point, view, pair, active);
+    Projected: [Bsdf] => |_own, point, view, pair, active| by_cap(point, view, pair, active);
+    ConeOrCap: [Diffuse] => |own, point, view, pair, active| by_cone_or_cap(own, point, view, pair, active);
+    ConeOrCap: [Bsdf] => |own, point, view, pair, active| by_cone_or_cap(own, point, view, pair, active);
+    LobeInCap: [Phong] => |_own, point, view, pair, active| by_lobe(point, view, pair, active);
+    LobeInCap: [Bsdf] => |_own, point, view, pair, active| by_lobe(&point.with(point.bsdf.as_phong()), view, pair, active);
 }
 
 /// Samples of lanes that are in one of two at most.
 #[inline(always)]
-fn either<L: Lane>(a: Option<Weighed<L>>, b: Option<Weighed<L>>) -> Option<Weighed<L>> {
+fn either<L: Lane, T: Tint<L>>(a: Option<Weighed<L, T>>, b: Option<Weighed<L, T>>) -> Option<Weighed<L, T>> {
     match (a, b) {
         (Some(a), Some(b)) => Some(Weighed {
             active: a.active | b.active,
             wi: Vec3::select(b.active, b.wi, a.wi),
             distance: L::select(b.active, b.distance, a.distance),
-            weight: a.weight + b.weight,
+            weight: a.weight.plus(b.weight),
         }),
         (a, b) => a.or(b),
     }
@@ -115,12 +154,12 @@ pub fn draw<L: Lane>(view: &View<L>, numbers: Pair<L::Bits>) -> Drawn<L> {
 /// Weighs a direction that [`draw`] has drawn; `None` where no lane gets light by it. Ask [`may_contribute`] before drawing: it is
 /// cheaper.
 #[inline(always)]
-pub fn by_light<L: Lane, D: Density>(
+pub fn by_light<L: Lane, D: Density, B: Brdf<L>>(
     density: D,
-    point: &ShadingPoint<L>,
+    point: &ShadingPoint<L, B>,
     drawn: &Drawn<L>,
     active: L::Mask,
-) -> Option<Weighed<L>> {
+) -> Option<Weighed<L, B::Tint>> {
     let (cos_theta, above) = point.above(drawn.wi);
     let technique = (active & above, L::Mask::splat(false));
     weigh(density, point, drawn, cos_theta, technique)
@@ -129,15 +168,15 @@ pub fn by_light<L: Lane, D: Density>(
 /// Draws a direction of the part of the light above the horizon in proportion to its cosine. The points must be diffuse: what is
 /// left of `f_cos / pdf` is the light's projected solid angle over pi, the same for every direction.
 #[inline(always)]
-pub fn by_cap<L: Lane>(
-    point: &ShadingPoint<L>,
+pub fn by_cap<L: Lane, B: Brdf<L>>(
+    point: &ShadingPoint<L, B>,
     view: &View<L>,
     numbers: Pair<L::Bits>,
     active: L::Mask,
 ) -> Option<Weighed<L>> {
     let cone = view.cone();
     let (u, v) = numbers.unit::<L>();
-    let cap = Cap::above(point.bsdf.n, &cone);
+    let cap = Cap::above(point.bsdf.normal(), &cone);
     let drawn = cap.draw(u, v);
     // The cosine itself is above 0 by its form; that of the direction is not, where a light is at the horizon.
     let lit = cap.projected().gt(L::zero()) & drawn.cos_theta.gt(L::zero());
@@ -161,16 +200,16 @@ const LARGE: f32 = 0.19;
 /// Lanes where a diffuse point draws by the cosine, not in the cone: the light is large, or its rim is below the horizon, where a part
 /// of the cone is lost.
 #[inline(always)]
-pub fn suits_cap<L: Lane>(point: &ShadingPoint<L>, view: &View<L>) -> L::Mask {
+pub fn suits_cap<L: Lane, B: Brdf<L>>(point: &ShadingPoint<L, B>, view: &View<L>) -> L::Mask {
     let large = (view.radius * view.radius).gt(view.distance * view.distance * L::splat(LARGE));
-    large | point.bsdf.n.dot(view.to_center).lt(view.radius)
+    large | point.bsdf.normal().dot(view.to_center).lt(view.radius)
 }
 
 /// Draws a direction of a light for diffuse points, by [`by_cap`] where [`suits_cap`] says so, else in the cone.
 #[inline(always)]
-pub fn by_cone_or_cap<L: Lane, D: Density>(
+pub fn by_cone_or_cap<L: Lane, D: Density, B: Brdf<L, Tint = L>>(
     density: D,
-    point: &ShadingPoint<L>,
+    point: &ShadingPoint<L, B>,
     view: &View<L>,
     numbers: Pair<L::Bits>,
     active: L::Mask,
@@ -190,11 +229,10 @@ pub fn by_cone_or_cap<L: Lane, D: Density>(
     either(cone, cap)
 }
 
-/// Draws a direction of the part of each point's lobe that lies inside the light, in proportion to the lobe. The points must be
-/// Phong's. What a render does in three steps over many packets, which then overlap.
+/// Draws a direction of the part of each point's lobe that lies inside the light, in proportion to the lobe. What a render does in three steps over many packets, which then overlap.
 #[inline(always)]
 pub fn by_lobe<L: Lane>(
-    point: &ShadingPoint<L>,
+    point: &ShadingPoint<L, Phong<L>>,
     view: &View<L>,
     numbers: Pair<L::Bits>,
     active: L::Mask,
@@ -214,7 +252,7 @@ pub fn by_lobe<L: Lane>(
 /// light by it.
 #[inline(always)]
 pub fn on_ring<L: Lane>(
-    point: &ShadingPoint<L>,
+    point: &ShadingPoint<L, Phong<L>>,
     cone: &Cone<L>,
     ring: &Ring<L>,
     weight: L,
@@ -238,7 +276,7 @@ pub fn on_ring<L: Lane>(
 
 /// Draws the direction of the BRDF that all lights of a point share; 0 where it does not leave the surface.
 #[inline(always)]
-pub fn along_lobe<L: Lane>(point: &ShadingPoint<L>, numbers: Pair<L::Bits>) -> Vec3<L> {
+pub fn along_lobe<L: Lane, B: Brdf<L>>(point: &ShadingPoint<L, B>, numbers: Pair<L::Bits>) -> Vec3<L> {
     let (u, v) = numbers.unit::<L>();
     let wi = point.bsdf.draw(u, v);
     let (_, above) = point.above(wi);
@@ -247,13 +285,13 @@ pub fn along_lobe<L: Lane>(point: &ShadingPoint<L>, numbers: Pair<L::Bits>) -> V
 
 /// Weighs a direction that [`along_lobe`] has drawn, for `light`; `None` where no lane gets light by it.
 #[inline(always)]
-pub fn by_brdf<L: Lane, D: Density>(
+pub fn by_brdf<L: Lane, D: Density, B: Brdf<L>>(
     density: D,
-    point: &ShadingPoint<L>,
+    point: &ShadingPoint<L, B>,
     light: &SphereLight,
     wi: Vec3<L>,
     active: L::Mask,
-) -> Option<Weighed<L>> {
+) -> Option<Weighed<L, B::Tint>> {
     let cone = light.seen_from(point.p).cone();
     let t = cone.t(wi);
     let (cos_theta, above) = point.above(wi);
@@ -264,18 +302,18 @@ pub fn by_brdf<L: Lane, D: Density>(
 
 /// `f_cos / pdf` of directions without the reflectance; lanes that count, and those of them that follow their BRDF.
 #[inline(always)]
-fn weigh<L: Lane, D: Density>(
+fn weigh<L: Lane, D: Density, B: Brdf<L>>(
     density: D,
-    point: &ShadingPoint<L>,
+    point: &ShadingPoint<L, B>,
     Drawn { cone, t, wi }: &Drawn<L>,
     cos_theta: L,
     (active, by_brdf): (L::Mask, L::Mask),
-) -> Option<Weighed<L>> {
+) -> Option<Weighed<L, B::Tint>> {
     if active.none() {
         return None;
     }
     let lobe = point.bsdf.eval(*wi, cos_theta);
-    let active = active & lobe.shape.gt(L::zero());
+    let active = active & lobe.shape.lit();
     if active.none() {
         return None;
     }
@@ -284,34 +322,24 @@ fn weigh<L: Lane, D: Density>(
         active,
         wi: *wi,
         distance: cone.distance(*t),
-        weight: density.mix().weight(omega, lobe, by_brdf).or_zero(active),
+        weight: density.mix().weight(omega, lobe, by_brdf).kept(active),
     })
 }
 
-/// Lanes where a direction of the cone can have a value that is not exactly 0: the light rises above the horizon and
-/// comes close enough to a Phong lobe for `f32` to hold it. All is multiplied by the distance: no division is needed.
-///
-/// The chord from the axis to a direction of the cone is `2 sin(theta / 2) <= sqrt(2) sin(theta)` for a cone of up to a
-/// right angle.
+/// Lanes where a direction of the cone can have a value that is not exactly 0.
 #[inline(always)]
-pub fn may_contribute<L: Lane>(point: &ShadingPoint<L>, view: &View<L>) -> L::Mask {
-    let bsdf = &point.bsdf;
-    let radius = mutate!(view.radius, RimForgotten => L::zero());
-    let highest = bsdf.n.dot(view.to_center) + radius;
-    let rises = highest.gt(view.distance * L::splat(-1e-6));
-    if bsdf.phong.none() {
-        return rises;
-    }
-    let reach = bsdf.reach.mul_add(view.distance, view.radius * L::splat(1.415));
-    let apart = bsdf.wr.mul_add(view.distance, -view.to_center);
-    let near = apart.length_squared().le(reach * reach) | view.inside();
-    rises & (!bsdf.phong | near)
+pub fn may_contribute<L: Lane, B: Brdf<L>>(point: &ShadingPoint<L, B>, view: &View<L>) -> L::Mask {
+    point.bsdf.may_reflect(&Ball {
+        to_center: view.to_center,
+        distance: view.distance,
+        radius: view.radius,
+        inside: view.inside(),
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bsdf::Bsdf;
     use crate::lane::{Bits, F32x8};
 
     /// Every other point looks away from a light whose radiance times their reflectance is more than `f32` holds.
@@ -329,7 +357,10 @@ mod tests {
         let point = ShadingPoint {
             p: Vec3::zero(),
             ng: n,
-            bsdf: Bsdf::diffuse(n, Vec3::splat([4.0; 3])),
+            bsdf: Diffuse {
+                n,
+                rho: Vec3::splat([4.0; 3]),
+            },
         };
         let numbers = Pair(
             <F32x8 as Lane>::Bits::splat(1 << 31),

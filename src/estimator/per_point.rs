@@ -1,6 +1,7 @@
 //! `uniform` and `brdf`: one direction for the point; what it meets first brings the light.
 
 use super::ShadingPoint;
+use crate::bsdf::{Brdf, Tint};
 use crate::lane::{Lane, Mask};
 use crate::math::elementary::sin_cos_turn;
 use crate::math::{Frame, Vec3};
@@ -39,19 +40,18 @@ pub struct Proposal<L: Lane> {
 /// Draws one direction at each active point; `None` where no lane has one that counts.
 #[inline(always)]
 pub fn sample<L: Lane, D: Density>(
-    point: &ShadingPoint<L>,
+    point: &ShadingPoint<L, impl Brdf<L>>,
     numbers: Pair<L::Bits>,
     active: L::Mask,
 ) -> Option<Proposal<L>> {
     let bsdf = &point.bsdf;
     let (u, v) = numbers.unit::<L>();
-    let (sin_phi, cos_phi) = sin_cos_turn(v);
-    let (t, axis) = if D::UNIFORM {
-        (warp::sphere(u), Vec3::splat([0.0, 0.0, 1.0]))
+    let wi = if D::UNIFORM {
+        let (sin_phi, cos_phi) = sin_cos_turn(v);
+        Frame::about(Vec3::splat([0.0, 0.0, 1.0])).direction(warp::sphere(u), sin_phi, cos_phi)
     } else {
-        (bsdf.sample(u), bsdf.axis())
+        bsdf.draw(u, v)
     };
-    let wi = Frame::about(axis).direction(t, sin_phi, cos_phi);
     let (cos_theta, above) = point.above(wi);
     let active = active & above;
     if active.none() {
@@ -60,11 +60,11 @@ pub fn sample<L: Lane, D: Density>(
     let (weight, active) = if D::UNIFORM {
         let shape = bsdf.eval(wi, cos_theta).shape;
         (
-            shape * L::splat(mutate!(1.0, HemisphereForSphere => 0.5) / warp::SPHERE_PDF),
-            active & shape.gt(L::zero()),
+            shape.scaled(L::splat(mutate!(1.0, HemisphereForSphere => 0.5) / warp::SPHERE_PDF)),
+            active & shape.lit(),
         )
     } else {
-        (bsdf.weight(cos_theta), active)
+        (bsdf.weight(wi, cos_theta), active)
     };
     if active.none() {
         return None;
@@ -72,6 +72,6 @@ pub fn sample<L: Lane, D: Density>(
     Some(Proposal {
         active,
         wi,
-        throughput: bsdf.rho * weight,
+        throughput: weight.colour(bsdf.rho(), Vec3::splat([1.0; 3])),
     })
 }

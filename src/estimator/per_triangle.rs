@@ -3,7 +3,7 @@
 use super::ShadingPoint;
 use super::density::Density;
 use super::per_light::Contribution;
-use crate::bsdf::Lobe;
+use crate::bsdf::{Brdf, Lobe, Tint};
 use crate::lane::{Lane, Mask};
 use crate::light::triangle::View;
 use crate::math::Vec3;
@@ -34,9 +34,9 @@ impl<L: Lane> From<Toss<L::Bits>> for Numbers<L> {
 /// `share` is the chance in (0, 1] with which the triangle was picked among those of its light, in each lane. Directions are
 /// drawn as for spheres ([`super::per_light::sample`]).
 #[inline(always)]
-pub fn sample<L: Lane, D: Density>(
+pub fn sample<L: Lane, D: Density, B: Brdf<L>>(
     density: D,
-    point: &ShadingPoint<L>,
+    point: &ShadingPoint<L, B>,
     view: &View<L>,
     (le, share): (Vec3<L>, L),
     Numbers { heads, u, v }: Numbers<L>,
@@ -56,7 +56,7 @@ pub fn sample<L: Lane, D: Density>(
         return None;
     }
     let lobe = bsdf.eval(wi, cos_theta);
-    active = active & lobe.shape.gt(L::zero());
+    active = active & lobe.shape.lit();
     if active.none() {
         return None;
     }
@@ -67,7 +67,7 @@ pub fn sample<L: Lane, D: Density>(
         active,
         wi,
         distance,
-        ld: le.times(bsdf.rho) * weight.or_zero(active),
+        ld: weight.kept(active).colour(le.times(bsdf.rho()), le),
     })
 }
 
@@ -86,20 +86,24 @@ pub struct Look<L: Lane> {
 
 /// Draws a direction of the BRDF at each active point.
 #[inline(always)]
-pub fn look<L: Lane>(point: &ShadingPoint<L>, numbers: Pair<L::Bits>, active: L::Mask) -> Option<Look<L>> {
+pub fn look<L: Lane, B: Brdf<L>>(
+    point: &ShadingPoint<L, B>,
+    numbers: Pair<L::Bits>,
+    active: L::Mask,
+) -> Option<Look<L>> {
     let bsdf = &point.bsdf;
     let (u, v) = numbers.unit::<L>();
     let wi = bsdf.draw(u, v);
     let (cos_theta, above) = point.above(wi);
     let lobe = bsdf.eval(wi, cos_theta);
-    let active = active & above & lobe.shape.gt(L::zero());
+    let active = active & above & lobe.shape.lit();
     if active.none() {
         return None;
     }
     Some(Look {
         active,
         wi,
-        f_cos: bsdf.rho * lobe.shape,
+        f_cos: lobe.shape.colour(bsdf.rho(), Vec3::splat([1.0; 3])),
         pdf: lobe.pdf,
     })
 }

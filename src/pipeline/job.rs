@@ -116,12 +116,7 @@ impl Job<'_> {
             tile,
             film_width: self.film.width,
             first: range.start,
-            turns: &if self.plan.survey.is_some() && self.world.only_spheres_emit() {
-                // Nobody tosses a coin.
-                range.clone().collect()
-            } else {
-                self.numbers.by_coin(range.clone())
-            },
+            turns: &self.numbers.by_coin(range.clone()),
             order: self.plan.order,
             mix: self.plan.mix,
             answers: self.plan.answers,

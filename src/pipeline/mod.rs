@@ -5,6 +5,7 @@ mod columns;
 mod emitters;
 mod intersector;
 mod job;
+mod model;
 mod narrow;
 mod outlook;
 mod plan;

@@ -3,10 +3,11 @@
 
 use rayon::prelude::*;
 
+use super::model::{Conductor, Diffuse, Ggx, Model, Phong, Streams};
 use super::prepared::Prepared;
 use super::progress::Counters;
 use super::stage::{Chunk, Scratch};
-use super::stream::{Diffuse, HitStream, Model, Phong};
+
 use crate::film::allocation::Kind;
 use crate::film::{Film, Tile};
 use crate::sampling::PassBlock;
@@ -58,7 +59,7 @@ pub fn partly(prepared: &Prepared) -> Partly {
 struct Seen {
     position: [f32; 3],
     normal: [f32; 3],
-    /// Nothing, something that shines, or a surface: then which model it has, by its exponent.
+    /// Nothing, something that shines, or a surface: then which model it has, and its exponent or roughness.
     what: f32,
 }
 
@@ -72,7 +73,7 @@ impl Seen {
         let way = [0, 1, 2].map(|k| other.position[k] - self.position[k]);
         let off = |normal| dot(normal, way).powi(2) > 0.04 * dot(way, way);
         let apart = dot(self.normal, other.normal) < 0.9 || off(self.normal) || off(other.normal);
-        self.what == other.what && (self.what <= 0.0 || !apart)
+        self.what == other.what && (self.what == 0.0 || self.what == SHINES || !apart)
     }
 }
 
@@ -114,30 +115,31 @@ pub fn kinds(prepared: &Prepared) -> Vec<Kind> {
 }
 
 /// What the pixels of a chunk of one pass have met.
-fn seen(chunk: &Chunk, hits: &[HitStream; 2]) -> Vec<Seen> {
+fn seen(chunk: &Chunk, hits: &Streams) -> Vec<Seen> {
     let shines = |sum: &[f64; 4]| if *sum == [0.0; 4] { 0.0 } else { SHINES };
     let nothing = |sum| Seen {
         what: shines(sum),
         ..Seen::default()
     };
     let mut all: Vec<Seen> = chunk.sum.0.iter().map(nothing).collect();
-    for at in 0..hits[Diffuse::STREAM].len() {
-        let (_, point, address) = hits[Diffuse::STREAM].packet::<f32, Diffuse>(at);
-        all[address.index.0 as usize] = Seen {
-            position: [point.p.x, point.p.y, point.p.z],
-            normal: [point.ng.x, point.ng.y, point.ng.z],
-            what: 1.0,
-        };
-    }
-    for at in 0..hits[Phong::STREAM].len() {
-        let (_, point, address) = hits[Phong::STREAM].packet::<f32, Phong>(at);
-        all[address.index.0 as usize] = Seen {
-            position: [point.p.x, point.p.y, point.p.z],
-            normal: [point.ng.x, point.ng.y, point.ng.z],
-            what: 1.0 + point.bsdf.alpha,
-        };
-    }
+    note::<Diffuse>(hits, &mut all, |_| 1.0);
+    note::<Phong>(hits, &mut all, |bsdf| 1.0 + bsdf.alpha);
+    note::<Ggx>(hits, &mut all, |bsdf| -1.5 - bsdf.facets.alpha);
+    note::<Conductor>(hits, &mut all, |bsdf| -3.5 - bsdf.facets.alpha);
     all
+}
+
+/// Notes the points of a model; `what` is a number of each surface's own.
+fn note<M: Model>(hits: &Streams, all: &mut [Seen], what: fn(&M::Of<f32>) -> f32) {
+    let stream = M::stream(hits);
+    for at in 0..stream.len() {
+        let (_, point, address) = stream.packet::<f32>(at);
+        all[address.index.0 as usize] = Seen {
+            position: [point.p.x, point.p.y, point.p.z],
+            normal: [point.ng.x, point.ng.y, point.ng.z],
+            what: what(&point.bsdf),
+        };
+    }
 }
 
 /// Traces a ray through each pixel of a tile that takes part, and asks about what they meet.

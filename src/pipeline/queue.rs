@@ -35,7 +35,7 @@ pub struct QueuedRays<L: Lane> {
 impl<L: Lane> QueuedRays<L> {
     /// The rays that a contribution waits for.
     #[inline(always)]
-    pub fn to_light(point: &ShadingPoint<L>, address: &Address<L>, found: &Contribution<L>) -> Self {
+    pub fn to_light<B>(point: &ShadingPoint<L, B>, address: &Address<L>, found: &Contribution<L>) -> Self {
         Self {
             origin: point.p,
             direction: found.wi,

@@ -3,18 +3,22 @@
 //! The sample goes through the very stages of a render, as a chunk of one pixel and one pass by the kernel of one lane, whose bits are
 //! those of all widths; the steps are read from the streams in between.
 
+mod told;
+
 use serde::Serialize;
 
+use super::model::{self, Streams};
 use super::plan::Plan;
 use super::progress::Counters;
 use super::rows;
 use super::settings::Settings;
 use super::stage::{Chunk, MARKS, Scratch, Segment, pairs};
-use super::stream::{Address, Diffuse, Model, Phong};
+use super::stream::Address;
 use super::tracer::{ByEmbree, InLine, Tracer};
 use super::world::World;
+use crate::bsdf::{Brdf, Tint};
 use crate::embree::{Coherence, NO_SPHERE, Ray};
-use crate::estimator::density::{ConeOrCap, LobeInCap, Mix, Projected, Warp};
+use crate::estimator::density::{Density, Mix, Warp};
 use crate::estimator::{ShadingPoint, per_light, per_point};
 use crate::film::Tile;
 use crate::lane::Word;
@@ -22,6 +26,7 @@ use crate::math::Vec3;
 use crate::sampling::{PassBlock, Toss, warp};
 use crate::scene::{Effect, EstimatorKind};
 use crate::settings::AccelKind;
+use told::Told;
 
 /// What a sample did.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -76,8 +81,10 @@ pub struct Point {
     pub n: [f32; 3],
     /// Reflectance.
     pub rho: [f32; 3],
-    /// 1 for diffuse, above 1 for Phong.
+    /// 1 for diffuse, above 1 for Phong; for models with microfacets the roughness of their distribution, at most 1.
     pub alpha: f32,
+    /// The model of reflection; of a blend, Phong's.
+    pub model: &'static str,
 }
 
 /// A direction that was asked for light.
@@ -104,7 +111,7 @@ pub struct Found {
     pub wi: [f32; 3],
     /// Cosine with the shading normal.
     pub cos_theta: f32,
-    /// `f cos` over the reflectance.
+    /// `f cos` of red where the reflectance is 1.
     pub shape: f32,
     /// Density of the BRDF's own sampling there.
     pub brdf_pdf: f32,
@@ -148,26 +155,23 @@ pub(super) fn replay(
     let [seen @ .., _] = chunk.sum.0[0];
     let mut asked = Vec::new();
     let mut point = None;
-    for (model, phong) in [(Diffuse::STREAM, false), (Phong::STREAM, true)] {
-        if scratch.hits[model].len() == 0 {
-            continue;
-        }
-        let (_, at, address) = if phong {
-            scratch.hits[model].packet::<f32, Phong>(0)
-        } else {
-            scratch.hits[model].packet::<f32, Diffuse>(0)
-        };
-        point = Some(Point {
-            p: at.p.lane(0).map(|x| world.space.in_scene(x)),
-            ng: at.ng.lane(0),
-            n: at.bsdf.n.lane(0),
-            rho: at.bsdf.rho.lane(0),
-            alpha: if phong { at.bsdf.alpha } else { 1.0 },
-        });
-        asked = match plan.intersector.accel {
-            AccelKind::Embree => directions::<ByEmbree>(world, settings, &numbers, tile, partly, &at, &address),
-            AccelKind::Linear => directions::<InLine>(world, settings, &numbers, tile, partly, &at, &address),
-        };
+    let sample = Sample {
+        accel: plan.intersector.accel,
+        world,
+        settings,
+        numbers: &numbers,
+        tile,
+        partly,
+    };
+    let hits = &scratch.hits;
+    let shaded = [
+        sample.shaded::<model::Diffuse>(hits),
+        sample.shaded::<model::Phong>(hits),
+        sample.shaded::<model::Ggx>(hits),
+        sample.shaded::<model::Conductor>(hits),
+    ];
+    if let Some((there, directions)) = shaded.into_iter().flatten().last() {
+        (point, asked) = (Some(there), directions);
     }
     for shade in &plan.shade {
         shade(&mut chunk, &mut scratch);
@@ -228,37 +232,78 @@ fn met<T: Tracer>(world: &World, origin: Vec3<f32>, direction: Vec3<f32>) -> Opt
     })
 }
 
+/// Where a sample is replayed.
+struct Sample<'a> {
+    accel: AccelKind,
+    world: &'a World,
+    settings: &'a Settings,
+    numbers: &'a PassBlock,
+    tile: &'a Tile,
+    partly: &'a [u32],
+}
+
+impl Sample<'_> {
+    /// The point in the stream of a model, if one is there, and the directions that are asked for there.
+    fn shaded<M: Told>(&self, hits: &Streams) -> Option<(Point, Vec<Asked>)> {
+        let &Self {
+            accel,
+            world,
+            settings,
+            numbers,
+            tile,
+            partly,
+        } = self;
+        let stream = M::stream(hits);
+        if stream.len() == 0 {
+            return None;
+        }
+        let (_, at, address) = stream.packet::<f32>(0);
+        let point = Point {
+            p: at.p.lane(0).map(|x| world.space.in_scene(x)),
+            ng: at.ng.lane(0),
+            n: at.bsdf.normal().lane(0),
+            rho: at.bsdf.rho().lane(0),
+            alpha: M::alpha(&at.bsdf),
+            model: M::NAME,
+        };
+        let asked = match accel {
+            AccelKind::Embree => directions::<ByEmbree, M>(world, settings, numbers, tile, partly, &at, &address),
+            AccelKind::Linear => directions::<InLine, M>(world, settings, numbers, tile, partly, &at, &address),
+        };
+        Some((point, asked))
+    }
+}
+
 /// What the shade stage asks for at a point, by its own functions.
-fn directions<T: Tracer>(
+fn directions<T: Tracer, M: Told>(
     world: &World,
     settings: &Settings,
     numbers: &PassBlock,
     tile: &Tile,
     partly: &[u32],
-    point: &ShadingPoint<f32>,
+    point: &ShadingPoint<f32, M::Of<f32>>,
     address: &Address<f32>,
 ) -> Vec<Asked> {
     let mut set = Default::default();
     T::face_all(world, &mut set);
     let found = |wi: Vec3<f32>, distance: f32, ld: Vec3<f32>, occluded: bool| {
-        let cos_theta = point.bsdf.n.dot(wi);
+        let cos_theta = point.bsdf.normal().dot(wi);
         let lobe = point.bsdf.eval(wi, cos_theta);
         Found {
             wi: wi.lane(0),
             cos_theta,
-            shape: lobe.shape,
+            shape: lobe.shape.colour(Vec3::splat([1.0; 3]), Vec3::splat([1.0; 3])).x,
             brdf_pdf: lobe.pdf,
             distance: world.space.in_scene(distance),
             ld: ld.lane(0),
             occluded,
         }
     };
-    let mix = rows::mix_of_spheres(settings.estimator);
-    let warp = match settings.estimator {
-        EstimatorKind::Projected if !point.bsdf.phong => Warp::ProjectedCap,
-        EstimatorKind::Product if point.bsdf.phong => Warp::LobeInCap,
-        EstimatorKind::Product => Warp::ConeOrCap,
-        _ => Warp::Cone,
+    let of_estimator = rows::mix(settings.estimator);
+    let (mix, warp) = match settings.estimator {
+        EstimatorKind::Projected => (M::Projected::of(of_estimator).mix(), M::Projected::WARP),
+        EstimatorKind::Product => (M::Product::of(of_estimator).mix(), M::Product::WARP),
+        _ => (of_estimator, Warp::Cone),
     };
     let split = |i: usize| warp == Warp::ConeOrCap && i < MARKS && partly.iter().any(|lights| lights >> i & 1 == 1);
     let shared = |toss: bool| {
@@ -288,11 +333,10 @@ fn directions<T: Tracer>(
     };
     let asked = |(i, toss): (usize, Toss<Word>)| {
         let light = &world.lights[i];
-        let drawn = match warp {
-            Warp::Cone => per_light::sample(mix, point, light, toss, true),
-            Warp::ConeOrCap => per_light::sample(ConeOrCap, point, light, toss, true),
-            Warp::ProjectedCap => per_light::sample(Projected, point, light, toss, true),
-            Warp::LobeInCap => per_light::sample(LobeInCap, point, light, toss, true),
+        let drawn = match settings.estimator {
+            EstimatorKind::Projected => per_light::sample(M::Projected::of(mix), point, light, toss, true),
+            EstimatorKind::Product => per_light::sample(M::Product::of(mix), point, light, toss, true),
+            _ => per_light::sample(mix, point, light, toss, true),
         };
         let cone = light.cone(point.p);
         Asked {

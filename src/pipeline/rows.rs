@@ -4,12 +4,12 @@
 
 use std::marker::PhantomData;
 
-use super::stage::{Chunk, Penumbra, Scratch, Stage, environment, eye, shade, triangles};
-use super::stream::{self, Model};
+use super::model::{self, Model};
+use super::stage::{Chunk, Directions, Penumbra, Scratch, Stage, environment, eye, shade, triangles};
 use super::tracer::{ByEmbree, InLine};
 use crate::embree::{LaneWork, TraceLane, in_eight_of_avx512, in_sixteen};
-use crate::estimator::density::{Average, ConeOnly, Density, Mix};
-use crate::estimator::per_point;
+use crate::estimator::density::{Average, ConeOnly, ConeOrCap, LobeInCap, Mix, Projected};
+use crate::estimator::{per_light, per_point};
 use crate::lane::{F32x8, has_avx512};
 use crate::scene::{Effect, Effects};
 use crate::settings::{AccelKind, EstimatorKind, Lanes};
@@ -58,6 +58,19 @@ const EYE: &[(Effects, EyeRow)] = eye_rows![
         OneSided,
         Textures,
         Environment,
+        Ggx,
+        Conductor
+    ],
+    [
+        Diffuse,
+        Phong,
+        SmoothNormals,
+        Blend,
+        OneSided,
+        Textures,
+        Environment,
+        Ggx,
+        Conductor,
         SmoothTerminator
     ],
     [
@@ -68,13 +81,15 @@ const EYE: &[(Effects, EyeRow)] = eye_rows![
         OneSided,
         Textures,
         Environment,
+        Ggx,
+        Conductor,
         SmoothTerminator,
         Lens
     ],
 ];
 
 /// The models of reflection, in the order in which their points are shaded.
-pub const MODELS: [Effect; 2] = [Effect::Diffuse, Effect::Phong];
+pub const MODELS: [Effect; 4] = [Effect::Diffuse, Effect::Phong, Effect::Ggx, Effect::Conductor];
 
 /// The row of the eye stage with the fewest effects that holds `needs`, as far as they concern it, and what it holds.
 pub fn eye(needs: Effects) -> &'static (Effects, EyeRow) {
@@ -92,8 +107,10 @@ pub const fn blank() -> Row {
 /// light among `needs`.
 pub fn shade(estimator: EstimatorKind, needs: Effects, model: Effect) -> Vec<Row> {
     match model {
-        Effect::Phong => shade_model::<stream::Phong>(estimator, needs),
-        _ => shade_model::<stream::Diffuse>(estimator, needs),
+        Effect::Phong => shade_model::<model::Phong>(estimator, needs),
+        Effect::Ggx => shade_model::<model::Ggx>(estimator, needs),
+        Effect::Conductor => shade_model::<model::Conductor>(estimator, needs),
+        _ => shade_model::<model::Diffuse>(estimator, needs),
     }
 }
 
@@ -103,8 +120,8 @@ pub fn survey(estimator: EstimatorKind, needs: Effects) -> Option<Row> {
     calls.then(Row::of::<Penumbra>)
 }
 
-/// How an estimator combines directions of lights with those of the BRDF. `product` does so for all lights but spheres: see
-/// [`mix_of_spheres`].
+/// How an estimator combines directions of lights with those of the BRDF. `product` does so for all lights but spheres, whose
+/// directions are those of [`Suited::Product`].
 pub const fn mix(estimator: EstimatorKind) -> Mix {
     match estimator {
         EstimatorKind::Mis | EstimatorKind::Product => Mix::Average,
@@ -114,15 +131,35 @@ pub const fn mix(estimator: EstimatorKind) -> Mix {
     }
 }
 
-/// As [`mix`], for spheres that emit.
-pub const fn mix_of_spheres(estimator: EstimatorKind) -> Mix {
-    match estimator {
-        EstimatorKind::Product => Mix::Light,
-        _ => mix(estimator),
-    }
+/// The densities that suit a model where an estimator leaves them to it.
+pub(super) trait Suited: Model {
+    /// The density of `projected`: a lobe that is not in proportion to the cosine has to do with cones.
+    type Projected: Directions<Self> + per_light::Directions<f32, Self::Of<f32>>;
+    /// The density of `product`: lobes of which no part can be drawn have to do with the mixture of `mis`.
+    type Product: Directions<Self> + per_light::Directions<f32, Self::Of<f32>>;
 }
 
-fn shade_model<M: Model>(estimator: EstimatorKind, needs: Effects) -> Vec<Row> {
+impl Suited for model::Diffuse {
+    type Projected = Projected;
+    type Product = ConeOrCap;
+}
+
+impl Suited for model::Phong {
+    type Projected = ConeOnly;
+    type Product = LobeInCap;
+}
+
+impl Suited for model::Ggx {
+    type Projected = ConeOnly;
+    type Product = Average;
+}
+
+impl Suited for model::Conductor {
+    type Projected = ConeOnly;
+    type Product = Average;
+}
+
+fn shade_model<M: Suited>(estimator: EstimatorKind, needs: Effects) -> Vec<Row> {
     match estimator {
         EstimatorKind::Uniform => vec![Row::of::<shade::PerPoint<per_point::Sphere, M>>()],
         EstimatorKind::Brdf => vec![Row::of::<shade::PerPoint<per_point::Lobe, M>>()],
@@ -135,7 +172,7 @@ fn shade_model<M: Model>(estimator: EstimatorKind, needs: Effects) -> Vec<Row> {
 }
 
 /// A stage for each kind of light. Only that for spheres is compiled for the density; the others look the mix up when they run.
-fn kinds<D: Density, M: Model>(needs: Effects) -> Vec<Row> {
+fn kinds<D: Directions<M>, M: Model>(needs: Effects) -> Vec<Row> {
     let kinds = [
         (Effect::SphereLights, Row::of::<shade::PerLight<D, M>>()),
         (Effect::MeshLights, Row::of::<triangles::PerTriangle<M>>()),

@@ -1,9 +1,12 @@
-//! Streams: shading points that wait for light.
+//! Streams: shading points that wait for light, one stream for each model of reflection.
 
-use super::columns::Columns;
-use crate::bsdf::Bsdf;
+use std::marker::PhantomData;
+use std::ops::{Deref, DerefMut};
+
+use super::columns::{Columns, Room};
+use super::model::Model;
+use crate::bsdf::Brdf;
 use crate::estimator::ShadingPoint;
-use crate::estimator::density::{ConeOnly, ConeOrCap, Density, LobeInCap, Projected};
 use crate::lane::{Bits, Lane};
 use crate::math::Vec3;
 
@@ -18,52 +21,150 @@ pub struct Address<L: Lane> {
     pub pass: L::Bits,
 }
 
-/// A model of reflection. Points of each have a stream of their own, which holds what that model needs and no more: what
-/// treats its packets is compiled for it.
-pub trait Model {
-    /// Which stream is theirs.
-    const STREAM: usize;
-    /// Whether their lobe is Phong's.
-    const PHONG: bool;
-    /// The density of `projected`: a lobe of Phong's model is not in proportion to the cosine, so cones have to do for it.
-    type Projected: Density;
-    /// The density of `product`.
-    type Product: Density;
+/// A packet of points: the lanes that hold any, the points, and where they belong.
+pub type Packet<L, B> = (<L as Lane>::Mask, ShadingPoint<L, B>, Address<L>);
+
+/// The most columns that a model has of its own.
+const MOST_OWN: usize = 10;
+
+/// The columns of every stream. Points are pushed into those up to [`FOLLOWS`]; what shading finds out is in the others.
+mod column {
+    pub const POSITION: usize = 0;
+    pub const GEOMETRIC_NORMAL: usize = 3;
+    pub const NORMAL: usize = 6;
+    pub const RHO: usize = 9;
+    pub const INDEX: usize = 12;
+    pub const KEY: usize = 13;
+    pub const PASS: usize = 14;
+    /// The first of the model's own.
+    pub const OWN: usize = 15;
+    /// Which points follow their BRDF.
+    pub const FOLLOWS: usize = OWN + super::MOST_OWN;
+    pub const DRAWN: usize = FOLLOWS + 1;
+    pub const LIGHT: usize = DRAWN + 3;
+    pub const COUNT: usize = LIGHT + 3;
 }
 
-/// Lambert's model.
-pub struct Diffuse;
-
-/// Phong's model.
-pub struct Phong;
-
-impl Model for Diffuse {
-    const STREAM: usize = 0;
-    const PHONG: bool = false;
-    type Projected = Projected;
-    type Product = ConeOrCap;
-}
-
-impl Model for Phong {
-    const STREAM: usize = 1;
-    const PHONG: bool = true;
-    type Projected = ConeOnly;
-    type Product = LobeInCap;
-}
-
-/// Columns that a point is pushed into; what shading finds out is in those behind them.
-const PUSHED: usize = 20;
-
-/// Shading points of one model that wait for light.
+/// Shading points that wait for light, without what is special to their model.
 #[derive(Debug)]
-pub struct HitStream(Columns<{ PUSHED + 7 }>);
+pub struct HitStream(Columns<{ column::COUNT }>);
 
-impl HitStream {
-    /// Room for the points of a chunk.
-    pub fn new() -> Self {
-        Self(Columns::new())
+/// Shading points of one model that wait for light: what treats their packets is compiled for it.
+#[derive(Debug)]
+pub struct ModelStream<M> {
+    hits: HitStream,
+    model: PhantomData<M>,
+}
+
+/// The columns of a model, to be filled with a packet of points.
+pub struct Fill<'a, L: Lane> {
+    columns: &'a mut Columns<{ column::COUNT }>,
+    room: Room<L>,
+}
+
+/// The columns of a model at a packet of points.
+pub struct Own<'a> {
+    columns: &'a Columns<{ column::COUNT }>,
+    at: usize,
+}
+
+impl<L: Lane> Fill<'_, L> {
+    /// Fills the model's column `i`.
+    #[inline(always)]
+    pub fn put(&mut self, i: usize, value: L) {
+        self.columns.put(column::OWN + i, &self.room, value);
     }
 
+    /// Fills the model's columns `i` to `i + 2`.
+    #[inline(always)]
+    pub fn put3(&mut self, i: usize, value: Vec3<L>) {
+        self.columns.put3(column::OWN + i, &self.room, value);
+    }
+}
+
+impl Own<'_> {
+    /// The model's column `i`.
+    #[inline(always)]
+    pub fn get<L: Lane>(&self, i: usize) -> L {
+        self.columns.get(column::OWN + i, self.at)
+    }
+
+    /// The model's columns `i` to `i + 2`.
+    #[inline(always)]
+    pub fn get3<L: Lane>(&self, i: usize) -> Vec3<L> {
+        self.columns.get3(column::OWN + i, self.at)
+    }
+}
+
+impl<M> Deref for ModelStream<M> {
+    type Target = HitStream;
+    #[inline(always)]
+    fn deref(&self) -> &HitStream {
+        &self.hits
+    }
+}
+
+impl<M> DerefMut for ModelStream<M> {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut HitStream {
+        &mut self.hits
+    }
+}
+
+impl<M: Model> ModelStream<M> {
+    /// Room for the points of a chunk.
+    pub fn new() -> Self {
+        const { assert!(M::COLUMNS <= MOST_OWN, "a model has more columns than there are") };
+        Self {
+            hits: HitStream(Columns::new()),
+            model: PhantomData,
+        }
+    }
+
+    /// Adds the points of the mask.
+    #[inline(always)]
+    pub fn push<L: Lane>(&mut self, mask: L::Mask, point: &ShadingPoint<L, M::Of<L>>, address: &Address<L>) {
+        let columns = &mut self.hits.0;
+        let room = columns.grow::<L>(mask);
+        columns.put3(column::POSITION, &room, point.p);
+        columns.put3(column::GEOMETRIC_NORMAL, &room, point.ng);
+        columns.put3(column::NORMAL, &room, point.bsdf.normal());
+        columns.put3(column::RHO, &room, point.bsdf.rho());
+        columns.put(column::INDEX, &room, L::from_bits(address.index));
+        columns.put(column::KEY, &room, L::from_bits(address.key));
+        columns.put(column::PASS, &room, L::from_bits(address.pass));
+        M::put(&point.bsdf, &mut Fill { columns, room });
+    }
+
+    /// Repeats the last point behind the end: idle lanes of the last packet hold it, and no place and no address that is not one of
+    /// the stream's. To be called once all points are there.
+    pub fn pad(&mut self) {
+        self.hits.0.pad(column::OWN + M::COLUMNS);
+    }
+
+    /// The packet that starts at point `at`; the stream must be [padded](Self::pad).
+    #[inline(always)]
+    pub fn packet<L: Lane>(&self, at: usize) -> Packet<L, M::Of<L>> {
+        let columns = &self.hits.0;
+        let point = ShadingPoint {
+            p: columns.get3(column::POSITION, at),
+            ng: columns.get3(column::GEOMETRIC_NORMAL, at),
+            bsdf: M::get(
+                columns.get3(column::NORMAL, at),
+                columns.get3(column::RHO, at),
+                &Own { columns, at },
+            ),
+        };
+        let address = Address {
+            index: self.index::<L>(at),
+            key: columns.get::<L>(column::KEY, at).to_bits(),
+            pass: columns.get::<L>(column::PASS, at).to_bits(),
+        };
+        (self.lanes::<L>(at), point, address)
+    }
+}
+
+impl HitStream {
     /// Points in the stream.
     pub fn len(&self) -> usize {
         self.0.len()
@@ -74,35 +175,10 @@ impl HitStream {
         self.0.clear();
     }
 
-    /// Adds the points of the mask.
-    #[inline(always)]
-    pub fn push<L: Lane, M: Model>(&mut self, mask: L::Mask, point: &ShadingPoint<L>, address: &Address<L>) {
-        let bsdf = &point.bsdf;
-        let room = self.0.grow::<L>(mask);
-        self.0.put3(0, &room, point.p);
-        self.0.put3(3, &room, point.ng);
-        self.0.put3(6, &room, bsdf.n);
-        self.0.put3(12, &room, bsdf.rho);
-        if M::PHONG {
-            self.0.put3(9, &room, bsdf.wr);
-            self.0.put(15, &room, bsdf.alpha);
-            self.0.put(16, &room, bsdf.reach);
-        }
-        self.0.put(17, &room, L::from_bits(address.index));
-        self.0.put(18, &room, L::from_bits(address.key));
-        self.0.put(19, &room, L::from_bits(address.pass));
-    }
-
-    /// Repeats the last point behind the end: idle lanes of the last packet hold it, and no place and no address that is not one of
-    /// the stream's. To be called once all points are there.
-    pub fn pad(&mut self) {
-        self.0.pad(PUSHED);
-    }
-
     /// Where the points of the packet at `at` are.
     #[inline(always)]
     pub fn position<L: Lane>(&self, at: usize) -> Vec3<L> {
-        self.0.get3(0, at)
+        self.0.get3(column::POSITION, at)
     }
 
     /// The lanes of the packet at `at`.
@@ -114,86 +190,55 @@ impl HitStream {
     /// Notes which points of the packet at `at` follow their BRDF, and the direction that it gave them.
     #[inline(always)]
     pub fn set_drawn<L: Lane>(&mut self, at: usize, heads: L::Mask, wi: Vec3<L>) {
-        self.0.set(20, at, L::select(heads, -L::zero(), L::zero()));
-        self.0.set3(21, at, wi);
+        self.0.set(column::FOLLOWS, at, L::select(heads, -L::zero(), L::zero()));
+        self.0.set3(column::DRAWN, at, wi);
     }
 
     /// The points of the packet at `at` that follow their BRDF.
     #[inline(always)]
     pub fn heads<L: Lane>(&self, at: usize) -> L::Mask {
-        self.0.get::<L>(20, at).to_bits().top_bit()
+        self.0.get::<L>(column::FOLLOWS, at).to_bits().top_bit()
     }
 
     /// The directions of the BRDF for the packet at `at`.
     #[inline(always)]
     pub fn drawn<L: Lane>(&self, at: usize) -> Vec3<L> {
-        self.0.get3(21, at)
+        self.0.get3(column::DRAWN, at)
     }
 
     /// Notes the lights that the points of the packet at `at` see in part: bits. In place of what [`Self::set_drawn`] notes.
     #[inline(always)]
     pub fn set_partly<L: Lane>(&mut self, at: usize, lights: L::Bits) {
-        self.0.set(20, at, L::from_bits(lights));
+        self.0.set(column::FOLLOWS, at, L::from_bits(lights));
     }
 
     /// The points of the packet at `at` that see the light of bit `bit` in part.
     #[inline(always)]
     pub fn partly<L: Lane>(&self, at: usize, bit: u32) -> L::Mask {
-        self.0.get::<L>(20, at).to_bits().shl(31 - bit).top_bit()
+        self.0.get::<L>(column::FOLLOWS, at).to_bits().shl(31 - bit).top_bit()
     }
 
     /// Sets the light that reaches the points of the packet at `at`.
     #[inline(always)]
     pub fn set_light<L: Lane>(&mut self, at: usize, light: Vec3<L>) {
-        self.0.set3(24, at, light);
+        self.0.set3(column::LIGHT, at, light);
     }
 
     /// The light that reaches the points of the packet at `at`.
     #[inline(always)]
     pub fn light<L: Lane>(&self, at: usize) -> Vec3<L> {
-        self.0.get3(24, at)
+        self.0.get3(column::LIGHT, at)
     }
 
     /// Where the pixels of the packet at `at` sum up.
     #[inline(always)]
     pub fn index<L: Lane>(&self, at: usize) -> L::Bits {
-        self.0.get::<L>(17, at).to_bits()
+        self.0.get::<L>(column::INDEX, at).to_bits()
     }
 
     /// The reflectance at the points of the packet at `at`.
     #[inline(always)]
     pub fn reflectance<L: Lane>(&self, at: usize) -> Vec3<L> {
-        self.0.get3(12, at)
-    }
-
-    /// The packet that starts at point `at`; the stream must be [padded](Self::pad).
-    #[inline(always)]
-    pub fn packet<L: Lane, M: Model>(&self, at: usize) -> (L::Mask, ShadingPoint<L>, Address<L>) {
-        let columns = &self.0;
-        let mask = self.lanes::<L>(at);
-        let (n, rho) = (columns.get3(6, at), columns.get3(12, at));
-        let bsdf = if M::PHONG {
-            Bsdf {
-                n,
-                wr: columns.get3(9, at),
-                rho,
-                alpha: columns.get(15, at),
-                phong: mask,
-                reach: columns.get(16, at),
-            }
-        } else {
-            Bsdf::diffuse(n, rho)
-        };
-        let point = ShadingPoint {
-            p: columns.get3(0, at),
-            ng: columns.get3(3, at),
-            bsdf,
-        };
-        let address = Address {
-            index: self.index::<L>(at),
-            key: columns.get::<L>(18, at).to_bits(),
-            pass: columns.get::<L>(19, at).to_bits(),
-        };
-        (mask, point, address)
+        self.0.get3(column::RHO, at)
     }
 }

@@ -64,7 +64,9 @@ pub struct SurfaceRecord {
     pub rho: [f32; 3],
     /// Reflectance of the Phong lobe of a blend; its diffuse one is `rho`.
     pub gloss: Option<[f32; 3]>,
-    /// 1 for diffuse, above 1 for Phong and blends.
+    /// What it is if it has microfacets.
+    pub facets: Option<Facets>,
+    /// Above 1 for Phong and blends, 1 for all others.
     pub alpha: f32,
     /// How far its Phong lobe reaches: see [`phong::reach`].
     pub reach: f32,
@@ -76,6 +78,27 @@ pub struct SurfaceRecord {
     pub ball: Ball,
     /// How far one of its shapes reaches along each axis, at most: the largest box around a triangle, or the radius.
     pub extent: [f32; 3],
+}
+
+/// Models with microfacets.
+#[derive(Clone, Copy, Debug)]
+pub enum Facets {
+    /// Metal, or a body below a coat.
+    Ggx {
+        /// Roughness of the distribution.
+        alpha: f32,
+        /// Share of metal.
+        metallic: f32,
+    },
+    /// Metal by its index of refraction.
+    Conductor {
+        /// Roughness of the distribution.
+        alpha: f32,
+        /// Index of refraction.
+        eta: [f32; 3],
+        /// Extinction coefficient.
+        k: [f32; 3],
+    },
 }
 
 /// The ball of what no point is put back onto.
@@ -284,6 +307,7 @@ impl SurfaceRecord {
         let mut record = Self {
             rho: [0.0; 3],
             gloss: None,
+            facets: None,
             alpha: 1.0,
             reach: phong::reach(1.0),
             effects: shape,
@@ -303,6 +327,25 @@ impl SurfaceRecord {
                     Bsdf::Blend { rho, gloss, alpha } => {
                         (record.rho, record.alpha) = (narrow(rho), exponent(alpha));
                         record.gloss = Some(narrow(gloss));
+                    }
+                    Bsdf::Ggx {
+                        base,
+                        metallic,
+                        roughness,
+                    } => {
+                        record.rho = narrow(base);
+                        record.facets = Some(Facets::Ggx {
+                            alpha: (roughness * roughness) as f32,
+                            metallic: metallic as f32,
+                        });
+                    }
+                    Bsdf::Conductor { eta, k, roughness } => {
+                        record.rho = [1.0; 3];
+                        record.facets = Some(Facets::Conductor {
+                            alpha: (roughness * roughness) as f32,
+                            eta: narrow(eta),
+                            k: narrow(k),
+                        });
                     }
                 }
             }

@@ -1,10 +1,11 @@
-//! The two reflection models: value, sampling and density, straight from the hand-out's formulas.
+//! The models of reflection: value, sampling and density, straight from their formulas.
 
 use std::f64::consts::PI;
 
 use glam::{DMat3, DVec3};
 use rand::{Rng, RngExt};
 
+use super::microfacet::{COAT, Mirrors, fresnel, schlick, through};
 use crate::scene::Bsdf;
 
 /// A point on a reflecting surface, seen from `wo`. All directions are unit and point away from the surface.
@@ -18,6 +19,8 @@ pub struct Shading {
     pub n: DVec3,
     /// Geometric normal, on the side of `wo`.
     pub ng: DVec3,
+    /// What a texture shows; the colours of `bsdf` are multiplied by it already.
+    pub tint: DVec3,
 }
 
 impl Shading {
@@ -32,17 +35,45 @@ impl Shading {
                 Bsdf::Diffuse { rho } => rho / PI,
                 Bsdf::Phong { rho, alpha } => rho * self.lobe(alpha, wi),
                 Bsdf::Blend { rho, gloss, alpha } => rho / PI + gloss * self.lobe(alpha, wi),
+                Bsdf::Ggx {
+                    base,
+                    metallic,
+                    roughness,
+                } => {
+                    let mirrors = self.mirrors(roughness);
+                    let (shine, s) = (mirrors.value_cos(wi) / cos_theta, schlick(mirrors.cos_half(wi)));
+                    let metal = (base + (DVec3::ONE - base) * s) * shine;
+                    let coat = DVec3::splat(COAT + (1.0 - COAT) * s) * shine;
+                    let passes = through(mirrors.cos_o(), roughness) * through(cos_theta, roughness);
+                    metallic * metal + (1.0 - metallic) * (coat + base * (1.0 - COAT) * passes / PI)
+                }
+                Bsdf::Conductor { eta, k, roughness } => {
+                    let mirrors = self.mirrors(roughness);
+                    let cosine = mirrors.cos_half(wi).min(1.0);
+                    let reflectance = [0, 1, 2].map(|i| fresnel(cosine, eta[i], k[i]));
+                    self.tint * DVec3::from_array(reflectance) * mirrors.value_cos(wi) / cos_theta
+                }
             }
     }
 
+    fn mirrors(&self, roughness: f64) -> Mirrors {
+        Mirrors::new(self.n, self.wo, roughness)
+    }
+
     /// A direction drawn with the density [`density`](Self::density): a cosine lobe around the normal, or a power
-    /// of the cosine around the mirror direction. A blend tosses a fair coin between the two. It may point below the surface.
+    /// of the cosine around the mirror direction, or the reflection about a visible normal. A blend tosses a fair coin between two of
+    /// them, as does a body below a coat. It may point below the surface.
     pub fn sample(&self, rng: &mut impl Rng) -> DVec3 {
         let (axis, exponent) = match self.bsdf {
             Bsdf::Diffuse { .. } => (self.n, 1.0),
             Bsdf::Phong { alpha, .. } => (self.mirror(), alpha),
             Bsdf::Blend { alpha, .. } if rng.random() => (self.mirror(), alpha),
             Bsdf::Blend { .. } => (self.n, 1.0),
+            Bsdf::Conductor { roughness, .. } => return self.mirrors(roughness).sample(rng),
+            Bsdf::Ggx {
+                metallic, roughness, ..
+            } if metallic == 1.0 || rng.random() => return self.mirrors(roughness).sample(rng),
+            Bsdf::Ggx { .. } => (self.n, 1.0),
         };
         // cos = u^(1 / (exponent + 1)), and 1 - cos^2 without the cancellation that narrow lobes would suffer.
         let log_cos = (1.0 - rng.random::<f64>()).ln() / (exponent + 1.0);
@@ -55,6 +86,17 @@ impl Shading {
             Bsdf::Diffuse { .. } => self.n.dot(wi).max(0.0) / PI,
             Bsdf::Phong { alpha, .. } => self.lobe(alpha, wi),
             Bsdf::Blend { alpha, .. } => 0.5 * (self.n.dot(wi).max(0.0) / PI + self.lobe(alpha, wi)),
+            Bsdf::Conductor { roughness, .. } => self.mirrors(roughness).density(wi),
+            Bsdf::Ggx {
+                metallic, roughness, ..
+            } => {
+                let shine = self.mirrors(roughness).density(wi);
+                if metallic == 1.0 {
+                    shine
+                } else {
+                    0.5 * (self.n.dot(wi).max(0.0) / PI + shine)
+                }
+            }
         }
     }
 
@@ -92,6 +134,7 @@ mod tests {
             wo: DVec3::new(-0.4, 0.5, 0.8).normalize(),
             n,
             ng: n,
+            tint: DVec3::ONE,
         }
     }
 
@@ -108,8 +151,8 @@ mod tests {
         for bsdf in models() {
             let point = shading(bsdf);
             let (axis, exponent) = match bsdf {
-                Bsdf::Diffuse { .. } => (point.n, 1.0),
-                Bsdf::Phong { alpha, .. } | Bsdf::Blend { alpha, .. } => (point.mirror(), alpha),
+                Bsdf::Phong { alpha, .. } => (point.mirror(), alpha),
+                _ => (point.n, 1.0),
             };
             let peak = (exponent + 1.0) / (2.0 * PI);
             let mut rng = Pcg64::seed_from_u64(5);

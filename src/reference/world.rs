@@ -149,6 +149,16 @@ impl<'s> World<'s> {
                         gloss,
                         alpha,
                     },
+                    Bsdf::Ggx {
+                        base,
+                        metallic,
+                        roughness,
+                    } => Bsdf::Ggx {
+                        base: base * tint,
+                        metallic,
+                        roughness,
+                    },
+                    metal @ Bsdf::Conductor { .. } => metal,
                 };
                 let lift = self.lift(body, index, &meeting, surface_point, n);
                 Sight::Reflector {
@@ -157,6 +167,7 @@ impl<'s> World<'s> {
                         wo,
                         n,
                         ng: if lift.is_some() { n } else { ng },
+                        tint,
                     },
                     point: surface_point + shape.offset() * ng + lift.unwrap_or_default(),
                 }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::invalid::{InvalidScene, Property, Subject, Wrong};
 use super::parts::{Bsdf, Camera, Environment, FilmSize, Fov, LatLong, Material, Mesh, RenderTable, Surface};
-use super::rule::{EXPONENT, FINITE, NOT_NEGATIVE, POSITIVE, Rule, VIEW_ANGLE};
+use super::rule::{ETA, EXPONENT, EXTINCTION, FINITE, NOT_NEGATIVE, POSITIVE, ROUGHNESS, Rule, SHARE, VIEW_ANGLE};
 use super::texture::Texture;
 use super::{SceneBuilder, memory};
 use crate::texels::Texels;
@@ -189,6 +189,20 @@ fn material(material: &Material) -> Checked {
             vector("diffuse", rho, &NOT_NEGATIVE)?;
             vector("phong", gloss, &NOT_NEGATIVE)?;
             number("exponent", alpha, &EXPONENT)?;
+        }
+        Bsdf::Ggx {
+            base,
+            metallic,
+            roughness,
+        } => {
+            vector("base_color", base, &NOT_NEGATIVE)?;
+            number("metallic", metallic, &SHARE)?;
+            number("roughness", roughness, &ROUGHNESS)?;
+        }
+        Bsdf::Conductor { eta, k, roughness } => {
+            vector("eta", eta, &ETA)?;
+            vector("k", k, &EXTINCTION)?;
+            number("roughness", roughness, &ROUGHNESS)?;
         }
     }
     match material.texture.as_deref() {

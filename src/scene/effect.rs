@@ -34,11 +34,15 @@ pub enum Effect {
     Environment,
     /// Meshes that are lit as if they were as smooth as their normals.
     SmoothTerminator,
+    /// Metals and coated bodies with rough surfaces.
+    Ggx,
+    /// Metals by their index of refraction.
+    Conductor,
 }
 
 impl Effect {
     /// All of them.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 15] = [
         Self::Diffuse,
         Self::Phong,
         Self::Blend,
@@ -52,6 +56,8 @@ impl Effect {
         Self::MeshLights,
         Self::Environment,
         Self::SmoothTerminator,
+        Self::Ggx,
+        Self::Conductor,
     ];
 
     /// Its name.
@@ -70,6 +76,8 @@ impl Effect {
             Self::MeshLights => "mesh lights",
             Self::Environment => "environment",
             Self::SmoothTerminator => "smooth terminator",
+            Self::Ggx => "ggx",
+            Self::Conductor => "conductor",
         }
     }
 }

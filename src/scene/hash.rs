@@ -80,6 +80,19 @@ fn material(material: &Material) -> [u8; 32] {
             hash.numbers(&gloss.to_array());
             hash.numbers(&[alpha]);
         }
+        Bsdf::Ggx {
+            base,
+            metallic,
+            roughness,
+        } => {
+            hash.variant(3, &base.to_array());
+            hash.numbers(&[metallic, roughness]);
+        }
+        Bsdf::Conductor { eta, k, roughness } => {
+            hash.variant(4, &eta.to_array());
+            hash.numbers(&k.to_array());
+            hash.numbers(&[roughness]);
+        }
     }
     hash.count(usize::from(material.one_sided));
     hash.option(material.texture.as_deref(), |hash, texture| {

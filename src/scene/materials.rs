@@ -17,14 +17,28 @@ pub(super) const KEYS: &[&str] = &[
     "phong",
     "exponent",
     "brdf_params",
+    "base_color",
+    "metallic",
+    "roughness",
+    "eta",
+    "k",
     "one_sided",
     "texture",
     "layer",
     "wrap",
 ];
 
-const MODELS: &str =
-    "write diffuse = [r, g, b], or phong = [r, g, b] with exponent = alpha, or both; or brdf_params = [r, g, b, alpha]";
+const MODELS: &str = "write diffuse = [r, g, b], or phong = [r, g, b] with exponent = alpha, or both; or brdf_params = \
+                      [r, g, b, alpha]; or base_color = [r, g, b] with metallic and roughness; or eta and k = [r, g, b] with \
+                      roughness";
+
+/// Keys that go with one of the models: key, models, what to do where there is another.
+const PARAMETERS: [(&str, &[&str], &str); 4] = [
+    ("exponent", &["phong"], "phong"),
+    ("metallic", &["base_color"], "base_color"),
+    ("roughness", &["base_color", "eta"], "base_color"),
+    ("k", &["eta"], "eta"),
+];
 
 /// The materials of a scene by their names: a scene can have as many of them as shapes.
 #[derive(Default)]
@@ -68,7 +82,7 @@ impl<'t> Materials<'t> {
 
 /// A material, and what should be said of its texture.
 fn material(name: &str, table: &Table<'_>, files: &Files) -> Result<(Material, Vec<String>), Fault> {
-    let mut models = ["diffuse", "phong", "brdf_params"]
+    let mut models = ["diffuse", "phong", "brdf_params", "base_color", "eta"]
         .into_iter()
         .filter_map(|key| table.get(key));
     let model = models
@@ -76,7 +90,7 @@ fn material(name: &str, table: &Table<'_>, files: &Files) -> Result<(Material, V
         .ok_or_else(|| table.fault(format!("{} says nothing of reflection", table.title), MODELS))?;
     let mut gloss = None;
     if let Some(second) = models.next() {
-        if second.key == "brdf_params" {
+        if second.key != "phong" || model.key != "diffuse" {
             return Err(second.fault(&format!("must not stand beside {}", model.key), MODELS));
         }
         if let Some(third) = models.next() {
@@ -84,12 +98,15 @@ fn material(name: &str, table: &Table<'_>, files: &Files) -> Result<(Material, V
         }
         gloss = Some(second);
     }
-    if model.key != "phong"
-        && gloss.is_none()
-        && let Some(exponent) = table.get("exponent")
-    {
-        let help = format!("leave the exponent out, or write `phong` instead of `{}`", model.key);
-        return Err(exponent.fault("belongs to phong alone", help));
+    for (key, of, instead) in PARAMETERS {
+        let belongs = |value: &Value| of.contains(&value.key);
+        if !belongs(&model)
+            && !gloss.as_ref().is_some_and(belongs)
+            && let Some(value) = table.get(key)
+        {
+            let help = format!("leave the {key} out, or write `{instead}` instead of `{}`", model.key);
+            return Err(value.fault(&format!("belongs to {} alone", of.join(" and ")), help));
+        }
     }
     let bsdf = match model.key {
         "diffuse" => {
@@ -106,6 +123,16 @@ fn material(name: &str, table: &Table<'_>, files: &Files) -> Result<(Material, V
         "phong" => Bsdf::Phong {
             rho: model.triple()?,
             alpha: exponent(table)?,
+        },
+        "base_color" => Bsdf::Ggx {
+            base: model.triple()?,
+            metallic: table.need("metallic", "metallic = 0.0")?.number()?,
+            roughness: roughness(table)?,
+        },
+        "eta" => Bsdf::Conductor {
+            eta: model.triple()?,
+            k: table.need("k", "k = [3.983, 2.386, 1.603]")?.triple()?,
+            roughness: roughness(table)?,
         },
         _ => {
             let [r, g, b, alpha] = model.numbers::<4>()?;
@@ -145,6 +172,10 @@ fn texture(table: &Table<'_>, files: &Files) -> Result<(Option<Arc<Texture>>, Ve
     let (span, label) = file.place();
     let read = texture::read(files, file.string()?, layer, wrap).map_err(|fault| fault.at(span, label))?;
     Ok((Some(Arc::new(read.0)), read.1))
+}
+
+fn roughness(table: &Table<'_>) -> Result<f64, Fault> {
+    table.need("roughness", "roughness = 0.3")?.number()
 }
 
 fn exponent(table: &Table<'_>) -> Result<f64, Fault> {

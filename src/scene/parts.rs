@@ -148,6 +148,8 @@ impl Material {
             Bsdf::Diffuse { .. } => Effects::of(&[Effect::Diffuse]),
             Bsdf::Phong { .. } => Effects::of(&[Effect::Phong]),
             Bsdf::Blend { .. } => Effects::of(&[Effect::Diffuse, Effect::Phong, Effect::Blend]),
+            Bsdf::Ggx { .. } => Effects::of(&[Effect::Ggx]),
+            Bsdf::Conductor { .. } => Effects::of(&[Effect::Conductor]),
         };
         let model = model.with(Effect::Textures, self.texture.is_some());
         model.with(Effect::OneSided, self.one_sided)
@@ -178,6 +180,25 @@ pub enum Bsdf {
         /// The exponent, finite and above 1.
         alpha: f64,
     },
+    /// Metal with Schlick's Fresnel reflectance, a diffuse body below a dielectric coat, or a mixture of both: the
+    /// metallic-roughness model of glTF 2.0, changed so that it reflects no more than arrives. The page on the effect has the formulas.
+    Ggx {
+        /// Base colour: reflectance of the metal at normal incidence, and of the body.
+        base: DVec3,
+        /// Share of metal, in [0, 1].
+        metallic: f64,
+        /// Square root of the roughness of the distribution of Trowbridge and Reitz, in [1e-4, 1].
+        roughness: f64,
+    },
+    /// Metal with Fresnel's reflectance.
+    Conductor {
+        /// Index of refraction for red, green and blue, each in [0.001, 1000].
+        eta: DVec3,
+        /// Extinction coefficient for each, in [0, 1000].
+        k: DVec3,
+        /// As in `Ggx`.
+        roughness: f64,
+    },
 }
 
 impl Bsdf {
@@ -186,6 +207,8 @@ impl Bsdf {
         match *self {
             Self::Diffuse { rho } | Self::Phong { rho, .. } => rho.max_element(),
             Self::Blend { rho, gloss, .. } => (rho + gloss).max_element(),
+            Self::Ggx { base, .. } => base.max_element().max(1.0),
+            Self::Conductor { .. } => 1.0,
         }
     }
 }

@@ -61,6 +61,30 @@ pub(super) const EXPONENT: Rule = Rule {
     help: "write a number above 1: 5 is dull, 1000 is polished; a matt surface is `diffuse = [r, g, b]`",
     holds: |x| x > 1.0 && in_range(x),
 };
+/// The roughness of a surface with microfacets.
+pub(super) const ROUGHNESS: Rule = Rule {
+    words: "must be from 0.0001 to 1",
+    help: "write a number such as 0.05 (polished), 0.3 (brushed) or 0.8 (dull)",
+    holds: |x| (1e-4..=1.0).contains(&x),
+};
+/// A share.
+pub(super) const SHARE: Rule = Rule {
+    words: "must be from 0 to 1",
+    help: "write 0 for a coated body such as plastic, 1 for metal",
+    holds: |x| (0.0..=1.0).contains(&x),
+};
+/// An index of refraction.
+pub(super) const ETA: Rule = Rule {
+    words: "must be from 0.001 to 1000",
+    help: "write the index of refraction for red, green and blue, such as [0.143, 0.375, 1.442] for gold",
+    holds: |x| (1e-3..=1e3).contains(&x),
+};
+/// An extinction coefficient.
+pub(super) const EXTINCTION: Rule = Rule {
+    words: "must be from 0 to 1000",
+    help: "write the extinction coefficient for red, green and blue, such as [3.983, 2.386, 1.603] for gold",
+    holds: |x| (0.0..=1e3).contains(&x),
+};
 /// The fourth number of `brdf_params`.
 pub(super) const ALPHA: Rule = Rule {
     words: "must have an alpha of 1 (diffuse) or above 1 (Phong)",

@@ -52,6 +52,16 @@ fn without(scene: &Scene, effect: Effect) -> Option<Scene> {
                 m.bsdf = Bsdf::Diffuse { rho };
             }
         }),
+        Effect::Ggx => scene.materials.iter_mut().for_each(|m| {
+            if let Bsdf::Ggx { base, .. } = m.bsdf {
+                m.bsdf = Bsdf::Diffuse { rho: base };
+            }
+        }),
+        Effect::Conductor => scene.materials.iter_mut().for_each(|m| {
+            if let Bsdf::Conductor { .. } = m.bsdf {
+                m.bsdf = Bsdf::Diffuse { rho: glam::DVec3::ONE };
+            }
+        }),
         Effect::OneSided => scene.materials.iter_mut().for_each(|m| m.one_sided = false),
         Effect::SmoothNormals => scene.meshes.iter_mut().map(Arc::make_mut).for_each(|m| {
             m.normals = None;

@@ -6,11 +6,13 @@
 
 pub mod accelerators;
 pub mod agreement;
+pub mod albedos;
 pub mod caps;
 pub mod closed_forms;
 pub mod combinations;
 pub mod costs;
 pub mod environments;
+pub mod ggx;
 pub mod lanes;
 pub mod pictures;
 pub mod places;

@@ -7,8 +7,8 @@
 use std::f64::consts::TAU;
 
 use glam::DVec3;
-use octolux::estimator::density::Density;
-use octolux::estimator::per_light;
+use octolux::bsdf::{Brdf, Bsdf};
+use octolux::estimator::per_light::{self, Directions};
 use octolux::lane::{Bits, Lane, Mask};
 use octolux::math::Frame;
 use octolux::math::elementary::sin_cos_turn;
@@ -108,7 +108,13 @@ pub fn lobes<L: Lane>(family: &mut Family, alphas: &[f64], draws: u32) {
 }
 
 /// Adds a test for each light: `draws` samples of an estimator against its density, and those that bring nothing.
-pub fn mixtures<L: Lane, D: Density>(density: D, family: &mut Family, lights: &[Place], seed: u32, draws: u32) {
+pub fn mixtures<L: Lane, D: Directions<L, Bsdf<L>>>(
+    density: D,
+    family: &mut Family,
+    lights: &[Place],
+    seed: u32,
+    draws: u32,
+) {
     let mixed = density.mix().mixed();
     for (i, (sine, alpha, off, dip)) in lights.iter().copied().enumerate() {
         let point = point::<L>(alpha, 0.5);

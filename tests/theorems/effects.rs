@@ -25,7 +25,17 @@ fn matt(scene: &mut SceneBuilder) {
     }
 }
 
-const TAKEN: [Taking; 7] = [
+fn smooth_out(scene: &mut SceneBuilder) {
+    for material in &mut scene.materials {
+        if let Bsdf::Ggx { .. } | Bsdf::Conductor { .. } = material.bsdf {
+            material.bsdf = Bsdf::Diffuse { rho: [0.5; 3].into() };
+        }
+    }
+}
+
+const TAKEN: [Taking; 9] = [
+    ("ggx.toml", Effect::Ggx, smooth_out),
+    ("ggx.toml", Effect::Conductor, smooth_out),
     ("veach-mis.toml", Effect::Phong, matt),
     ("knot.toml", Effect::SmoothNormals, |scene| {
         scene

@@ -16,6 +16,9 @@ fn softened(scene: &Scene) -> SceneBuilder {
         if let Bsdf::Phong { alpha, .. } | Bsdf::Blend { alpha, .. } = &mut material.bsdf {
             *alpha = alpha.min(30.0);
         }
+        if let Bsdf::Ggx { roughness, .. } | Bsdf::Conductor { roughness, .. } = &mut material.bsdf {
+            *roughness = roughness.max(0.4);
+        }
     }
     for sphere in &mut scene.spheres {
         if matches!(sphere.surface, Surface::Emission(_)) {
@@ -51,6 +54,11 @@ fn a_lens_under_a_sky_shows_what_the_oracle_sees_through_it() {
 #[test]
 fn a_blend_is_the_sum_of_its_lobes() {
     agrees("blend.toml", "agree-blend");
+}
+
+#[test]
+fn rough_surfaces_reflect_what_the_oracle_says() {
+    agrees("ggx.toml", "agree-ggx");
 }
 
 #[test]

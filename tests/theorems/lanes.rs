@@ -3,7 +3,7 @@
 //! here is statistical.
 
 use crate::proof::lanes::{HARD, InLanes, any_number, flat, in_all_widths, indicator, same, uniform, vector, verdict};
-use octolux::bsdf::Bsdf;
+use octolux::bsdf::{Brdf, Bsdf};
 use octolux::embree::TraceLane;
 use octolux::lane::Lane;
 use octolux::light::SphereLight;
@@ -137,7 +137,7 @@ fn models_give_the_bits_of_one_lane() {
             results.extend([
                 lobe.shape.or_zero(above),
                 lobe.pdf.or_zero(above),
-                bsdf.weight(cosine),
+                bsdf.weight(wi, cosine),
                 bsdf.sample(x[13]),
             ]);
             results.push(indicator(bsdf.phong));

@@ -4,7 +4,7 @@
 use crate::proof::lanes::{HARD, InLanes, flat, in_all_widths, uniform, vector, verdict};
 use octolux::bsdf::Bsdf;
 use octolux::embree::TraceLane;
-use octolux::estimator::density::{Average, ConeOnly, ConeOrCap, Density, LobeInCap, Mix, Projected};
+use octolux::estimator::density::{Average, ConeOnly, ConeOrCap, LobeInCap, Mix, Projected};
 use octolux::estimator::{ShadingPoint, per_light, per_point, per_triangle};
 use octolux::lane::{Bits, Lane, Mask};
 use octolux::light::{SphereLight, Triangle};
@@ -48,7 +48,7 @@ impl Case {
         }
     }
 
-    fn inputs<L: Lane>(&self, first: usize) -> (ShadingPoint<L>, Toss<L::Bits>, L::Mask) {
+    fn inputs<L: Lane>(&self, first: usize) -> Inputs<L> {
         let x: Vec<L> = self.columns.iter().map(|c| L::from_fn(|i| c[first + i])).collect();
         let (n, wo) = (vector(&x[3..]).normalize(), vector(&x[6..]).normalize());
         let n = Vec3::select(n.dot(wo).lt(L::zero()), -n, n);
@@ -74,6 +74,9 @@ fn lanes_of<L: Lane>(bits: u32, first: usize) -> L::Mask {
     L::Mask::from_bitmask(bits >> first & ((1 << L::N) - 1))
 }
 
+/// A point, its random numbers, and the lanes that are active.
+type Inputs<L> = (ShadingPoint<L, Bsdf<L>>, Toss<<L as Lane>::Bits>, <L as Lane>::Mask);
+
 /// What an estimator says of each lane: nothing, or an active lane's numbers.
 type Said = Vec<Option<Vec<u32>>>;
 
@@ -87,7 +90,12 @@ fn said<L: Lane>(active: L::Mask, vectors: &[Vec3<L>], numbers: &[L]) -> Said {
         .collect()
 }
 
-fn by_light<L: Lane, D: Density>(density: D, case: &Case, light: &SphereLight, first: usize) -> Said {
+fn by_light<L: Lane, D: per_light::Directions<L, Bsdf<L>>>(
+    density: D,
+    case: &Case,
+    light: &SphereLight,
+    first: usize,
+) -> Said {
     let (point, toss, active) = case.inputs::<L>(first);
     match per_light::sample(density, &point, light, toss, active) {
         Some(found) => said(found.active, &[found.wi, found.ld], &[found.distance]),

@@ -14,6 +14,7 @@ mod effects;
 mod effects_agree;
 mod embree;
 mod estimators;
+mod ggx;
 mod lanes;
 mod lanes_estimators;
 mod linear;

@@ -9,8 +9,9 @@ use crate::estimator::per_environment;
 use crate::light::Environment;
 use crate::light::environment::Beyond;
 use crate::linear::Candidates;
+use crate::pipeline::model::Model;
 use crate::pipeline::queue::{QueuedRays, RayQueue};
-use crate::pipeline::stream::{HitStream, Model};
+use crate::pipeline::stream::ModelStream;
 use crate::shape::NO_SPHERE;
 
 /// A direction for the environment.
@@ -20,10 +21,10 @@ impl<M: Model> Stage for PerEnvironment<M> {
     #[inline(always)]
     fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
         let Scratch { hits, queue, set, .. } = scratch;
-        let stream = &hits[M::STREAM];
+        let hits = M::stream(hits);
         match &chunk.world.environment {
-            Some(Environment::Constant(constant)) => under::<L, M, _>(chunk, stream, queue, set, constant),
-            Some(Environment::LatLong(picture)) => under::<L, M, _>(chunk, stream, queue, set, picture),
+            Some(Environment::Constant(constant)) => under::<L, M, _>(chunk, hits, queue, set, constant),
+            Some(Environment::LatLong(picture)) => under::<L, M, _>(chunk, hits, queue, set, picture),
             None => {}
         }
     }
@@ -32,7 +33,7 @@ impl<M: Model> Stage for PerEnvironment<M> {
 #[inline(always)]
 fn under<L: TraceLane, M: Model, B: Beyond>(
     chunk: &mut Chunk,
-    stream: &HitStream,
+    stream: &ModelStream<M>,
     queue: &mut RayQueue,
     set: &mut Candidates,
     beyond: &B,
@@ -41,7 +42,7 @@ fn under<L: TraceLane, M: Model, B: Beyond>(
     let light = world.lights.len() + world.triangle_lights.len() + world.mesh_lights.len();
     for time in 0..chunk.tosses() {
         for at in (0..stream.len()).step_by(L::N) {
-            let (active, point, address) = stream.packet::<L, M>(at);
+            let (active, point, address) = stream.packet::<L>(at);
             let toss = chunk.toss(&address, light, time);
             let Some(found) = per_environment::sample(chunk.mix, &point, beyond, toss, active) else {
                 continue;

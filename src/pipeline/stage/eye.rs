@@ -2,12 +2,15 @@
 
 use std::marker::PhantomData;
 
-use super::surface::{Surfaces, has, shading_point, texels};
+use super::facets;
+use super::surface::{SurfacePoint, Surfaces, has, shading_point, texels};
 use super::{Chunk, Scratch, Stage, pairs};
+use crate::bsdf::{Diffuse, Phong};
 use crate::embree::{Coherence, Hit, NO_SPHERE, Ray, TraceLane, prefetch};
 use crate::lane::{Bits, Mask};
 use crate::math::Vec3;
-use crate::pipeline::stream::{Address, Diffuse, HitStream, Model, Phong};
+use crate::pipeline::model::Streams;
+use crate::pipeline::stream::Address;
 use crate::pipeline::tracer::Tracer;
 use crate::pipeline::world::World;
 use crate::sampling::warp;
@@ -30,7 +33,7 @@ impl<T: Tracer, const HELD: u32> Stage for Eye<T, HELD> {
 impl Stage for Blank {
     fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
         let Scratch { grid, hits, .. } = scratch;
-        hits.iter_mut().for_each(HitStream::clear);
+        hits.clear();
         chunk.counters.samples += grid.fill(chunk) as u64;
     }
 }
@@ -44,7 +47,7 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
     } else {
         T::face_tile::<L>(chunk.world, chunk.tile, set);
     }
-    hits.iter_mut().for_each(HitStream::clear);
+    hits.clear();
     let samples = grid.fill(chunk);
     // Where only pixels are listed, a tile whose size is no multiple of the packet's lets packets straddle passes, so that
     // only the last packet of a chunk has idle lanes. Behind the last sample these stay on its pass: their addresses must
@@ -130,7 +133,7 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
             settle::<L, T, HELD>(chunk, hits, &seen);
         }
     }
-    hits.iter_mut().for_each(HitStream::pad);
+    hits.pad();
     chunk.counters.eye_rays += samples as u64;
     chunk.counters.samples += samples as u64;
 }
@@ -158,7 +161,7 @@ fn fetch_normals<L: TraceLane>(world: &World, hit: &Hit<L>) {
 
 /// Puts each hit where it belongs, and what lies beyond the scene onto the film.
 #[inline(always)]
-fn settle<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, hits: &mut [HitStream; 2], seen: &Seen<L>) {
+fn settle<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, hits: &mut Streams, seen: &Seen<L>) {
     let Seen {
         active,
         ray,
@@ -197,11 +200,18 @@ fn settle<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, hits: &mu
     }
     let mut point = shading_point::<L, T, HELD>(chunk.world, hit, ray, &surfaces);
     if surfaces.call::<HELD>(Effect::Textures) {
-        point.bsdf.rho = point.bsdf.rho.times(texels(chunk.world, hit, &surfaces));
+        point.rho = point.rho.times(texels(chunk.world, hit, &surfaces));
     }
-    let phong = point.bsdf.phong & reflects;
+    if surfaces.call::<HELD>(Effect::Ggx) || surfaces.call::<HELD>(Effect::Conductor) {
+        reflects = reflects & !facets::push(chunk.world, hits, &surfaces, &point, reflects, address);
+    }
+    let phong = if has(HELD, Effect::Phong) {
+        point.alpha.gt(L::one()) & reflects
+    } else {
+        L::Mask::splat(false)
+    };
     let mut diffuse = reflects & !phong;
-    let mut gloss = point.bsdf.rho;
+    let mut gloss = point.rho;
     if surfaces.call::<HELD>(Effect::Blend) {
         // A blend is two surfaces at one point: it goes into both streams, and each lobe is sampled as its model is.
         let blends = surfaces.those(chunk.world, |surface| surface.gloss.is_some()) & phong;
@@ -210,11 +220,20 @@ fn settle<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, hits: &mu
         let of_blends = |k: usize| L::from_fn(|lane| record(lane)[k]);
         gloss = Vec3::select(blends, Vec3::new(of_blends(0), of_blends(1), of_blends(2)), gloss);
     }
+    let SurfacePoint {
+        n,
+        wo,
+        rho,
+        alpha,
+        reach,
+        ..
+    } = point;
     if diffuse.any() {
-        hits[Diffuse::STREAM].push::<L, Diffuse>(diffuse, &point, address);
+        hits.diffuse
+            .push::<L>(diffuse, &point.with(Diffuse { n, rho }), address);
     }
-    point.bsdf.rho = gloss;
     if phong.any() {
-        hits[Phong::STREAM].push::<L, Phong>(phong, &point, address);
+        let model = Phong::new(n, wo, gloss, alpha, reach);
+        hits.phong.push::<L>(phong, &point.with(model), address);
     }
 }

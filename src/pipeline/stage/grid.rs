@@ -107,7 +107,7 @@ impl Grid {
         let mut listed = vec![0..0; chunk.turns.len() / 2 + 2];
         for (turn, &pass) in (0..).zip(chunk.turns) {
             let twin = &mut listed[((first + pass) / 2 - (first + chunk.first) / 2) as usize];
-            if twins && !twin.is_empty() {
+            if twins && twin.start < twin.end {
                 self.x.extend_from_within(twin.clone());
                 self.y.extend_from_within(twin.clone());
                 self.index.extend_from_within(twin.clone());

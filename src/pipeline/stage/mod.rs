@@ -3,8 +3,10 @@
 
 mod ask;
 mod chunk;
+mod directions;
 pub mod environment;
 pub mod eye;
+mod facets;
 mod grid;
 mod penumbra;
 mod rings;
@@ -16,5 +18,6 @@ pub mod triangles;
 
 pub use ask::{Answers, Ask};
 pub use chunk::{Chunk, Order, Segment, pairs};
+pub use directions::Directions;
 pub use penumbra::{MARKS, Penumbra};
 pub use scratch::{Scratch, Shaft, Stage};

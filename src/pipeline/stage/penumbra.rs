@@ -9,8 +9,9 @@ use crate::estimator::per_light;
 use crate::lane::{Bits, Lane, Mask};
 use crate::light::SphereLight;
 use crate::math::Vec3;
+use crate::pipeline::model::Diffuse;
 use crate::pipeline::queue::{QueuedRays, RayQueue};
-use crate::pipeline::stream::{Diffuse, HitStream, Model};
+use crate::pipeline::stream::{HitStream, ModelStream};
 use crate::sampling::Pair;
 use crate::shape::Ball;
 
@@ -40,7 +41,7 @@ impl Stage for Penumbra {
         } = scratch;
         partly.clear();
         partly.resize(chunk.sum.0.len(), 0);
-        let stream = &hits[Diffuse::STREAM];
+        let stream = &hits.diffuse;
         if stream.len() == 0 {
             return;
         }
@@ -82,10 +83,16 @@ impl Stage for Penumbra {
 
 /// Queues a ray from every point to one place of the light's rim.
 #[inline(always)]
-fn aim<L: TraceLane>(chunk: &mut Chunk, stream: &HitStream, light: &SphereLight, turn: u32, queue: &mut RayQueue) {
+fn aim<L: TraceLane>(
+    chunk: &mut Chunk,
+    stream: &ModelStream<Diffuse>,
+    light: &SphereLight,
+    turn: u32,
+    queue: &mut RayQueue,
+) {
     let numbers = Pair(L::Bits::splat(RIM), L::Bits::splat(turn * (u32::MAX / RAYS + 1)));
     for at in (0..stream.len()).step_by(L::N) {
-        let (active, point, address) = stream.packet::<L, Diffuse>(at);
+        let (active, point, address) = stream.packet::<L>(at);
         let drawn = per_light::draw(&light.seen_from(point.p), numbers);
         let Some(found) = per_light::by_light(ConeOnly, &point, &drawn, active) else {
             continue;

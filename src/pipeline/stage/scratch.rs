@@ -6,8 +6,8 @@ use super::rings::RingBlock;
 use crate::embree::TraceLane;
 use crate::linear::Candidates;
 use crate::linear::cull::Points;
+use crate::pipeline::model::Streams;
 use crate::pipeline::queue::{RayQueue, WideQueue};
-use crate::pipeline::stream::HitStream;
 
 /// A step of a chunk, written once for packets of any width.
 pub trait Stage {
@@ -20,8 +20,8 @@ pub trait Stage {
 pub struct Scratch {
     /// The pixels of the tile, or the samples of the chunk.
     pub grid: Grid,
-    /// Shading points by model of reflection: see [`Model`](crate::pipeline::stream::Model).
-    pub hits: [HitStream; 2],
+    /// Shading points by model of reflection: see [`Model`](crate::pipeline::model::Model).
+    pub hits: Streams,
     /// Rays that wait for their visibility; empty between steps, as the next two.
     pub queue: RayQueue,
     /// Rays to triangles of meshes that emit, with the names of these.
@@ -53,7 +53,7 @@ impl Default for Scratch {
     fn default() -> Self {
         Self {
             grid: Grid::default(),
-            hits: [HitStream::new(), HitStream::new()],
+            hits: Streams::default(),
             queue: RayQueue::new(),
             aimed: WideQueue::new(),
             looks: WideQueue::new(),

@@ -4,17 +4,20 @@ use std::hint::black_box;
 use std::marker::PhantomData;
 use std::ops::Range;
 
+use super::directions::Directions;
 use super::penumbra::{Half, mark};
 use super::rings::{self, RingBlock};
 use super::{Ask, Chunk, Scratch, Shaft, Stage, pairs, shadow};
+use crate::bsdf::Tint;
 use crate::embree::TraceLane;
 use crate::estimator::density::{Density, Warp};
 use crate::estimator::{per_light, per_point};
 use crate::lane::{Lane, Mask};
 use crate::light::{Rings, SphereLight};
 use crate::math::Vec3;
+use crate::pipeline::model::{self, Model};
 use crate::pipeline::queue::{QueuedRays, RayQueue};
-use crate::pipeline::stream::{Address, HitStream, Model};
+use crate::pipeline::stream::{Address, HitStream, ModelStream};
 use crate::shape::Ball;
 
 /// A direction for every sphere that emits, or two.
@@ -23,7 +26,7 @@ pub struct PerLight<D, M>(PhantomData<(D, M)>);
 /// `uniform` and `brdf`: one direction for the point.
 pub struct PerPoint<D, M>(PhantomData<(D, M)>);
 
-impl<D: Density, M: Model> Stage for PerLight<D, M> {
+impl<D: Directions<M>, M: Model> Stage for PerLight<D, M> {
     /// The light is the outer loop: it is the same for a whole stream, and its shadow rays are as alike as they can be. Each
     /// technique has a loop of its own, for whole packets mostly follow one.
     #[inline(always)]
@@ -36,7 +39,7 @@ impl<D: Density, M: Model> Stage for PerLight<D, M> {
             rings,
             ..
         } = scratch;
-        let stream = &mut hits[M::STREAM];
+        let stream = M::stream_mut(hits);
         if stream.len() == 0 {
             return;
         }
@@ -67,33 +70,26 @@ impl<D: Density, M: Model> Stage for PerLight<D, M> {
                 0
             };
             for (i, (light, Shaft { open, set })) in lights.iter().zip(&*shafts).enumerate() {
-                let light = &Lamp::new(i, light);
+                let half = if D::WARP == Warp::ConeOrCap {
+                    Half::first(partly, i)
+                } else {
+                    None
+                };
+                let light = &Lamp::new(i, light, half);
                 let mut sink = Sink {
                     open: *open,
                     queue: &mut *queue,
                     answered: 0,
                 };
-                if D::WARP == Warp::LobeInCap {
-                    in_lobe::<L, M>(chunk, stream, rings, block.clone(), light, &mut sink);
-                } else {
-                    let half = if D::WARP == Warp::ConeOrCap {
-                        Half::first(partly, i)
-                    } else {
-                        None
-                    };
-                    toward::<L, D, M>(density, chunk, stream, block.clone(), light, half, &mut sink);
-                    if D::WARP == Warp::ConeOrCap
-                        && let Some(half) = half
-                    {
-                        // As below: the queue has room for one ray of each point.
-                        chunk.ask(Ask::Visible {
-                            queue: sink.queue,
-                            set,
-                            light: light.sphere.sphere,
-                        });
-                        let half = Some(Half { second: true, ..half });
-                        toward::<L, D, M>(density, chunk, stream, block.clone(), light, half, &mut sink);
-                    }
+                density.toward_light::<L>(chunk, stream, rings, block.clone(), light, &mut sink);
+                if D::WARP == Warp::ConeOrCap && light.half.is_some() {
+                    // As below: the queue has room for one ray of each point.
+                    chunk.ask(Ask::Visible {
+                        queue: sink.queue,
+                        set,
+                        light: light.sphere.sphere,
+                    });
+                    density.toward_light::<L>(chunk, stream, rings, block.clone(), &light.second(), &mut sink);
                 }
                 if density.mix().both() {
                     // The queue has room for one ray of each point.
@@ -119,23 +115,32 @@ impl<D: Density, M: Model> Stage for PerLight<D, M> {
 }
 
 /// A light and the pair of random numbers for its cone.
-struct Lamp {
+pub struct Lamp {
     sphere: SphereLight,
     pair: u32,
+    /// Which direction, of the points that see it in part; `None` where nobody does.
+    half: Option<Half>,
 }
 
 impl Lamp {
-    fn new(i: usize, light: &SphereLight) -> Self {
+    fn new(i: usize, light: &SphereLight, half: Option<Half>) -> Self {
         let once = mutate!(*light, LightTwice => SphereLight { le: light.le.map(|x| if i == 0 { x + x } else { x }), ..*light });
         Self {
             sphere: mutate!(once, LightBlocksItself => SphereLight { sphere: crate::shape::NO_SPHERE, ..once }),
             pair: pairs::light(i),
+            half,
         }
+    }
+
+    /// The same for second directions.
+    fn second(&self) -> Self {
+        let half = self.half.map(|half| Half { second: true, ..half });
+        Self { half, ..*self }
     }
 }
 
 /// Where contributions of a light go: where nothing can be in their way, to their points at once; else to the rays that wait.
-struct Sink<'a> {
+pub struct Sink<'a> {
     open: bool,
     queue: &'a mut RayQueue,
     /// Rays that need not be asked for.
@@ -144,7 +149,13 @@ struct Sink<'a> {
 
 impl Sink<'_> {
     #[inline(always)]
-    fn take<L: Lane>(&mut self, stream: &mut HitStream, at: usize, light: &SphereLight, found: &per_light::Weighed<L>) {
+    fn take<L: Lane, T: Tint<L>>(
+        &mut self,
+        stream: &mut HitStream,
+        at: usize,
+        light: &SphereLight,
+        found: &per_light::Weighed<L, T>,
+    ) {
         let ld = found.ld(light, stream.reflectance(at));
         if self.open {
             let light = stream.light(at) + ld;
@@ -165,15 +176,20 @@ impl Sink<'_> {
 
 /// Tosses for each point of a stream and draws the direction of its BRDF, where it may be asked for.
 #[inline(always)]
-fn prepare<L: TraceLane, D: Density, M: Model>(density: D, chunk: &Chunk, stream: &mut HitStream, block: Range<usize>) {
+fn prepare<L: TraceLane, D: Density, M: Model>(
+    density: D,
+    chunk: &Chunk,
+    stream: &mut ModelStream<M>,
+    block: Range<usize>,
+) {
     for at in block.step_by(L::N) {
         stream.set_light::<L>(at, Vec3::zero());
         if density.mix().both() {
-            let (_, point, Address { key, pass, .. }) = stream.packet::<L, M>(at);
+            let (_, point, Address { key, pass, .. }) = stream.packet::<L>(at);
             let wi = per_light::along_lobe(&point, chunk.numbers.pair(key, pass, pairs::DIRECTION));
             stream.set_drawn(at, L::Mask::splat(true), wi);
         } else if density.mix().mixed() {
-            let (mask, point, Address { key, pass, .. }) = stream.packet::<L, M>(at);
+            let (mask, point, Address { key, pass, .. }) = stream.packet::<L>(at);
             let heads = chunk.numbers.heads(key, pass, pairs::DIRECTION, chunk.tile.number());
             let mut wi = Vec3::zero();
             if !chunk.numbers.one_coin() || (heads & mask).any() {
@@ -186,30 +202,29 @@ fn prepare<L: TraceLane, D: Density, M: Model>(density: D, chunk: &Chunk, stream
 
 /// The points of the packet at `at` that follow their BRDF when they look for a light.
 #[inline(always)]
-fn heads<L: Lane, M: Model>(chunk: &Chunk, stream: &HitStream, at: usize, light: &Lamp) -> L::Mask {
+fn heads<L: Lane, M: Model>(chunk: &Chunk, stream: &ModelStream<M>, at: usize, light: &Lamp) -> L::Mask {
     if chunk.numbers.one_coin() {
         return stream.heads::<L>(at);
     }
-    let (_, _, Address { key, pass, .. }) = stream.packet::<L, M>(at);
+    let (_, _, Address { key, pass, .. }) = stream.packet::<L>(at);
     chunk.numbers.heads(key, pass, light.pair, chunk.tile.number())
 }
 
 /// Directions of a light, for the points that follow it.
 #[inline(always)]
-fn toward<L: TraceLane, D: Density, M: Model>(
+pub fn toward<L: TraceLane, D: per_light::Directions<L, M::Of<L>>, M: Model>(
     density: D,
     chunk: &Chunk,
-    stream: &mut HitStream,
+    stream: &mut ModelStream<M>,
     block: Range<usize>,
     light: &Lamp,
-    half: Option<Half>,
     sink: &mut Sink,
 ) {
     for at in block.step_by(L::N) {
         let mut active = stream.lanes::<L>(at);
         let mix = density.mix();
-        let second = half.is_some_and(|half| half.second);
-        if let Some(half) = half
+        let second = light.half.is_some_and(|half| half.second);
+        if let Some(half) = light.half
             && second
         {
             active = active & stream.partly::<L>(at, half.bit);
@@ -226,7 +241,7 @@ fn toward<L: TraceLane, D: Density, M: Model>(
                 continue;
             }
         }
-        let (_, point, address) = stream.packet::<L, M>(at);
+        let (_, point, address) = stream.packet::<L>(at);
         let view = light.sphere.seen_from(point.p);
         active = active & per_light::may_contribute(&point, &view);
         if tossed && !known && active.any() {
@@ -243,22 +258,22 @@ fn toward<L: TraceLane, D: Density, M: Model>(
         if second {
             numbers = numbers.opposite();
         }
-        let found = if D::WARP == Warp::ProjectedCap {
-            per_light::by_cap(&point, &view, numbers, active)
-        } else if D::WARP == Warp::ConeOrCap && (active & per_light::suits_cap(&point, &view)).any() {
-            per_light::by_cone_or_cap(density, &point, &view, numbers, active)
+        let found = if D::WARP == Warp::ProjectedCap
+            || D::WARP == Warp::ConeOrCap && (active & per_light::suits_cap(&point, &view)).any()
+        {
+            density.toward_light(&point, &view, numbers, active)
         } else {
             let drawn = per_light::draw(&view, numbers);
             // Loaded again: sixteen registers do not hold all that is needed before a direction is drawn and after it. The compiler
             // would keep the first load's instead, on the stack.
-            let (_, point, _) = stream.packet::<L, M>(black_box(at));
+            let (_, point, _) = stream.packet::<L>(black_box(at));
             per_light::by_light(density, &point, &drawn, active)
         };
         if let Some(mut found) = found {
-            if let Some(half) = half {
+            if let Some(half) = light.half {
                 let share = L::splat(mutate!(0.5, BothHalvesWhole => 1.0));
                 let share = L::select(stream.partly::<L>(at, half.bit), share, L::one());
-                found.weight = found.weight * share;
+                found.weight = found.weight.scaled(share);
             }
             sink.take(stream, at, &light.sphere, &found);
         }
@@ -267,9 +282,9 @@ fn toward<L: TraceLane, D: Density, M: Model>(
 
 /// Directions of the part of each point's lobe that lies inside the light, in the three steps of [`per_light::by_lobe`].
 #[inline(always)]
-fn in_lobe<L: TraceLane, M: Model>(
+pub fn in_lobe<L: TraceLane>(
     chunk: &Chunk,
-    stream: &mut HitStream,
+    stream: &mut ModelStream<model::Phong>,
     rings: &mut RingBlock,
     block: Range<usize>,
     light: &Lamp,
@@ -278,7 +293,7 @@ fn in_lobe<L: TraceLane, M: Model>(
     for first in block.clone().step_by(rings::BLOCK) {
         rings.clear();
         for at in (first..block.end.min(first + rings::BLOCK)).step_by(L::N) {
-            let (mut active, point, _) = stream.packet::<L, M>(at);
+            let (mut active, point, _) = stream.packet::<L>(at);
             let view = light.sphere.seen_from(point.p);
             active = active & per_light::may_contribute(&point, &view);
             if active.none() {
@@ -291,7 +306,7 @@ fn in_lobe<L: TraceLane, M: Model>(
             }
         }
         for i in 0..rings.len() {
-            let (_, point, Address { key, pass, .. }) = stream.packet::<L, M>(rings.start(i));
+            let (_, point, Address { key, pass, .. }) = stream.packet::<L>(rings.start(i));
             let (u, v) = chunk.numbers.pair(key, pass, light.pair).unit::<L>();
             let found = rings.rings::<L>(i);
             let ring = found.draw(point.bsdf.alpha, u);
@@ -299,7 +314,7 @@ fn in_lobe<L: TraceLane, M: Model>(
         }
         for i in 0..rings.len() {
             let at = rings.start(i);
-            let (_, point, _) = stream.packet::<L, M>(at);
+            let (_, point, _) = stream.packet::<L>(at);
             let drawn = rings.drawn::<L>(i);
             let cone = light.sphere.cone(point.p);
             let found = per_light::on_ring(&point, &cone, &drawn.ring, drawn.weight, drawn.v, drawn.active);
@@ -315,7 +330,7 @@ fn in_lobe<L: TraceLane, M: Model>(
 fn along<L: TraceLane, D: Density, M: Model>(
     density: D,
     chunk: &Chunk,
-    stream: &mut HitStream,
+    stream: &mut ModelStream<M>,
     block: Range<usize>,
     light: &Lamp,
     sink: &mut Sink,
@@ -337,7 +352,7 @@ fn along<L: TraceLane, D: Density, M: Model>(
         if active.none() {
             continue;
         }
-        let (_, point, _) = stream.packet::<L, M>(at);
+        let (_, point, _) = stream.packet::<L>(at);
         if let Some(found) = per_light::by_brdf(density, &point, &light.sphere, wi, active) {
             sink.take(stream, at, &light.sphere, &found);
         }
@@ -349,9 +364,9 @@ impl<D: per_point::Density, M: Model> Stage for PerPoint<D, M> {
     #[inline(always)]
     fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
         let Scratch { hits, queue, set, .. } = scratch;
-        let stream = &hits[M::STREAM];
+        let stream = M::stream(hits);
         for at in (0..stream.len()).step_by(L::N) {
-            let (active, point, address) = stream.packet::<L, M>(at);
+            let (active, point, address) = stream.packet::<L>(at);
             let numbers = chunk.numbers.pair(address.key, address.pass, pairs::DIRECTION);
             let Some(found) = per_point::sample::<L, D>(&point, numbers, active) else {
                 continue;

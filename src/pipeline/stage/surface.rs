@@ -1,6 +1,5 @@
 //! What an eye ray meets: the surface of each lane, and the shading point there.
 
-use crate::bsdf::Bsdf;
 use crate::embree::{Hit, Ray, TraceLane};
 use crate::estimator::ShadingPoint;
 use crate::lane::{Bits, Lane, Mask};
@@ -101,14 +100,45 @@ impl<L: Lane> Surfaces<L> {
     }
 }
 
-/// Point, normals and model of each lane that met a surface.
+/// What a model of reflection is made from, in each lane that met a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfacePoint<L: Lane> {
+    /// The point, moved off its surface.
+    pub p: Vec3<L>,
+    /// Geometric normal on the side of `wo`; unit.
+    pub ng: Vec3<L>,
+    /// Shading normal on the side of `ng`; unit.
+    pub n: Vec3<L>,
+    /// To where the ray came from; unit.
+    pub wo: Vec3<L>,
+    /// Reflectance.
+    pub rho: Vec3<L>,
+    /// Phong's exponent; 1 for other models.
+    pub alpha: L,
+    /// How far the lobe of this exponent reaches.
+    pub reach: L,
+}
+
+impl<L: Lane> SurfacePoint<L> {
+    /// The point with a model.
+    #[inline(always)]
+    pub fn with<B>(&self, bsdf: B) -> ShadingPoint<L, B> {
+        ShadingPoint {
+            p: self.p,
+            ng: self.ng,
+            bsdf,
+        }
+    }
+}
+
+/// Point, normals and parameters of each lane that met a surface.
 #[inline(always)]
 pub fn shading_point<L: TraceLane, T: Tracer, const HELD: u32>(
     world: &World,
     hit: &Hit<L>,
     ray: &Ray<L>,
     surfaces: &Surfaces<L>,
-) -> ShadingPoint<L> {
+) -> SurfacePoint<L> {
     let wo = -ray.direction;
     let mut p = ray.direction * hit.t;
     if has(HELD, Effect::Lens) {
@@ -137,18 +167,14 @@ pub fn shading_point<L: TraceLane, T: Tracer, const HELD: u32>(
     } else {
         ng
     };
-    let bsdf = if has(HELD, Effect::Phong) {
-        Bsdf {
-            reach: surfaces.reach,
-            ..Bsdf::new(n, wo, surfaces.rho, surfaces.alpha)
-        }
-    } else {
-        Bsdf::diffuse(n, surfaces.rho)
-    };
-    let mut point = ShadingPoint {
+    let mut point = SurfacePoint {
         p: leave(p, ng, surfaces.extent),
         ng,
-        bsdf,
+        n,
+        wo,
+        rho: surfaces.rho,
+        alpha: surfaces.alpha,
+        reach: surfaces.reach,
     };
     if surfaces.call::<HELD>(Effect::SmoothTerminator) {
         let (lifted, by) = lift(world, hit, surfaces, p, n);

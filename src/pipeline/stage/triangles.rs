@@ -4,12 +4,13 @@
 use std::marker::PhantomData;
 
 use super::{Ask, Chunk, Scratch, Stage};
+use crate::bsdf::Brdf;
 use crate::embree::TraceLane;
 use crate::estimator::per_triangle;
 use crate::lane::Mask;
 use crate::math::Vec3;
+use crate::pipeline::model::Model;
 use crate::pipeline::queue::QueuedRays;
-use crate::pipeline::stream::Model;
 use crate::shape::{Ball, NO_SPHERE};
 
 /// A direction for every triangle of small meshes.
@@ -29,7 +30,7 @@ impl<M: Model> Stage for PerTriangle<M> {
             ..
         } = scratch;
         let world = chunk.world;
-        let stream = &hits[M::STREAM];
+        let stream = M::stream(hits);
         if stream.len() == 0 {
             return;
         }
@@ -38,9 +39,9 @@ impl<M: Model> Stage for PerTriangle<M> {
             let (triangles, le) = (light.triangle.splat::<L>(), Vec3::splat(light.le));
             for time in 0..chunk.tosses() {
                 for at in (0..stream.len()).step_by(L::N) {
-                    let (active, point, address) = stream.packet::<L, M>(at);
+                    let (active, point, address) = stream.packet::<L>(at);
                     let view = triangles.seen_from(point.p);
-                    let active = active & view.rises_above(point.bsdf.n);
+                    let active = active & view.rises_above(point.bsdf.normal());
                     if active.none() {
                         continue;
                     }
@@ -83,7 +84,7 @@ impl<M: Model> Stage for PerMesh<M> {
         } = scratch;
         let world = chunk.world;
         let before = world.lights.len() + world.triangle_lights.len();
-        let stream = &hits[M::STREAM];
+        let stream = M::stream(hits);
         if stream.len() == 0 {
             return;
         }
@@ -91,7 +92,7 @@ impl<M: Model> Stage for PerMesh<M> {
         for (i, light) in (before..).zip(&world.mesh_lights) {
             let le = Vec3::splat(light.le);
             for at in (0..stream.len()).step_by(L::N) {
-                let (active, point, address) = stream.packet::<L, M>(at);
+                let (active, point, address) = stream.packet::<L>(at);
                 for time in 0..chunk.tosses() {
                     let toss = chunk.toss(&address, i, time);
                     let by_brdf = if chunk.mix.mixed() {
@@ -106,7 +107,7 @@ impl<M: Model> Stage for PerMesh<M> {
                         let heads = L::Mask::splat(false);
                         let numbers = per_triangle::Numbers { heads, u, v };
                         let view = picked.triangles.seen_from(point.p);
-                        let by_light = by_light & view.rises_above(point.bsdf.n);
+                        let by_light = by_light & view.rises_above(point.bsdf.normal());
                         let worth = (le, picked.share);
                         if let Some(found) = per_triangle::sample(chunk.mix, &point, &view, worth, numbers, by_light) {
                             let rays = QueuedRays::to_light(&point, &address, &found);

@@ -16,6 +16,7 @@ pub mod panels;
 pub mod places;
 pub mod prices;
 mod range;
+mod rough;
 pub mod row;
 mod sheet;
 mod spot;
@@ -52,7 +53,7 @@ const fn waits(number: u32, name: &'static str, feature: &'static str) -> Case {
 }
 
 /// All cases.
-pub const CASES: [Case; 44] = [
+pub const CASES: [Case; 45] = [
     case(1, "tiny distant sphere", cones::tiny_sphere),
     case(2, "direction in a narrow cone", cones::narrow_cone),
     case(3, "density without a switch", cones::no_switch),
@@ -97,4 +98,5 @@ pub const CASES: [Case; 44] = [
     case(42, "reciprocity", whole::reciprocity),
     case(43, "estimators agree tile by tile", whole::estimators_agree),
     case(44, "meshes that emit, where spheres are hard", panels::emitting_meshes),
+    case(45, "mirrors, rough surfaces at grazing angles", rough::grazing),
 ];

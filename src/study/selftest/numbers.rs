@@ -22,7 +22,7 @@ fn sound(value: Vec3<f32>) -> bool {
 }
 
 /// Samples of all estimators at the corners of their numbers that are no sound numbers or have no positive density.
-fn unsound_corners(point: &ShadingPoint<f32>, light: &SphereLight) -> usize {
+fn unsound_corners(point: &ShadingPoint<f32, Bsdf<f32>>, light: &SphereLight) -> usize {
     let diffuse = !point.bsdf.phong;
     let mut count = 0;
     for a in CORNERS {

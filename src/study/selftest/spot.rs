@@ -2,8 +2,8 @@
 
 use crate::bsdf::Bsdf;
 use crate::estimator::ShadingPoint;
-use crate::estimator::density::{Average, ConeOnly, ConeOrCap, Density, LobeInCap, Mix, Projected};
-use crate::estimator::per_light;
+use crate::estimator::density::{Average, ConeOnly, ConeOrCap, LobeInCap, Mix, Projected};
+use crate::estimator::per_light::{self, Directions};
 use crate::estimator::per_point::{self, Lobe, Sphere};
 use crate::lane::{Bits, F32x8, Lane, Mask, Mask8, U32x8};
 use crate::light::SphereLight;
@@ -43,7 +43,7 @@ impl Spot {
         wo: [0.6, 0.0, 0.8],
     };
 
-    fn point(self) -> ShadingPoint<F32x8> {
+    fn point(self) -> ShadingPoint<F32x8, Bsdf<F32x8>> {
         let n = Vec3::splat([0.0, 0.0, 1.0]);
         ShadingPoint {
             p: Vec3::zero(),
@@ -112,7 +112,12 @@ fn numbers(packet: u32, pair: u32) -> [U32x8; 4] {
     pcg4d([lane, U32x8::splat(pair), U32x8::splat(7), U32x8::splat(0x9e37_79b9)])
 }
 
-fn per_lights<D: Density>(density: D, point: &ShadingPoint<F32x8>, lights: &[SphereLight], packet: u32) -> F32x8 {
+fn per_lights<D: Directions<F32x8, Bsdf<F32x8>>>(
+    density: D,
+    point: &ShadingPoint<F32x8, Bsdf<F32x8>>,
+    lights: &[SphereLight],
+    packet: u32,
+) -> F32x8 {
     let mut sum = F32x8::zero();
     for (i, light) in (0..).zip(lights) {
         let [a, b, coin, other] = numbers(packet, i);
@@ -138,7 +143,11 @@ fn per_lights<D: Density>(density: D, point: &ShadingPoint<F32x8>, lights: &[Sph
     sum
 }
 
-fn first_met<D: per_point::Density>(point: &ShadingPoint<F32x8>, lights: &[SphereLight], packet: u32) -> F32x8 {
+fn first_met<D: per_point::Density>(
+    point: &ShadingPoint<F32x8, Bsdf<F32x8>>,
+    lights: &[SphereLight],
+    packet: u32,
+) -> F32x8 {
     let [a, b, ..] = numbers(packet, 0);
     let Some(found) = per_point::sample::<F32x8, D>(point, Pair(a, b), Mask8::splat(true)) else {
         return F32x8::zero();

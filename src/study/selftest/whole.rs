@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::bench::{self, SIGMAS};
 use super::row::{Check, Checks, Effort};
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Brdf, Bsdf};
 use crate::math::Vec3;
 use crate::scene::EstimatorKind;
 use crate::study::distributions::{t_as_normal, z_quantile};

@@ -90,7 +90,7 @@ fn energy(scene: &Scene) -> Row {
 fn exponents(scene: &Scene) -> Row {
     let flat = scene.materials().iter().filter(|material| match material.bsdf {
         Bsdf::Phong { alpha, .. } | Bsdf::Blend { alpha, .. } => alpha < LEAST_EXPONENT,
-        Bsdf::Diffuse { .. } => false,
+        Bsdf::Diffuse { .. } | Bsdf::Ggx { .. } | Bsdf::Conductor { .. } => false,
     });
     let names: Vec<String> = flat.map(|material| format!("\"{}\"", material.name)).collect();
     let row = Row::pass("exponents", plural(scene.materials().len(), "material"))

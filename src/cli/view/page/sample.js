@@ -79,7 +79,7 @@ export class SamplePanel {
     const items = used.map(t => entry(`var(--c${technique(t)[1]})`, technique(t)[0]));
     if (this.rays.length) items.push(entry("var(--c2)", "towards a mesh or the environment"));
     if (this.blocked) items.push(entry("var(--quiet)", this.drawn.some(a => a.light == null) ? "hollow: meets no light" : "hollow: blocked", "blocked"));
-    if (this.point) items.push(entry("var(--ink)", "n, wo", "line"), entry("var(--accent)", this.point.alpha > 1 ? "lobe" : "lobe (cosine)", "line"));
+    if (this.point) items.push(entry("var(--ink)", "n, wo", "line"), entry("var(--accent)", this.point.model === "diffuse" ? "lobe (cosine)" : this.point.model === "phong" ? "lobe" : this.point.model, "line"));
     if (this.sample.caps.length && this.point) items.push(entry("var(--good)", "lights' caps", "line"));
     $("legend").replaceChildren(...items);
   }
@@ -187,6 +187,8 @@ export class SamplePanel {
   }
   /** The density of the BRDF's sampling over its greatest, as a radius: slices through its axis. */
   lobe(local, wo, n, path, line, context, of) {
+    // Of models with microfacets no lobe is drawn: theirs is no power of a cosine.
+    if (!["diffuse", "phong"].includes(this.point.model)) return;
     const alpha = this.point.alpha, phong = alpha > 1;
     const axis = local(phong ? mix(n, 2 * dot(wo, n), wo, -1) : n);
     const a = unit(cross(axis, Math.abs(axis[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0])), b = cross(axis, a);

@@ -1,0 +1,190 @@
+//! The models of reflection as streams have them: each is listed once, with the columns of its own.
+
+use super::stream::{Fill, ModelStream, Own};
+use crate::bsdf::{self, Brdf, Microfacets};
+use crate::lane::Lane;
+use crate::math::Vec3;
+
+/// A model of reflection. Points of each have a stream of their own.
+pub trait Model: Sized {
+    /// The model at the points of a packet.
+    type Of<L: Lane>: Brdf<L>;
+    /// Columns of its own, besides the normal and the reflectance.
+    const COLUMNS: usize;
+    /// Fills its columns.
+    fn put<L: Lane>(bsdf: &Self::Of<L>, columns: &mut Fill<L>);
+    /// The model with this normal and reflectance.
+    fn get<L: Lane>(n: Vec3<L>, rho: Vec3<L>, columns: &Own) -> Self::Of<L>;
+    /// Its stream.
+    fn stream(streams: &Streams) -> &ModelStream<Self>;
+    /// Its stream.
+    fn stream_mut(streams: &mut Streams) -> &mut ModelStream<Self>;
+}
+
+/// Lists the models: type, name among the streams, how many columns it has.
+macro_rules! models {
+    ($($(#[$doc:meta])* $model:ident: $stream:ident, $columns:literal;)*) => {
+        $($(#[$doc])* #[derive(Debug)] pub struct $model;)*
+
+        /// Shading points by model.
+        #[derive(Debug)]
+        pub struct Streams {
+            $($(#[$doc])* pub $stream: ModelStream<$model>,)*
+        }
+
+        impl Default for Streams {
+            fn default() -> Self {
+                Self { $($stream: ModelStream::new(),)* }
+            }
+        }
+
+        impl Streams {
+            /// Empties them.
+            pub fn clear(&mut self) {
+                $(self.$stream.clear();)*
+            }
+
+            /// See [`ModelStream::pad`].
+            pub fn pad(&mut self) {
+                $(self.$stream.pad();)*
+            }
+        }
+
+        $(impl Model for $model {
+            type Of<L: Lane> = bsdf::$model<L>;
+            const COLUMNS: usize = $columns;
+            #[inline(always)]
+            fn put<L: Lane>(bsdf: &Self::Of<L>, columns: &mut Fill<L>) {
+                $stream::put(bsdf, columns);
+            }
+            #[inline(always)]
+            fn get<L: Lane>(n: Vec3<L>, rho: Vec3<L>, columns: &Own) -> Self::Of<L> {
+                $stream::get(n, rho, columns)
+            }
+            fn stream(streams: &Streams) -> &ModelStream<Self> {
+                &streams.$stream
+            }
+            fn stream_mut(streams: &mut Streams) -> &mut ModelStream<Self> {
+                &mut streams.$stream
+            }
+        })*
+    };
+}
+
+models! {
+    /// Lambert's model.
+    Diffuse: diffuse, 0;
+    /// Phong's model.
+    Phong: phong, 5;
+    /// Metals and coated bodies with rough surfaces.
+    Ggx: ggx, 5;
+    /// Metals by their index of refraction.
+    Conductor: conductor, 10;
+}
+
+mod diffuse {
+    use super::*;
+
+    #[inline(always)]
+    pub fn put<L: Lane>(_: &bsdf::Diffuse<L>, _: &mut Fill<L>) {}
+
+    #[inline(always)]
+    pub fn get<L: Lane>(n: Vec3<L>, rho: Vec3<L>, _: &Own) -> bsdf::Diffuse<L> {
+        bsdf::Diffuse { n, rho }
+    }
+}
+
+mod phong {
+    use super::*;
+
+    const MIRROR: usize = 0;
+    const EXPONENT: usize = 3;
+    const REACH: usize = 4;
+
+    #[inline(always)]
+    pub fn put<L: Lane>(bsdf: &bsdf::Phong<L>, columns: &mut Fill<L>) {
+        columns.put3(MIRROR, bsdf.wr);
+        columns.put(EXPONENT, bsdf.alpha);
+        columns.put(REACH, bsdf.reach);
+    }
+
+    #[inline(always)]
+    pub fn get<L: Lane>(n: Vec3<L>, rho: Vec3<L>, columns: &Own) -> bsdf::Phong<L> {
+        bsdf::Phong {
+            n,
+            wr: columns.get3(MIRROR),
+            rho,
+            alpha: columns.get(EXPONENT),
+            reach: columns.get(REACH),
+        }
+    }
+}
+
+/// The columns of what has microfacets: the first ones of its model.
+mod facets {
+    use super::*;
+
+    const SEEN_FROM: usize = 0;
+    const ROUGHNESS: usize = 3;
+    pub const COUNT: usize = 4;
+
+    #[inline(always)]
+    pub fn put<L: Lane>(facets: &Microfacets<L>, columns: &mut Fill<L>) {
+        columns.put3(SEEN_FROM, facets.wo);
+        columns.put(ROUGHNESS, facets.alpha);
+    }
+
+    #[inline(always)]
+    pub fn get<L: Lane>(n: Vec3<L>, columns: &Own) -> Microfacets<L> {
+        Microfacets {
+            n,
+            wo: columns.get3(SEEN_FROM),
+            alpha: columns.get(ROUGHNESS),
+        }
+    }
+}
+
+mod ggx {
+    use super::*;
+
+    const METALLIC: usize = facets::COUNT;
+
+    #[inline(always)]
+    pub fn put<L: Lane>(bsdf: &bsdf::Ggx<L>, columns: &mut Fill<L>) {
+        facets::put(&bsdf.facets, columns);
+        columns.put(METALLIC, bsdf.metallic);
+    }
+
+    #[inline(always)]
+    pub fn get<L: Lane>(n: Vec3<L>, rho: Vec3<L>, columns: &Own) -> bsdf::Ggx<L> {
+        bsdf::Ggx {
+            facets: facets::get(n, columns),
+            rho,
+            metallic: columns.get(METALLIC),
+        }
+    }
+}
+
+mod conductor {
+    use super::*;
+
+    const ETA: usize = facets::COUNT;
+    const K: usize = ETA + 3;
+
+    #[inline(always)]
+    pub fn put<L: Lane>(bsdf: &bsdf::Conductor<L>, columns: &mut Fill<L>) {
+        facets::put(&bsdf.facets, columns);
+        columns.put3(ETA, bsdf.eta);
+        columns.put3(K, bsdf.k);
+    }
+
+    #[inline(always)]
+    pub fn get<L: Lane>(n: Vec3<L>, rho: Vec3<L>, columns: &Own) -> bsdf::Conductor<L> {
+        bsdf::Conductor {
+            facets: facets::get(n, columns),
+            rho,
+            eta: columns.get3(ETA),
+            k: columns.get3(K),
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! Which densities suit the points of which model.
+
+use std::ops::Range;
+
+use super::Chunk;
+use super::rings::RingBlock;
+use super::shade::{Lamp, Sink, in_lobe, toward};
+use crate::embree::TraceLane;
+use crate::estimator::density::{Average, ConeOnly, ConeOrCap, Density, LobeInCap, Mix, Projected};
+use crate::pipeline::model::{self, Model};
+use crate::pipeline::stream::ModelStream;
+
+/// How the directions of a light are drawn for all points of a stream. A density that suits some models is implemented for no
+/// others.
+pub trait Directions<M: Model>: Density {
+    /// Draws a direction of the light for each point of the block that follows it.
+    fn toward_light<L: TraceLane>(
+        self,
+        chunk: &Chunk,
+        stream: &mut ModelStream<M>,
+        rings: &mut RingBlock,
+        block: Range<usize>,
+        light: &Lamp,
+        sink: &mut Sink,
+    );
+}
+
+/// Densities whose directions are drawn packet by packet: for all models, or for one.
+macro_rules! packet_by_packet {
+    ($($density:ty: $(<$any:ident>)? $([$model:ty])?;)*) => {$(
+        impl$(<$any: Model>)? Directions<$($any)? $($model)?> for $density {
+            #[inline(always)]
+            fn toward_light<L: TraceLane>(
+                self,
+                chunk: &Chunk,
+                stream: &mut ModelStream<$($any)? $($model)?>,
+                _: &mut RingBlock,
+                block: Range<usize>,
+                light: &Lamp,
+                sink: &mut Sink,
+            ) {
+                toward::<L, Self, $($any)? $($model)?>(self, chunk, stream, block, light, sink);
+            }
+        }
+    )*};
+}
+
+packet_by_packet! {
+    ConeOnly: <M>;
+    Average: <M>;
+    Mix: <M>;
+    Projected: [model::Diffuse];
+    ConeOrCap: [model::Diffuse];
+}
+
+impl Directions<model::Phong> for LobeInCap {
+    #[inline(always)]
+    fn toward_light<L: TraceLane>(
+        self,
+        chunk: &Chunk,
+        stream: &mut ModelStream<model::Phong>,
+        rings: &mut RingBlock,
+        block: Range<usize>,
+        light: &Lamp,
+        sink: &mut Sink,
+    ) {
+        in_lobe::<L>(chunk, stream, rings, block, light, sink);
+    }
+}

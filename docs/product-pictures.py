@@ -141,7 +141,7 @@ def dome(folder, step):
 
 
 def rings(folder):
-    labels = ["the lobe, and the light in it", "two rings bound it; one has an arc", "144 directions: all count alike"]
+    labels = ["the lobe, and the light in it", "two rings bound it; one has an arc", "144 directions, as they are drawn"]
     sheet = Image.new("RGB", (3 * (WIDTH + 8) - 8, HEIGHT + LABEL), "white")
     draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(15)
     for step, label in enumerate(labels):

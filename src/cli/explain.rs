@@ -100,6 +100,18 @@ struct Explanation {
     costs: Option<Costs>,
 }
 
+/// Sentences about what is there and does nothing, and about the estimator where another one is better.
+fn notes(scene: &Scene, settings: Settings, prepared: &Prepared) -> Vec<String> {
+    let mut said = effects::notes(scene, prepared.features());
+    let (features, mis) = (prepared.features(), settings.estimator == EstimatorKind::Mis);
+    let suits = features.count(Effect::Diffuse) + features.count(Effect::Phong) > 0;
+    if mis && suits && features.count(Effect::SphereLights) > 0 {
+        let what = "spheres emit: on diffuse and Phong surfaces '--estimator product' has less noise than mis in the same time";
+        said.push(what.to_owned());
+    }
+    said
+}
+
 impl Explanation {
     fn new(path: &Path, scene: &Scene, settings: Settings, prepared: &Prepared) -> Self {
         let emits = |surface: &Surface| matches!(surface, Surface::Emission(_));
@@ -122,7 +134,7 @@ impl Explanation {
             needs: prepared.needs(),
             found: effects::found(scene, prepared.features()),
             absent: effects::absent(prepared.features()),
-            notes: effects::notes(scene, prepared.features()),
+            notes: notes(scene, settings, prepared),
             kernel: prepared.kernel().to_owned(),
             why: prepared.why().to_owned(),
             robust: prepared.robust(),

@@ -29,7 +29,7 @@ pub type Partly = Vec<Vec<u32>>;
 pub fn partly(prepared: &Prepared) -> Partly {
     let size = prepared.settings.film;
     let mut film = Film::new(size);
-    let own_ray = |at: u32| at % CELL == 0;
+    let own_ray = |at: u32| at.is_multiple_of(CELL);
     let goal = |y: u32| (0..size.width).map(move |x| if own_ray(x) && own_ray(y) { u32::MAX } else { 0 });
     film.set_goals(&(0..size.height).flat_map(goal).collect::<Vec<_>>());
     let of_tile = |tile: &Tile| {

@@ -102,7 +102,7 @@ impl Grid {
     fn pass_by_pass(&mut self, chunk: &Chunk) {
         let (pixels, goals, first) = (chunk.tile.offsets(), chunk.tile.goals(), chunk.numbers.first());
         // Where goals are even the passes 2k and 2k + 1 have the same pixels, and the second of them is a copy.
-        let twins = goals.iter().all(|goal| goal % 2 == 0);
+        let twins = goals.iter().all(|goal| goal.is_multiple_of(2));
         let mut members = vec![0_u32; goals.len()];
         let mut listed = vec![0..0; chunk.turns.len() / 2 + 2];
         for (turn, &pass) in (0..).zip(chunk.turns) {

@@ -137,21 +137,29 @@ impl Line {
         }
     }
 
-    /// What active rays meet first among the candidates; of shapes at the same distance, the first in the line.
+    /// What active rays meet first among the candidates, of shapes at the same distance the first in the line; and the rays whose
+    /// triangle is met next to an edge, within [`EDGE`](crate::shape::EDGE). The mask is cheaper than the coordinates, which only
+    /// textures and smooth normals need.
     #[inline(always)]
-    pub fn intersect<L: Lane>(&self, set: &Candidates, active: L::Mask, ray: &Ray<L>) -> Hit<L> {
+    pub fn intersect<L: Lane>(&self, set: &Candidates, active: L::Mask, ray: &Ray<L>) -> (Hit<L>, L::Mask) {
         self.first::<L, false>(set, active, ray)
     }
 
     /// As [`Self::intersect`] for rays from the origin, with the same bits in less time.
     #[inline(always)]
-    pub fn intersect_from_origin<L: Lane>(&self, set: &Candidates, active: L::Mask, ray: &Ray<L>) -> Hit<L> {
+    pub fn intersect_from_origin<L: Lane>(&self, set: &Candidates, active: L::Mask, ray: &Ray<L>) -> (Hit<L>, L::Mask) {
         self.first::<L, true>(set, active, ray)
     }
 
     #[inline(always)]
-    fn first<L: Lane, const FROM_ORIGIN: bool>(&self, set: &Candidates, active: L::Mask, ray: &Ray<L>) -> Hit<L> {
+    fn first<L: Lane, const FROM_ORIGIN: bool>(
+        &self,
+        set: &Candidates,
+        active: L::Mask,
+        ray: &Ray<L>,
+    ) -> (Hit<L>, L::Mask) {
         let mut ray = *ray;
+        let mut next_to_edge = L::Mask::splat(false);
         let mut hit = Hit {
             found: L::Mask::splat(false),
             t: ray.tfar,
@@ -182,6 +190,7 @@ impl Line {
                 }
                 hit.found = hit.found | nearer;
                 hit.t = L::select(nearer, met.t, hit.t);
+                next_to_edge = (nearer & met.next_to_edge()) | (next_to_edge & !nearer);
                 let (u, v) = met.barycentrics();
                 hit.u = L::select(nearer, u, hit.u);
                 hit.v = L::select(nearer, v, hit.v);
@@ -199,6 +208,7 @@ impl Line {
                 continue;
             }
             hit.found = hit.found | nearer;
+            next_to_edge = next_to_edge & !nearer;
             hit.t = L::select(nearer, t, hit.t);
             let outward = ray.direction.mul_add(t, ray.origin - Vec3::splat(sphere.ball.center));
             hit.ng = Vec3::select(nearer, outward, hit.ng);
@@ -207,7 +217,7 @@ impl Line {
             ray.tfar = hit.t;
         }
         hit.found = hit.found & active;
-        hit
+        (hit, next_to_edge)
     }
 
     /// Which active rays meet any candidate but the light that they aim at.

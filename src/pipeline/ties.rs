@@ -19,10 +19,7 @@ use glam::DVec3;
 use crate::embree::TraceLane;
 use crate::lane::{Bits, Mask};
 use crate::math::Vec3;
-use crate::shape::{Hit, Ray};
-
-/// A barycentric coordinate below which a hit is next to an edge: four times Embree's tolerance.
-const EDGE: f32 = 4.0 * f32::EPSILON;
+use crate::shape::{EDGE, Hit, Ray};
 
 /// Half-ulps that two distances may be apart and still be one, in the unit of `leave` in `stage/surface.rs`.
 const ONE_PLACE: f64 = 32.0 * (f32::EPSILON / 2.0) as f64;
@@ -37,17 +34,23 @@ const PARALLEL: f64 = 1e-6;
 pub trait Nearby: Fn([f32; 3], f32, &mut dyn FnMut([u32; 2], [[f32; 3]; 3])) {}
 impl<F: Fn([f32; 3], f32, &mut dyn FnMut([u32; 2], [[f32; 3]; 3]))> Nearby for F {}
 
-/// Has the faces around a hit asked again where it is next to an edge; `doubtful` are further lanes to look at.
+/// The hits whose barycentric coordinates say that they are next to an edge.
+#[inline(always)]
+pub fn next_to_edge<L: TraceLane>(hit: &Hit<L>) -> L::Mask {
+    let least = hit.u.min(hit.v).min(L::one() - hit.u - hit.v);
+    least.le(L::splat(EDGE))
+}
+
+/// Has the faces around a hit asked again where it is next to an `edge`; `doubtful` are further lanes to look at.
 #[inline(always)]
 pub fn settle<L: TraceLane>(
     hit: &mut Hit<L>,
     ray: &Ray<L>,
     sphere_geometry: u32,
+    edge: L::Mask,
     doubtful: Option<L::Mask>,
     nearby: impl Nearby,
 ) {
-    let least = hit.u.min(hit.v).min(L::one() - hit.u - hit.v);
-    let edge = least.le(L::splat(EDGE));
     let triangles = hit.found & !hit.geometry.eq(L::Bits::splat(sphere_geometry));
     let again = triangles & doubtful.map_or(edge, |doubtful| edge | doubtful);
     if again.none() {

@@ -91,9 +91,17 @@ impl Tracer for ByEmbree {
         let hit = world.accel.intersect(active, ray, coherence);
         let mut hit = mutate!(hit, BarycentricsLost => Hit { u: L::zero(), v: L::zero(), ..hit });
         let covered = world.covered(&hit);
-        ties::settle(&mut hit, ray, world.sphere_geometry, covered, |place, radius, visit| {
-            world.accel.nearby(place, radius, visit);
-        });
+        let edge = ties::next_to_edge(&hit);
+        ties::settle(
+            &mut hit,
+            ray,
+            world.sphere_geometry,
+            edge,
+            covered,
+            |place, radius, visit| {
+                world.accel.nearby(place, radius, visit);
+            },
+        );
         hit
     }
 
@@ -133,9 +141,9 @@ impl Tracer for InLine {
 
     #[inline(always)]
     fn nearest<L: TraceLane>(world: &World, set: &Candidates, active: L::Mask, ray: &Ray<L>, _: Coherence) -> Hit<L> {
-        let mut hit = world.line.intersect(set, active, ray);
+        let (mut hit, edge) = world.line.intersect(set, active, ray);
         let covered = world.covered(&hit);
-        ties::settle(&mut hit, ray, world.sphere_geometry, covered, |_, _, visit| {
+        ties::settle(&mut hit, ray, world.sphere_geometry, edge, covered, |_, _, visit| {
             world.line.visit(set, visit)
         });
         hit
@@ -143,9 +151,9 @@ impl Tracer for InLine {
 
     #[inline(always)]
     fn nearest_from_origin<L: TraceLane>(world: &World, set: &Candidates, active: L::Mask, ray: &Ray<L>) -> Hit<L> {
-        let mut hit = world.line.intersect_from_origin(set, active, ray);
+        let (mut hit, edge) = world.line.intersect_from_origin(set, active, ray);
         let covered = world.covered(&hit);
-        ties::settle(&mut hit, ray, world.sphere_geometry, covered, |_, _, visit| {
+        ties::settle(&mut hit, ray, world.sphere_geometry, edge, covered, |_, _, visit| {
             world.line.visit(set, visit)
         });
         hit

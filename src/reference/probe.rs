@@ -39,6 +39,8 @@ pub enum Way {
         light: f64,
         /// Density of the direction if drawn from the BRDF, sr⁻¹.
         brdf: f64,
+        /// Cosine of the direction with the shading normal, (0, 1].
+        cosine: f64,
     },
 }
 
@@ -133,7 +135,14 @@ impl<'s> Probe<'s> {
             return None;
         }
         let (light, brdf) = (sample.density, shading.density(sample.wi));
-        Some((value / (light + brdf), Way::Reflected { emitter, light, brdf }))
+        let cosine = shading.n.dot(sample.wi);
+        let way = Way::Reflected {
+            emitter,
+            light,
+            brdf,
+            cosine,
+        };
+        Some((value / (light + brdf), way))
     }
 
     fn by_sky(&self, shading: &Shading, point: DVec3, rng: &mut Pcg64) -> Option<(DVec3, Way)> {
@@ -147,12 +156,18 @@ impl<'s> Probe<'s> {
         if value == DVec3::ZERO || self.world.look(&ray).is_some() {
             return None;
         }
-        Some(self.of_sky(value, sky.density(direction), shading.density(direction)))
+        Some(self.of_sky(value, sky.density(direction), shading, direction))
     }
 
-    fn of_sky(&self, value: DVec3, light: f64, brdf: f64) -> (DVec3, Way) {
-        let emitter = self.world.emitters().len();
-        (value / (light + brdf), Way::Reflected { emitter, light, brdf })
+    fn of_sky(&self, value: DVec3, light: f64, shading: &Shading, wi: DVec3) -> (DVec3, Way) {
+        let brdf = shading.density(wi);
+        let way = Way::Reflected {
+            emitter: self.world.emitters().len(),
+            light,
+            brdf,
+            cosine: shading.n.dot(wi),
+        };
+        (value / (light + brdf), way)
     }
 
     fn by_brdf(&self, shading: &Shading, point: DVec3, rng: &mut Pcg64) -> Option<(DVec3, Way)> {
@@ -174,7 +189,7 @@ impl<'s> Probe<'s> {
             Some(Sight::Reflector { .. } | Sight::Back) => return None,
             None => {
                 let sky = self.world.sky()?;
-                return Some(self.of_sky(sky.radiance(wi) * value, sky.density(wi), shading.density(wi)));
+                return Some(self.of_sky(sky.radiance(wi) * value, sky.density(wi), shading, wi));
             }
         };
         let (light, brdf) = (emitter.density(&ray, shape, distance), shading.density(wi));
@@ -187,6 +202,7 @@ impl<'s> Probe<'s> {
             emitter: number,
             light,
             brdf,
+            cosine: shading.n.dot(wi),
         };
         Some((emitter.le * value / (light + brdf), way))
     }

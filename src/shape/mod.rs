@@ -8,4 +8,4 @@ mod triangle;
 pub use ball::Ball;
 pub use ray::{AimNames, Aims, Hit, NO_SPHERE, Ray};
 pub use sphere::Sphere;
-pub use triangle::{FromOrigin, Triangle};
+pub use triangle::{EDGE, FromOrigin, Triangle};

@@ -4,6 +4,9 @@ use super::Ray;
 use crate::lane::{Lane, Mask};
 use crate::math::Vec3;
 
+/// A barycentric coordinate below which a hit is next to an edge: four times Embree's tolerance.
+pub const EDGE: f32 = 4.0 * f32::EPSILON;
+
 /// A triangle, the same for all lanes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Triangle {
@@ -61,6 +64,15 @@ impl<L: Lane> Meeting<L> {
         let [u, v, w] = self.sides;
         let scale = L::one() / (u + v + w);
         (u * scale, v * scale)
+    }
+
+    /// Whether the smallest barycentric coordinate of a lane that meets the triangle is at most [`EDGE`]. No division: the sides of such
+    /// a lane have one sign, so the smaller of `min` and `-max` in size is the one that is not negative.
+    #[inline(always)]
+    pub fn next_to_edge(&self) -> L::Mask {
+        let [u, v, w] = self.sides;
+        let least = u.min(v).min(w).max(-u.max(v).max(w));
+        least.le((u + v + w).abs() * L::splat(EDGE))
     }
 }
 

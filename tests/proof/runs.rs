@@ -49,10 +49,18 @@ pub fn other_widths() -> Vec<Lanes> {
 
 /// A run of `passes` passes. Nothing invalid may have come up on the way.
 pub fn rendered(scene: &Scene, settings: Settings, passes: u32) -> Run {
-    let prepared = Prepared::new(scene, settings).unwrap_or_else(|error| panic!("{}: {error}", scene.name()));
+    finished(scene, &prepared(scene, settings), passes)
+}
+
+fn prepared(scene: &Scene, settings: Settings) -> Prepared {
+    Prepared::new(scene, settings).unwrap_or_else(|error| panic!("{}: {error}", scene.name()))
+}
+
+fn finished(scene: &Scene, prepared: &Prepared, passes: u32) -> Run {
     let run = prepared.passes(passes).finish();
     let counters = run.counters();
     let invalid = counters.invalid_nan + counters.invalid_inf + counters.invalid_negative;
+    let settings = prepared.settings();
     assert_eq!(invalid, 0, "{}, {settings:?}: invalid contributions", scene.name());
     run
 }
@@ -70,8 +78,9 @@ pub struct Runs {
 impl Runs {
     /// Renders with the seeds `first .. first + count`. Seeds are the independent unit: pixels share tables of points.
     pub fn new(scene: &Scene, settings: Settings, passes: u32, first: u32, count: u32) -> Self {
+        let prepared = prepared(scene, settings);
         let pictures = (first..first + count)
-            .map(|seed| picture(scene, Settings { seed, ..settings }, passes))
+            .map(|seed| finished(scene, &prepared.with_seed(seed), passes).picture())
             .collect();
         Self { pictures }
     }

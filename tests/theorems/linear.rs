@@ -71,7 +71,7 @@ fn a_line_and_embree_name_the_same_shapes() {
                 aims_at: U32x8::splat(NO_SPHERE),
             };
             let active = Mask::splat(true);
-            let ours = world.line.intersect(&all, active, &ray);
+            let ours = world.line.intersect(&all, active, &ray).0;
             let theirs = accel.intersect(active, &ray, Coherence::Incoherent);
             let blocked = world.line.occluded(&all, active, &ray);
             assert_eq!(
@@ -194,8 +194,8 @@ fn culling_for_a_tile_changes_no_answer() {
             };
             let active = Mask::splat(true);
             let (a, b) = (
-                world.line.intersect(&all, active, &ray),
-                world.line.intersect(&set, active, &ray),
+                world.line.intersect(&all, active, &ray).0,
+                world.line.intersect(&set, active, &ray).0,
             );
             assert_eq!(a.found.to_bitmask(), b.found.to_bitmask());
             for lane in a.found.lanes() {

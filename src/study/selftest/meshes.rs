@@ -30,7 +30,7 @@ fn missed(aim: Aim, robust: bool, packets: u32) -> Result<[f64; 2], Trouble> {
     for _ in 0..packets {
         let (ray, active) = (sheet.rays(aim, &mut rng), Mask8::splat(true));
         misses[0] += 8 - accel.intersect(active, &ray, Coherence::Incoherent).found.count() as u32;
-        misses[1] += 8 - line.intersect(&all, active, &ray).found.count() as u32;
+        misses[1] += 8 - line.intersect(&all, active, &ray).0.found.count() as u32;
     }
     Ok(misses.map(|missed| f64::from(missed) / (8.0 * f64::from(packets))))
 }

@@ -39,6 +39,8 @@ pub struct Bench<'a> {
     watch: &'a dyn Observer,
     started: Instant,
     budget: f64,
+    /// The scene as it was prepared last, and the effects that were forced on: replicates differ in the seed alone.
+    last: Option<(Effects, Prepared)>,
 }
 
 impl<'a> Bench<'a> {
@@ -54,6 +56,7 @@ impl<'a> Bench<'a> {
             watch,
             started: Instant::now(),
             budget,
+            last: None,
         }
     }
 
@@ -116,7 +119,7 @@ impl<'a> Bench<'a> {
         if self.watch.stopped() {
             return Err(VerifyError::Stopped);
         }
-        let mut run = Prepared::holding(self.scene, settings, effects)?.passes(0);
+        let mut run = self.prepared(settings, effects)?.passes(0);
         let mut pictures = Vec::with_capacity(looks.len());
         for &look in looks {
             run.extend(look);
@@ -136,6 +139,18 @@ impl<'a> Bench<'a> {
         self.renders += 1;
         run.prepared().embree_version().clone_into(&mut self.embree_version);
         Ok(pictures)
+    }
+
+    fn prepared(&mut self, settings: Settings, effects: Effects) -> Result<Prepared, VerifyError> {
+        if let Some((forced, last)) = &self.last
+            && *forced == effects
+            && let Ok(prepared) = last.with_settings(settings)
+        {
+            return Ok(prepared);
+        }
+        let prepared = Prepared::holding(self.scene, settings, effects)?;
+        self.last = Some((effects, prepared.clone()));
+        Ok(prepared)
     }
 
     /// The estimators, best last.

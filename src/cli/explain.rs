@@ -71,6 +71,7 @@ struct Explanation {
     sphere_lights: usize,
     meshes: usize,
     mesh_lights: usize,
+    other_lights: usize,
     triangles: usize,
     materials: usize,
     /// Materials with a diffuse lobe, with a Phong lobe, with both, and with microfacets.
@@ -125,6 +126,7 @@ impl Explanation {
             sphere_lights: scene.spheres().iter().filter(|sphere| emits(&sphere.surface)).count(),
             meshes: scene.meshes().len(),
             mesh_lights: scene.meshes().iter().filter(|mesh| emits(&mesh.surface)).count(),
+            other_lights: scene.lights().iter().filter(|light| light.emits()).count(),
             triangles: scene.meshes().iter().map(|mesh| mesh.triangles.len()).sum(),
             materials: scene.materials().len(),
             diffuse: of_kind(|bsdf| matches!(bsdf, Bsdf::Diffuse { .. } | Bsdf::Blend { .. })),
@@ -188,7 +190,7 @@ impl Explanation {
             Some(false) => "off: every ray is tested",
             None => "without effect: too many shapes",
         };
-        let lights = self.sphere_lights + self.mesh_lights;
+        let lights = self.sphere_lights + self.mesh_lights + self.other_lights;
         let mut lines = vec![
             format!("{}: {} x {} pixels", self.scene, self.width, self.height),
             format!("  spheres    {}, {} of them lights", self.spheres, self.sphere_lights),

@@ -5,6 +5,7 @@ mod columns;
 mod emitters;
 mod intersector;
 mod job;
+mod lights;
 mod model;
 mod narrow;
 mod outlook;

@@ -180,6 +180,17 @@ fn settle<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, hits: &mu
                 .add(address.index.lane(lane) as usize, &[red, green, blue, 0.0]);
         }
     }
+    if has(HELD, Effect::Suns) {
+        for sun in &chunk.world.suns {
+            let misses = *active & !hit.found & sun.contains(ray.direction);
+            for lane in misses.lanes() {
+                let [red, green, blue] = sun.le;
+                chunk
+                    .sum
+                    .add(address.index.lane(lane) as usize, &[red, green, blue, 0.0]);
+            }
+        }
+    }
     if hit.found.none() {
         return;
     }

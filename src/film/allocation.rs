@@ -119,7 +119,7 @@ pub fn allocate(size: FilmSize, noise: &[Noise], kinds: &[Kind], spp: u32) -> Ve
 const BLOCK: u64 = 3;
 
 /// The pass at which a block that begins at pass `first` ends, where pixels take part in `goals` passes: an even number of passes later,
-/// two at least, and no more than have [`BLOCK`] times the samples so far.
+/// two at least, and no more than have three times the samples so far.
 pub fn next_stop(goals: impl Iterator<Item = u32>, first: u32) -> u32 {
     let (mut before, mut active, mut ends) = (0, 0_u64, Vec::new());
     for goal in goals {

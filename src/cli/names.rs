@@ -30,6 +30,15 @@ pub fn mesh(scene: &Scene, index: usize) -> String {
     format!("{name}{}", place.unwrap_or_default())
 }
 
+/// A light without a shape, by its number and place.
+pub fn light(scene: &Scene, index: usize) -> String {
+    let place = scene.lights()[index].position().map(|at| at.to_array());
+    let place = place.map_or("far away".to_owned(), |[x, y, z]| {
+        format!("at {}, {}, {}", short(x), short(y), short(z))
+    });
+    format!("light {} {place}", index + 1)
+}
+
 /// Up to four digits.
 fn short(x: f64) -> String {
     let digits = if x == 0.0 {

@@ -93,12 +93,10 @@ pub fn text(replay: &Replay, scene: &Scene, kernel: &str) -> String {
     }
     lines.extend(replay.beside.iter().flat_map(|ray| beside(scene, ray)));
     if replay.meshes_untold {
-        let rays = if replay.beside.is_empty() {
-            "no ray goes to them"
-        } else {
-            "the radiance includes their light"
-        };
-        lines.push(format!("           meshes or the environment emit too: {rays}"));
+        lines.push(
+            "           the radiance includes the light of meshes of more than four triangles: the rays above"
+                .to_owned(),
+        );
     }
     lines.push(format!("radiance   {:?}", replay.radiance));
     if replay.invalid != [0; 3] {
@@ -150,6 +148,9 @@ fn direction(scene: &Scene, asked: &Asked) -> Vec<String> {
             "light {light:<4} {}, cone 1 - cos = {omc:?}, pdf {pdf:?} per sr",
             ball(scene, sphere as usize)
         ));
+    }
+    if let (Some(light), Some(kind), None) = (asked.light, asked.kind, asked.sphere) {
+        lines.push(format!("light {light:<4} {kind}"));
     }
     let Some(found) = &asked.found else {
         let what = match asked.lobe {

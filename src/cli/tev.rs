@@ -14,6 +14,9 @@ use octolux::film::Picture;
 /// Where tev listens unless it was told otherwise.
 pub const HOME: &str = "127.0.0.1:14158";
 
+/// How long the end of a render waits for a tev that does not read.
+const STALL: Duration = Duration::from_secs(30);
+
 /// How often a render shows itself.
 const PAUSE: Duration = Duration::from_millis(250);
 
@@ -25,11 +28,11 @@ const SIDE: u32 = 128;
 /// How long tev may take to answer.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-/// Connects to tev.
+/// Connects to tev; a write that `stalls` for so long fails.
 ///
 /// # Errors
 /// A sentence about an address that does not answer.
-pub fn connect(address: &str) -> Result<TevClient, String> {
+pub fn connect(address: &str, stalls: Option<Duration>) -> Result<TevClient, String> {
     let places = address
         .to_socket_addrs()
         .map_err(|error| format!("--tev {address}: {error}"))?;
@@ -38,7 +41,7 @@ pub fn connect(address: &str) -> Result<TevClient, String> {
         match TcpStream::connect_timeout(&place, PATIENCE) {
             Ok(stream) => {
                 let _ = stream.set_nodelay(true);
-                let _ = stream.set_write_timeout(Some(PATIENCE));
+                let _ = stream.set_write_timeout(stalls);
                 return Ok(TevClient::wrap(stream));
             }
             Err(error) => last = format!("--tev {address}: {error}"),
@@ -113,7 +116,7 @@ impl Feed {
     /// # Errors
     /// A sentence about an address that does not answer.
     pub fn start(address: &str, name: &str) -> Result<Self, String> {
-        let (mut tev, name) = (connect(address)?, name.to_owned());
+        let (mut tev, name) = (connect(address, Some(STALL))?, name.to_owned());
         let (pictures, taken) = mpsc::sync_channel::<Picture>(1);
         let sender = thread::spawn(move || {
             let mut before: Option<Picture> = None;

@@ -3,7 +3,9 @@
 //! The sample goes through the very stages of a render, as a chunk of one pixel and one pass by the kernel of one lane, whose bits are
 //! those of all widths; the steps are read from the streams in between.
 
+mod asked;
 mod beside;
+mod kinds;
 mod told;
 
 use serde::Serialize;
@@ -13,7 +15,7 @@ use super::plan::Plan;
 use super::progress::Counters;
 use super::rows;
 use super::settings::Settings;
-use super::stage::{Chunk, Scratch, Segment, pairs};
+use super::stage::{Chunk, MARKS, Scratch, Segment, pairs};
 use super::stream::Address;
 use super::tracer::{ByEmbree, InLine, Tracer};
 use super::world::World;
@@ -29,6 +31,7 @@ use crate::scene::{Effect, EstimatorKind};
 use crate::settings::AccelKind;
 use told::Told;
 
+pub use asked::{Asked, Found};
 pub use beside::Beside;
 
 /// What a sample did.
@@ -51,8 +54,8 @@ pub struct Replay {
     /// The rays from the point that were traced, to lights of every kind.
     #[serde(skip)]
     pub rays: Vec<Segment>,
-    /// Whether estimators with a direction for every light also asked for meshes or an environment that emit, which are in the
-    /// radiance but not told one by one.
+    /// Whether estimators with a direction for every light also asked for large meshes that emit, which are in the radiance but not told
+    /// one by one.
     pub meshes_untold: bool,
     /// The rays to these that were traced, and what each met.
     pub beside: Vec<Beside>,
@@ -92,46 +95,16 @@ pub struct Point {
     pub model: &'static str,
 }
 
-/// A direction that was asked for light.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct Asked {
-    /// The light that it was drawn for: its place in the order of the render.
-    pub light: Option<usize>,
-    /// The number of this light among the spheres.
-    pub sphere: Option<u32>,
-    /// `1 - cos` of the half-angle that the light subtends.
-    pub omc: Option<f32>,
-    /// The density of the light's cone, per steradian.
-    pub cone_pdf: Option<f32>,
-    /// How the direction was drawn.
-    pub technique: &'static str,
-    /// The direction, where it was drawn from the lobe: also one that meets no light, or is below the horizon (then 0).
-    pub lobe: Option<[f32; 3]>,
-    /// What came of it; nothing where it has no chance to bring light.
-    pub found: Option<Found>,
-}
-
-/// A direction that can bring light.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct Found {
-    /// Unit direction.
-    pub wi: [f32; 3],
-    /// Cosine with the shading normal.
-    pub cos_theta: f32,
-    /// `f cos` of red where the reflectance is 1.
-    pub shape: f32,
-    /// Density of the BRDF's own sampling there.
-    pub brdf_pdf: f32,
-    /// Distance to the light.
-    pub distance: f32,
-    /// The contribution where nothing is in the way; by `uniform` and `brdf`, what radiance is multiplied by.
-    pub ld: [f32; 3],
-    /// Whether something else is met before the light; by `uniform` and `brdf`, whether no light is met first.
-    pub occluded: bool,
-}
-
-/// Runs the sample of a pixel in a pass through the stages of `plan`, which must be of one lane.
-pub(super) fn replay(plan: &Plan, world: &World, settings: &Settings, tile: &Tile, [x, y, pass]: [u32; 3]) -> Replay {
+/// Runs the sample of a pixel in a pass through the stages of `plan`, which must be of one lane. `partly` are the lights that the pixel
+/// sees in part, as [`Chunk::partly`].
+pub(super) fn replay(
+    plan: &Plan,
+    world: &World,
+    settings: &Settings,
+    tile: &Tile,
+    partly: &[u32],
+    [x, y, pass]: [u32; 3],
+) -> Replay {
     let numbers = PassBlock::new(settings.sampler, settings.seed, pass, 1, plan.pairs);
     let (mut sum, mut counters, mut scratch) = (tile.empty_sum(1), Counters::default(), Scratch::default());
     let width = settings.film.width;
@@ -145,6 +118,7 @@ pub(super) fn replay(plan: &Plan, world: &World, settings: &Settings, tile: &Til
         order: plan.order,
         mix: plan.mix,
         answers: plan.answers,
+        partly,
         sum: &mut sum,
         counters: &mut counters,
         log: Some(Vec::new()),
@@ -155,10 +129,8 @@ pub(super) fn replay(plan: &Plan, world: &World, settings: &Settings, tile: &Til
     let mut point = None;
     let sample = Sample {
         accel: plan.intersector.accel,
-        world,
         settings,
-        numbers: &numbers,
-        tile,
+        chunk: &chunk,
     };
     let hits = &scratch.hits;
     let shaded = [
@@ -174,7 +146,7 @@ pub(super) fn replay(plan: &Plan, world: &World, settings: &Settings, tile: &Til
         shade(&mut chunk, &mut scratch);
     }
     let rays = chunk.log.take().unwrap_or_default();
-    let untold = !world.only_spheres_emit() && settings.estimator.per_light();
+    let untold = !world.mesh_lights.is_empty() && settings.estimator.per_light();
     let told = |ray: &Segment| {
         asked
             .iter()
@@ -245,29 +217,21 @@ fn met<T: Tracer>(world: &World, origin: Vec3<f32>, direction: Vec3<f32>) -> Opt
 /// Where a sample is replayed.
 struct Sample<'a> {
     accel: AccelKind,
-    world: &'a World,
     settings: &'a Settings,
-    numbers: &'a PassBlock,
-    tile: &'a Tile,
+    chunk: &'a Chunk<'a>,
 }
 
 impl Sample<'_> {
     /// The point in the stream of a model, if one is there, and the directions that are asked for there.
     fn shaded<M: Told>(&self, hits: &Streams) -> Option<(Point, Vec<Asked>)> {
-        let &Self {
-            accel,
-            world,
-            settings,
-            numbers,
-            tile,
-        } = self;
+        let &Self { accel, settings, chunk } = self;
         let stream = M::stream(hits);
         if stream.len() == 0 {
             return None;
         }
         let (_, at, address) = stream.packet::<f32>(0);
         let point = Point {
-            p: at.p.lane(0).map(|x| world.space.in_scene(x)),
+            p: at.p.lane(0).map(|x| chunk.world.space.in_scene(x)),
             ng: at.ng.lane(0),
             n: at.bsdf.normal().lane(0),
             rho: at.bsdf.rho().lane(0),
@@ -275,8 +239,8 @@ impl Sample<'_> {
             model: M::NAME,
         };
         let asked = match accel {
-            AccelKind::Embree => directions::<ByEmbree, M>(world, settings, numbers, tile, &at, &address),
-            AccelKind::Linear => directions::<InLine, M>(world, settings, numbers, tile, &at, &address),
+            AccelKind::Embree => directions::<ByEmbree, M>(chunk, settings, &at, &address),
+            AccelKind::Linear => directions::<InLine, M>(chunk, settings, &at, &address),
         };
         Some((point, asked))
     }
@@ -284,34 +248,24 @@ impl Sample<'_> {
 
 /// What the shade stage asks for at a point, by its own functions.
 fn directions<T: Tracer, M: Told>(
-    world: &World,
+    chunk: &Chunk,
     settings: &Settings,
-    numbers: &PassBlock,
-    tile: &Tile,
     point: &ShadingPoint<f32, M::Of<f32>>,
     address: &Address<f32>,
 ) -> Vec<Asked> {
+    let (world, numbers, tile) = (chunk.world, chunk.numbers, chunk.tile);
     let mut set = Default::default();
     T::face_all(world, &mut set);
-    let found = |wi: Vec3<f32>, distance: f32, ld: Vec3<f32>, occluded: bool| {
-        let cos_theta = point.bsdf.normal().dot(wi);
-        let lobe = point.bsdf.eval(wi, cos_theta);
-        Found {
-            wi: wi.lane(0),
-            cos_theta,
-            shape: lobe.shape.colour(Vec3::splat([1.0; 3]), Vec3::splat([1.0; 3])).x,
-            brdf_pdf: lobe.pdf,
-            distance: world.space.in_scene(distance),
-            ld: ld.lane(0),
-            occluded,
-        }
-    };
+    let found =
+        |wi: Vec3<f32>, distance: f32, ld: Vec3<f32>, occluded: bool| found(world, point, (wi, distance), ld, occluded);
     let of_estimator = rows::mix(settings.estimator);
     let (mix, warp) = match settings.estimator {
         EstimatorKind::Projected => (M::Projected::of(of_estimator).mix(), M::Projected::WARP),
         EstimatorKind::Product => (M::Product::of(of_estimator).mix(), M::Product::WARP),
         _ => (of_estimator, Warp::Cone),
     };
+    let split =
+        |i: usize| warp == Warp::ConeOrCap && i < MARKS && chunk.partly.iter().any(|lights| lights >> i & 1 == 1);
     let shared = |toss: bool| {
         // All lights share the direction of the BRDF.
         let of = if toss { PassBlock::after_toss } else { PassBlock::pair };
@@ -331,6 +285,10 @@ fn directions<T: Tracer, M: Told>(
             let (heads, pair) = (true, shared(false));
             tosses.push(Toss { heads, pair });
         }
+        if split(i) {
+            let (heads, pair) = (false, tosses[0].pair.opposite());
+            tosses.push(Toss { heads, pair });
+        }
         tosses.into_iter().map(move |toss| (i, toss))
     };
     let asked = |(i, toss): (usize, Toss<Word>)| {
@@ -343,6 +301,7 @@ fn directions<T: Tracer, M: Told>(
         let cone = light.cone(point.p);
         Asked {
             light: Some(i),
+            kind: Some("sphere"),
             sphere: Some(light.sphere),
             omc: Some(cone.omc),
             cone_pdf: Some(cone.pdf()),
@@ -357,12 +316,16 @@ fn directions<T: Tracer, M: Told>(
             found: drawn.filter(|drawn| drawn.active).map(|drawn| {
                 let shadow = ray(point.p, drawn.wi, drawn.distance, light.sphere);
                 let occluded = T::occluded::<f32>(world, &set, true, &shadow);
-                found(drawn.wi, drawn.distance, drawn.ld, occluded)
+                let share = if split(i) { 0.5 } else { 1.0 };
+                found(drawn.wi, drawn.distance, drawn.ld * share, occluded)
             }),
         }
     };
     if settings.estimator.per_light() {
-        return (0..world.lights.len()).flat_map(for_light).map(asked).collect();
+        let mut all: Vec<Asked> = (0..world.lights.len()).flat_map(for_light).map(asked).collect();
+        all.extend(kinds::each::<T, _>(chunk, point, address));
+        all.extend(kinds::deltas::<T, _>(chunk, point, address));
+        return all;
     }
     let uniform = settings.estimator == EstimatorKind::Uniform;
     let pair = numbers.pair(address.key, address.pass, pairs::DIRECTION);
@@ -373,6 +336,7 @@ fn directions<T: Tracer, M: Told>(
     };
     let asked = Asked {
         light: None,
+        kind: None,
         sphere: None,
         omc: None,
         cone_pdf: None,
@@ -382,13 +346,35 @@ fn directions<T: Tracer, M: Told>(
             let towards = ray(point.p, drawn.wi, f32::INFINITY, NO_SPHERE);
             let hit = T::nearest::<f32>(world, &set, true, &towards, Coherence::Incoherent);
             let surface = |()| world.surfaces[world.surface_index(hit.geometry.0, hit.primitive.0) as usize];
-            let lit = hit
-                .found
-                .then_some(())
-                .map(surface)
-                .is_some_and(|surface| surface.le.is_some());
+            let beyond = || world.environment.is_some() || world.suns.iter().any(|sun| sun.contains(drawn.wi));
+            let lit = match hit.found {
+                true => surface(()).le.is_some(),
+                false => beyond(),
+            };
             found(drawn.wi, hit.t, drawn.throughput, !lit)
         }),
     };
-    vec![asked]
+    std::iter::once(asked)
+        .chain(kinds::deltas::<T, _>(chunk, point, address))
+        .collect()
+}
+
+fn found<B: Brdf<f32>>(
+    world: &World,
+    point: &ShadingPoint<f32, B>,
+    (wi, distance): (Vec3<f32>, f32),
+    ld: Vec3<f32>,
+    occluded: bool,
+) -> Found {
+    let cos_theta = point.bsdf.normal().dot(wi);
+    let lobe = point.bsdf.eval(wi, cos_theta);
+    Found {
+        wi: wi.lane(0),
+        cos_theta,
+        shape: lobe.shape.colour(Vec3::splat([1.0; 3]), Vec3::splat([1.0; 3])).x,
+        brdf_pdf: lobe.pdf,
+        distance: world.space.in_scene(distance),
+        ld: ld.lane(0),
+        occluded,
+    }
 }

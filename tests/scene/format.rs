@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use glam::DVec3;
-use octolux::scene::{Bsdf, Environment, EstimatorKind, Fov, MaterialId, Mesh, SamplerKind, Scene, Surface};
+use octolux::scene::{
+    Bsdf, Environment, EstimatorKind, Fov, Light, LightClass, MaterialId, Mesh, SamplerKind, Scene, Surface,
+};
 
 const VIEW: &str = "[camera]\norigin = [0, 2, 15]\ntarget = [0.0, -2, 2.5]\nup = [0, 1, 0]\nfov_y = 28\n\n\
     [film]\nwidth = 768\nheight = 512\n\n[materials.b]\ndiffuse = [1, 0.5, 0]\n\n[materials.a]\n\
@@ -206,4 +208,23 @@ fn boxes_are_meshes_of_twelve_triangles_turned_about_their_middles() {
     let high = mesh.vertices.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
     assert_eq!((low, high), (DVec3::new(-2.0, 0.0, 2.0), DVec3::new(4.0, 4.0, 4.0)));
     assert_eq!(scene.meshes()[1].surface, Surface::Emission(DVec3::ONE));
+}
+
+#[test]
+fn a_light_without_a_shape_is_a_point_a_spot_or_far_away() {
+    let text = "[[lights]]\nkind = \"point\"\nposition = [0, 3, 0]\nintensity = [1, 2, 3]\n\
+         [[lights]]\nkind = \"spot\"\nposition = [0, 3, 0]\ntarget = [0, 1, 0]\nintensity = [1, 2, 3]\nouter_angle = 30\n\
+         [[lights]]\nkind = \"spot\"\nposition = [0, 3, 0]\ndirection = [0, -2, 0]\nintensity = [1, 2, 3]\n\
+         inner_angle = 0\nouter_angle = 30\n\
+         [[lights]]\nkind = \"directional\"\ndirection = [0, -1, 0]\nirradiance = [1, 2, 3]\nangular_radius = 0.5\n";
+    let (up, colour) = (DVec3::new(0.0, 3.0, 0.0), DVec3::new(1.0, 2.0, 3.0));
+    let spot = Light::spot(up, [0.0, 1.0, 0.0], colour, [0.0, 30.0]);
+    let sun = Light::directional(DVec3::NEG_Y, colour, 0.5);
+    let scene = scene(text);
+    assert_eq!(scene.lights(), [Light::point(up, colour), spot, spot, sun]);
+    assert_eq!(sun.class(), LightClass::Disk);
+    assert_eq!(
+        Light::directional(DVec3::NEG_Y, colour, 5e-5).class(),
+        LightClass::Delta
+    );
 }

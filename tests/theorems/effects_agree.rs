@@ -6,7 +6,7 @@
 use crate::proof::runs::load;
 use crate::proof::{Family, agreement};
 use octolux::pipeline::{Prepared, Settings};
-use octolux::scene::{Bsdf, FilmSize, Lens, Scene, SceneBuilder, Sphere, Surface};
+use octolux::scene::{Bsdf, FilmSize, Lens, Light, Scene, SceneBuilder, Sphere, Surface};
 use octolux::settings::AccelKind;
 use octolux::study::error::Errors;
 
@@ -103,6 +103,20 @@ fn textures_on_spheres_show_what_the_oracle_sees_in_them_and_both_intersectors_a
 #[test]
 fn a_smooth_terminator_shows_what_the_oracle_sees() {
     agrees("terminator.toml", "agree-terminator");
+}
+
+#[test]
+fn points_spots_and_suns_show_what_the_oracle_sees() {
+    let mut scene = softened(&load("lamps.toml"));
+    // Directions of `uniform` must meet it.
+    for light in &mut scene.lights {
+        if let Light::Directional { angular_radius, .. } = light {
+            *angular_radius = 15.0;
+        }
+    }
+    let scene = scene.build().unwrap();
+    let family = Family::rarely("agree-lamps", ALPHA);
+    agreement::judge(family, "agree-lamps", &scene, FILM, 16, [256, 64, 128, 64], 512);
 }
 
 #[test]

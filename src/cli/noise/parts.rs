@@ -24,7 +24,7 @@ use crate::cli::names;
 use octolux::film::Picture;
 use octolux::pipeline::{Prepared, Settings};
 use octolux::run::Goal;
-use octolux::scene::{Bsdf, InvalidScene, Scene, SceneBuilder, Surface};
+use octolux::scene::{self, Bsdf, Environment, InvalidScene, Scene, SceneBuilder, Surface, Texels};
 use octolux::study::error::RELMSE_FLOOR;
 
 /// More lights or materials than these are not rendered one by one; the rest is one part.
@@ -54,11 +54,12 @@ pub struct Parts {
     pub materials: Vec<Part>,
 }
 
-/// A light: the sphere or mesh of this number, or the environment.
+/// A light: the sphere, mesh or light without a shape of this number, or the environment.
 #[derive(Clone, Copy, PartialEq)]
 enum Light {
     Sphere(usize),
     Mesh(usize),
+    Bare(usize),
     Environment,
 }
 
@@ -154,7 +155,10 @@ fn lights_of(scene: &Scene) -> Vec<Light> {
     });
     let sky = scene.environment().filter(|sky| sky.emits());
     let sky = sky.map(|_| (Light::Environment, f64::INFINITY));
-    let mut all: Vec<(Light, f64)> = spheres.chain(meshes).chain(sky).collect();
+    // Without a shape or nearness to compare, they come before those that have one.
+    let bare = scene.lights().iter().enumerate().filter(|(_, light)| light.emits());
+    let bare = bare.map(|(i, _)| (Light::Bare(i), f64::MAX));
+    let mut all: Vec<(Light, f64)> = spheres.chain(meshes).chain(bare).chain(sky).collect();
     all.sort_by(|a, b| b.1.total_cmp(&a.1));
     all.into_iter().map(|(light, _)| light).collect()
 }
@@ -169,6 +173,7 @@ fn light_layers(scene: &Scene) -> Vec<Layer> {
     let named = |light: &Light| match *light {
         Light::Sphere(i) => names::sphere(scene, i),
         Light::Mesh(i) => names::mesh(scene, i),
+        Light::Bare(i) => names::light(scene, i),
         Light::Environment => "environment".to_owned(),
     };
     let mut layers: Vec<Layer> = alone.iter().map(|light| layer(named(light), &[*light])).collect();
@@ -196,9 +201,23 @@ fn only_lights(scene: &Scene, kept: &[Light]) -> SceneBuilder {
             dim(&mut Arc::make_mut(mesh).surface);
         }
     }
+    for (i, light) in dimmed.lights.iter_mut().enumerate() {
+        if !kept.contains(&Light::Bare(i)) {
+            match light {
+                scene::Light::Point { intensity, .. } | scene::Light::Spot { intensity, .. } => *intensity *= DIM,
+                scene::Light::Directional { irradiance, .. } => *irradiance *= DIM,
+            }
+        }
+    }
     if !kept.contains(&Light::Environment) {
-        // Its numbers come behind those of all other lights.
-        dimmed.environment = None;
+        match &mut dimmed.environment {
+            None => {}
+            Some(Environment::Constant(le)) => *le *= DIM,
+            Some(Environment::Picture(picture)) => {
+                let dim = |texel: [f32; 3]| texel.map(|x| x * DIM as f32);
+                picture.texels = Arc::new(Texels::Single(picture.texels.iter().map(dim).collect()));
+            }
+        }
     }
     dimmed
 }

@@ -125,7 +125,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     let tev = args
         .tev
         .as_deref()
-        .map(crate::cli::tev::connect)
+        .map(|at| crate::cli::tev::connect(at, None))
         .transpose()
         .map_err(|error| {
             CliError::usage(error)

@@ -8,7 +8,7 @@ use crate::pipeline::stage::Segment;
 use crate::pipeline::tracer::Tracer;
 use crate::pipeline::world::World;
 
-/// A ray to a mesh that emits or to the environment.
+/// A ray to a large mesh that emits.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Beside {
     /// Unit direction.

@@ -158,7 +158,7 @@
 //! estimators, and a film collects the sums.
 //!
 //! Layers, lowest first; a module uses only those before it, and `tests/layers.rs` keeps that true:
-//! [`cpu`], [`about`], [`machine`], [`settings`] and [`texels`] · [`lane`] · [`math`] · [`sampling`] · [`bsdf`] and [`light`] · [`shape`] · [`embree`] and
+//! [`cpu`], [`about`], [`machine`], [`settings`] and [`texels`] · [`lane`] · [`math`] · [`sampling`] and [`shape`] · [`bsdf`] and [`light`] · [`embree`] and
 //! [`linear`] · [`scene`] ·
 //! [`estimator`] · [`film`] and [`pipeline`] · [`run`] · [`mod@reference`] (of scene data alone) · [`study`]. The command line (`src/cli`) belongs to the program.
 //!

@@ -45,8 +45,11 @@
 //! | `ArcTakenAsPi` | the whole ring is drawn, not its arc inside the light | rings |
 //! | `FarRingForgotten` | the lobe's share beyond the light's farthest ring is drawn too | rings |
 //! | `MassBetweenRingsForgotten` | a lobe's share is counted up to its edge, not to the farthest ring | rings |
+//! | `BothHalvesWhole` | each of the two directions to a light that is seen in part counts as one | oracle |
 //! | `OffsetTooShort` | shading points leave their surface by 2 half-ulps | acne |
 //! | `DensityOfTheNextTexel` | a texel of the environment with the density of its neighbour | density |
+//! | `SquareForgotten` | points and spots shine as brightly however far away they are | closed form |
+//! | `FalloffForgotten` | spots shine in all directions | closed form |
 //! | `OnePercentBright` | a study measures `independent` 1 % too bright | study |
 //! | `ErrorOfOneReplicate` | the error of a mean as that of one of its replicates | target |
 //! | `HalfDecidesForItself` | a half of the replicates of `--target-error` ends when its own pictures look calm | target |
@@ -145,6 +148,7 @@ mod tests {
         BarycentricsLost "accelerators",
         ArcTakenAsPi "rings",
         FarRingForgotten "rings",
+        BothHalvesWhole "oracle",
         MassBetweenRingsForgotten "rings",
         ShadowsSkipped "exact",
         OnePassOff "exact",
@@ -156,6 +160,8 @@ mod tests {
         LightAsPoint "accelerators",
         OffsetTooShort "acne",
         OppositeForgotten "large plates",
+        SquareForgotten "closed form",
+        FalloffForgotten "closed form",
         OnePercentBright "study",
         ErrorOfOneReplicate "target",
         HalfDecidesForItself "target",
@@ -245,7 +251,7 @@ mod tests {
             (SamplerKind::Sobol, AccelKind::Embree),
             10,
             |scene, estimator| {
-                let tiny = matches!(scene.name(), "sphere-tiny" | "square-tiny");
+                let tiny = matches!(scene.name(), "sphere-tiny" | "square-tiny" | "sun-narrow");
                 let hopeless = tiny && matches!(estimator, EstimatorKind::Uniform | EstimatorKind::Brdf);
                 (!hopeless).then_some(64)
             },

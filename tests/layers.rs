@@ -25,16 +25,20 @@ const TABLE: [(&str, u32, Uses); 20] = [
     ("lane", 1, Below),
     ("math", 2, Below),
     ("sampling", 3, Below),
+    // Rays are vectors of lanes; who answers them knows nothing of what is shaded. A light says where its rays go.
+    ("shape", 3, Only(&["lane", "math"])),
     ("bsdf", 4, Below),
     ("light", 4, Below),
-    // Rays are vectors of lanes; who answers them knows nothing of what is shaded.
-    ("shape", 5, Only(&["lane", "math"])),
     ("embree", 6, Only(&["lane", "math", "shape"])),
     ("linear", 6, Only(&["lane", "math", "shape"])),
     // Scene data is for the oracle too: nothing of the fast path may leak into it.
     ("scene", 7, Only(&["settings", "texels"])),
     // Functions of points, directions and numbers: no scene, no accelerator.
-    ("estimator", 8, Only(&["bsdf", "light", "sampling", "math", "lane"])),
+    (
+        "estimator",
+        8,
+        Only(&["bsdf", "light", "shape", "sampling", "math", "lane"]),
+    ),
     ("film", 9, Below),
     ("pipeline", 10, Below),
     ("run", 11, Below),

@@ -70,6 +70,7 @@ fn evidence(scene: &Scene, features: &Features, effect: Effect) -> String {
             }
             _ => "the same radiance from everywhere".to_owned(),
         },
+        Effect::DeltaLights | Effect::Suns => of(count, scene.lights().len(), "lights that are no shapes"),
     }
 }
 

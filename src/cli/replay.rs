@@ -90,7 +90,7 @@ pub fn text(replay: &Replay, kernel: &str) -> String {
     }
     if replay.meshes_untold {
         lines.push(
-            "           if meshes or the environment emit, the radiance includes their light; their parts are not printed".to_owned(),
+            "           the radiance includes the light of meshes of more than four triangles; their parts are not printed".to_owned(),
         );
     }
     lines.push(format!("radiance   {:?}", replay.radiance));
@@ -109,6 +109,9 @@ fn direction(asked: &Asked) -> Vec<String> {
         lines.push(format!(
             "light {light:<4} sphere {sphere}, cone 1 - cos = {omc:?}, pdf {pdf:?} per sr"
         ));
+    }
+    if let (Some(light), Some(kind), None) = (asked.light, asked.kind, asked.sphere) {
+        lines.push(format!("light {light:<4} {kind}"));
     }
     let Some(found) = &asked.found else {
         lines.push(format!("           by {}: no chance to bring light", asked.technique));

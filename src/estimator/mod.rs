@@ -11,9 +11,12 @@
 //! Both know neither scene nor accelerator: they are functions of points, directions and random numbers.
 
 pub mod density;
+pub mod kind;
+pub mod per_delta;
 pub mod per_environment;
 pub mod per_light;
 pub mod per_point;
+pub mod per_sun;
 pub mod per_triangle;
 
 use crate::bsdf::Brdf;

@@ -178,6 +178,11 @@ pub struct Points {
 }
 
 impl Points {
+    /// A ball around them, a little too large.
+    pub fn around(&self) -> Ball {
+        Ball::around(&[self.bounds.low, self.bounds.high])
+    }
+
     /// Whether they were measured against the plane of a triangle.
     pub fn measured(&self, triangle: u32) -> bool {
         self.measured[triangle as usize]

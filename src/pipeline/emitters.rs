@@ -5,10 +5,12 @@ use glam::DVec3;
 use super::narrow::narrow;
 use super::space::Space;
 use crate::embree::EmbreeError;
+use crate::light::delta::Place;
 use crate::light::environment::{Constant, LatLong};
-use crate::light::{Environment, MeshLight, Triangle, TriangleLight};
+use crate::light::falloff::Falloff;
+use crate::light::{DeltaLight, Environment, MeshLight, Sun, Triangle, TriangleLight};
 use crate::sampling::Discrete;
-use crate::scene::{self, Features, Mesh, Scene, Surface};
+use crate::scene::{self, Features, Light, LightClass, Mesh, Scene, Surface};
 use crate::shape::{AimNames, Aims, Ball};
 
 /// The lights that meshes are.
@@ -91,6 +93,69 @@ pub fn beyond(scene: &Scene) -> Option<Environment> {
             LatLong::new(width, height, picture.texels.clone(), axes).map(Environment::LatLong)
         }
     }
+}
+
+fn lights_of(scene: &Scene, class: LightClass) -> impl Iterator<Item = &Light> {
+    scene
+        .lights()
+        .iter()
+        .filter(move |light| light.emits() && light.class() == class)
+}
+
+/// Directional lights with an angular radius.
+pub fn suns(scene: &Scene) -> Vec<Sun> {
+    let suns = lights_of(scene, LightClass::Disk).filter_map(|light| {
+        let Light::Directional {
+            direction,
+            irradiance,
+            angular_radius,
+        } = *light
+        else {
+            return None;
+        };
+        let angle = angular_radius.to_radians();
+        // The irradiance of a disk of radiance 1 on what faces it.
+        let facing = std::f64::consts::PI * angle.sin().powi(2);
+        Some(Sun::new(toward(direction), angle, narrow(irradiance / facing)))
+    });
+    suns.collect()
+}
+
+/// Lights from a single direction at each point.
+pub fn delta_lights(scene: &Scene, space: &Space) -> Vec<DeltaLight> {
+    let at = |position: DVec3, intensity: DVec3, spot: Option<Falloff>| DeltaLight {
+        place: Place::At {
+            position: space.point(position),
+            unit: Space::UNIT_DISTANCE,
+            spot,
+        },
+        le: narrow(space.at_unit(intensity)),
+    };
+    let lights = lights_of(scene, LightClass::Delta).map(|light| match *light {
+        Light::Point { position, intensity } => at(position, intensity, None),
+        Light::Spot {
+            position,
+            direction,
+            intensity,
+            inner_angle,
+            outer_angle,
+        } => {
+            let angles = [inner_angle, outer_angle].map(f64::to_radians);
+            at(position, intensity, Some(Falloff::new(toward(-direction), angles)))
+        }
+        Light::Directional {
+            direction, irradiance, ..
+        } => DeltaLight {
+            place: Place::Toward(toward(direction)),
+            le: narrow(irradiance),
+        },
+    });
+    lights.collect()
+}
+
+/// Against a direction of any length but 0; unit. Its squares may leave `f64` only where it was not brought to about 1.
+fn toward(direction: DVec3) -> [f32; 3] {
+    narrow(-(direction / direction.abs().max_element()).normalize())
 }
 
 /// Normal to the triangle, as long as its area.

@@ -7,7 +7,7 @@ use crate::settings::AccelKind;
 /// two lights the line took 0.55, 0.58, 0.59 and 0.66 of Embree's time in sixteen lanes, 0.58, 0.53, 0.53 and 0.64 in eight; with
 /// triangles 0.48 to 0.55 and 0.38 to 0.52. Somewhere above 256 it stops to pay; half of that leaves room for scenes that crowd
 /// into one tile.
-const IN_LINE: usize = 128;
+pub const IN_LINE: usize = 128;
 
 /// Who answers rays, and whether occluders are culled before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

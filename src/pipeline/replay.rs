@@ -3,6 +3,7 @@
 //! The sample goes through the very stages of a render, as a chunk of one pixel and one pass by the kernel of one lane, whose bits are
 //! those of all widths; the steps are read from the streams in between.
 
+mod kinds;
 mod told;
 
 use serde::Serialize;
@@ -12,7 +13,7 @@ use super::plan::Plan;
 use super::progress::Counters;
 use super::rows;
 use super::settings::Settings;
-use super::stage::{Chunk, Scratch, Segment, pairs};
+use super::stage::{Chunk, MARKS, Scratch, Segment, pairs};
 use super::stream::Address;
 use super::tracer::{ByEmbree, InLine, Tracer};
 use super::world::World;
@@ -48,8 +49,8 @@ pub struct Replay {
     /// The rays from the point that were traced, to lights of every kind.
     #[serde(skip)]
     pub rays: Vec<Segment>,
-    /// Whether estimators with a direction for every light also asked for meshes or an environment that emit, which are in the
-    /// radiance but not told one by one.
+    /// Whether estimators with a direction for every light also asked for large meshes that emit, which are in the radiance but not told
+    /// one by one.
     pub meshes_untold: bool,
     /// Radiance of the sample: what a render adds to the pixel.
     pub radiance: [f64; 3],
@@ -90,8 +91,10 @@ pub struct Point {
 /// A direction that was asked for light.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Asked {
-    /// The light that it was drawn for: its place in the order of the render.
+    /// The light that it was drawn for: its place in the order of the render; of a delta light, among the delta lights.
     pub light: Option<usize>,
+    /// What kind of light that is.
+    pub kind: Option<&'static str>,
     /// The number of this light among the spheres.
     pub sphere: Option<u32>,
     /// `1 - cos` of the half-angle that the light subtends.
@@ -123,8 +126,16 @@ pub struct Found {
     pub occluded: bool,
 }
 
-/// Runs the sample of a pixel in a pass through the stages of `plan`, which must be of one lane.
-pub(super) fn replay(plan: &Plan, world: &World, settings: &Settings, tile: &Tile, [x, y, pass]: [u32; 3]) -> Replay {
+/// Runs the sample of a pixel in a pass through the stages of `plan`, which must be of one lane. `partly` are the lights that the pixel
+/// sees in part, as [`Chunk::partly`].
+pub(super) fn replay(
+    plan: &Plan,
+    world: &World,
+    settings: &Settings,
+    tile: &Tile,
+    partly: &[u32],
+    [x, y, pass]: [u32; 3],
+) -> Replay {
     let numbers = PassBlock::new(settings.sampler, settings.seed, pass, 1, plan.pairs);
     let (mut sum, mut counters, mut scratch) = (tile.empty_sum(1), Counters::default(), Scratch::default());
     let width = settings.film.width;
@@ -138,6 +149,7 @@ pub(super) fn replay(plan: &Plan, world: &World, settings: &Settings, tile: &Til
         order: plan.order,
         mix: plan.mix,
         answers: plan.answers,
+        partly,
         sum: &mut sum,
         counters: &mut counters,
         log: Some(Vec::new()),
@@ -148,10 +160,8 @@ pub(super) fn replay(plan: &Plan, world: &World, settings: &Settings, tile: &Til
     let mut point = None;
     let sample = Sample {
         accel: plan.intersector.accel,
-        world,
         settings,
-        numbers: &numbers,
-        tile,
+        chunk: &chunk,
     };
     let hits = &scratch.hits;
     let shaded = [
@@ -189,7 +199,7 @@ pub(super) fn replay(plan: &Plan, world: &World, settings: &Settings, tile: &Til
         seen,
         point,
         asked,
-        meshes_untold: !world.only_spheres_emit() && settings.estimator.per_light(),
+        meshes_untold: !world.mesh_lights.is_empty() && settings.estimator.per_light(),
         radiance: [red, green, blue],
         invalid: [counters.invalid_nan, counters.invalid_inf, counters.invalid_negative],
     }
@@ -225,29 +235,21 @@ fn met<T: Tracer>(world: &World, origin: Vec3<f32>, direction: Vec3<f32>) -> Opt
 /// Where a sample is replayed.
 struct Sample<'a> {
     accel: AccelKind,
-    world: &'a World,
     settings: &'a Settings,
-    numbers: &'a PassBlock,
-    tile: &'a Tile,
+    chunk: &'a Chunk<'a>,
 }
 
 impl Sample<'_> {
     /// The point in the stream of a model, if one is there, and the directions that are asked for there.
     fn shaded<M: Told>(&self, hits: &Streams) -> Option<(Point, Vec<Asked>)> {
-        let &Self {
-            accel,
-            world,
-            settings,
-            numbers,
-            tile,
-        } = self;
+        let &Self { accel, settings, chunk } = self;
         let stream = M::stream(hits);
         if stream.len() == 0 {
             return None;
         }
         let (_, at, address) = stream.packet::<f32>(0);
         let point = Point {
-            p: at.p.lane(0).map(|x| world.space.in_scene(x)),
+            p: at.p.lane(0).map(|x| chunk.world.space.in_scene(x)),
             ng: at.ng.lane(0),
             n: at.bsdf.normal().lane(0),
             rho: at.bsdf.rho().lane(0),
@@ -255,8 +257,8 @@ impl Sample<'_> {
             model: M::NAME,
         };
         let asked = match accel {
-            AccelKind::Embree => directions::<ByEmbree, M>(world, settings, numbers, tile, &at, &address),
-            AccelKind::Linear => directions::<InLine, M>(world, settings, numbers, tile, &at, &address),
+            AccelKind::Embree => directions::<ByEmbree, M>(chunk, settings, &at, &address),
+            AccelKind::Linear => directions::<InLine, M>(chunk, settings, &at, &address),
         };
         Some((point, asked))
     }
@@ -264,34 +266,24 @@ impl Sample<'_> {
 
 /// What the shade stage asks for at a point, by its own functions.
 fn directions<T: Tracer, M: Told>(
-    world: &World,
+    chunk: &Chunk,
     settings: &Settings,
-    numbers: &PassBlock,
-    tile: &Tile,
     point: &ShadingPoint<f32, M::Of<f32>>,
     address: &Address<f32>,
 ) -> Vec<Asked> {
+    let (world, numbers, tile) = (chunk.world, chunk.numbers, chunk.tile);
     let mut set = Default::default();
     T::face_all(world, &mut set);
-    let found = |wi: Vec3<f32>, distance: f32, ld: Vec3<f32>, occluded: bool| {
-        let cos_theta = point.bsdf.normal().dot(wi);
-        let lobe = point.bsdf.eval(wi, cos_theta);
-        Found {
-            wi: wi.lane(0),
-            cos_theta,
-            shape: lobe.shape.colour(Vec3::splat([1.0; 3]), Vec3::splat([1.0; 3])).x,
-            brdf_pdf: lobe.pdf,
-            distance: world.space.in_scene(distance),
-            ld: ld.lane(0),
-            occluded,
-        }
-    };
+    let found =
+        |wi: Vec3<f32>, distance: f32, ld: Vec3<f32>, occluded: bool| found(world, point, (wi, distance), ld, occluded);
     let of_estimator = rows::mix(settings.estimator);
     let (mix, warp) = match settings.estimator {
         EstimatorKind::Projected => (M::Projected::of(of_estimator).mix(), M::Projected::WARP),
         EstimatorKind::Product => (M::Product::of(of_estimator).mix(), M::Product::WARP),
         _ => (of_estimator, Warp::Cone),
     };
+    let split =
+        |i: usize| warp == Warp::ConeOrCap && i < MARKS && chunk.partly.iter().any(|lights| lights >> i & 1 == 1);
     let shared = |toss: bool| {
         // All lights share the direction of the BRDF.
         let of = if toss { PassBlock::after_toss } else { PassBlock::pair };
@@ -311,6 +303,10 @@ fn directions<T: Tracer, M: Told>(
             let (heads, pair) = (true, shared(false));
             tosses.push(Toss { heads, pair });
         }
+        if split(i) {
+            let (heads, pair) = (false, tosses[0].pair.opposite());
+            tosses.push(Toss { heads, pair });
+        }
         tosses.into_iter().map(move |toss| (i, toss))
     };
     let asked = |(i, toss): (usize, Toss<Word>)| {
@@ -323,6 +319,7 @@ fn directions<T: Tracer, M: Told>(
         let cone = light.cone(point.p);
         Asked {
             light: Some(i),
+            kind: Some("sphere"),
             sphere: Some(light.sphere),
             omc: Some(cone.omc),
             cone_pdf: Some(cone.pdf()),
@@ -336,12 +333,16 @@ fn directions<T: Tracer, M: Told>(
             found: drawn.filter(|drawn| drawn.active).map(|drawn| {
                 let shadow = ray(point.p, drawn.wi, drawn.distance, light.sphere);
                 let occluded = T::occluded::<f32>(world, &set, true, &shadow);
-                found(drawn.wi, drawn.distance, drawn.ld, occluded)
+                let share = if split(i) { 0.5 } else { 1.0 };
+                found(drawn.wi, drawn.distance, drawn.ld * share, occluded)
             }),
         }
     };
     if settings.estimator.per_light() {
-        return (0..world.lights.len()).flat_map(for_light).map(asked).collect();
+        let mut all: Vec<Asked> = (0..world.lights.len()).flat_map(for_light).map(asked).collect();
+        all.extend(kinds::each::<T, _>(chunk, point, address));
+        all.extend(kinds::deltas::<T, _>(chunk, point, address));
+        return all;
     }
     let uniform = settings.estimator == EstimatorKind::Uniform;
     let pair = numbers.pair(address.key, address.pass, pairs::DIRECTION);
@@ -352,6 +353,7 @@ fn directions<T: Tracer, M: Told>(
     };
     let asked = Asked {
         light: None,
+        kind: None,
         sphere: None,
         omc: None,
         cone_pdf: None,
@@ -360,13 +362,35 @@ fn directions<T: Tracer, M: Told>(
             let towards = ray(point.p, drawn.wi, f32::INFINITY, NO_SPHERE);
             let hit = T::nearest::<f32>(world, &set, true, &towards, Coherence::Incoherent);
             let surface = |()| world.surfaces[world.surface_index(hit.geometry.0, hit.primitive.0) as usize];
-            let lit = hit
-                .found
-                .then_some(())
-                .map(surface)
-                .is_some_and(|surface| surface.le.is_some());
+            let beyond = || world.environment.is_some() || world.suns.iter().any(|sun| sun.contains(drawn.wi));
+            let lit = match hit.found {
+                true => surface(()).le.is_some(),
+                false => beyond(),
+            };
             found(drawn.wi, hit.t, drawn.throughput, !lit)
         }),
     };
-    vec![asked]
+    std::iter::once(asked)
+        .chain(kinds::deltas::<T, _>(chunk, point, address))
+        .collect()
+}
+
+fn found<B: Brdf<f32>>(
+    world: &World,
+    point: &ShadingPoint<f32, B>,
+    (wi, distance): (Vec3<f32>, f32),
+    ld: Vec3<f32>,
+    occluded: bool,
+) -> Found {
+    let cos_theta = point.bsdf.normal().dot(wi);
+    let lobe = point.bsdf.eval(wi, cos_theta);
+    Found {
+        wi: wi.lane(0),
+        cos_theta,
+        shape: lobe.shape.colour(Vec3::splat([1.0; 3]), Vec3::splat([1.0; 3])).x,
+        brdf_pdf: lobe.pdf,
+        distance: world.space.in_scene(distance),
+        ld: ld.lane(0),
+        occluded,
+    }
 }

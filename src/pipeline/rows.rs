@@ -5,7 +5,7 @@
 use std::marker::PhantomData;
 
 use super::model::{self, Model};
-use super::stage::{Chunk, Directions, Scratch, Stage, environment, eye, shade, triangles};
+use super::stage::{Chunk, Directions, Penumbra, Scratch, Stage, each, eye, meshes, shade};
 use super::tracer::{ByEmbree, InLine};
 use crate::embree::{LaneWork, TraceLane, in_eight_of_avx512, in_sixteen};
 use crate::estimator::density::{Average, ConeOnly, ConeOrCap, LobeInCap, Mix, Projected};
@@ -49,7 +49,6 @@ const EYE: &[(Effects, EyeRow)] = eye_rows![
     [Diffuse, Phong],
     [Diffuse, Phong, SmoothNormals],
     [Diffuse, Phong, SmoothNormals, Blend, OneSided, Textures],
-    [Diffuse, Phong, SmoothNormals, Blend, OneSided, Textures, Environment],
     [
         Diffuse,
         Phong,
@@ -59,7 +58,8 @@ const EYE: &[(Effects, EyeRow)] = eye_rows![
         Textures,
         Environment,
         Ggx,
-        Conductor
+        Conductor,
+        Suns
     ],
     [
         Diffuse,
@@ -71,6 +71,7 @@ const EYE: &[(Effects, EyeRow)] = eye_rows![
         Environment,
         Ggx,
         Conductor,
+        Suns,
         SmoothTerminator
     ],
     [
@@ -83,6 +84,7 @@ const EYE: &[(Effects, EyeRow)] = eye_rows![
         Environment,
         Ggx,
         Conductor,
+        Suns,
         SmoothTerminator,
         Lens
     ],
@@ -104,7 +106,7 @@ pub const fn blank() -> Row {
 }
 
 /// The rows that shade the points of a model by an estimator: one where a direction serves all lights, else those of the kinds of
-/// light among `needs`.
+/// light among `needs`; and that of delta lights, which no direction of the other rows can meet.
 pub fn shade(estimator: EstimatorKind, needs: Effects, model: Effect) -> Vec<Row> {
     match model {
         Effect::Phong => shade_model::<model::Phong>(estimator, needs),
@@ -112,6 +114,12 @@ pub fn shade(estimator: EstimatorKind, needs: Effects, model: Effect) -> Vec<Row
         Effect::Conductor => shade_model::<model::Conductor>(estimator, needs),
         _ => shade_model::<model::Diffuse>(estimator, needs),
     }
+}
+
+/// The row that finds where lights are seen in part, for the estimator that sends more rays there.
+pub fn survey(estimator: EstimatorKind, needs: Effects) -> Option<Row> {
+    let calls = estimator == EstimatorKind::Product && needs.has(Effect::Diffuse) && needs.has(Effect::SphereLights);
+    calls.then(Row::of::<Penumbra>)
 }
 
 /// How an estimator combines directions of lights with those of the BRDF. `product` does so for all lights but spheres, whose
@@ -154,7 +162,7 @@ impl Suited for model::Conductor {
 }
 
 fn shade_model<M: Suited>(estimator: EstimatorKind, needs: Effects) -> Vec<Row> {
-    match estimator {
+    let mut rows = match estimator {
         EstimatorKind::Uniform => vec![Row::of::<shade::PerPoint<per_point::Sphere, M>>()],
         EstimatorKind::Brdf => vec![Row::of::<shade::PerPoint<per_point::Lobe, M>>()],
         EstimatorKind::Light => kinds::<ConeOnly, M>(needs),
@@ -162,16 +170,21 @@ fn shade_model<M: Suited>(estimator: EstimatorKind, needs: Effects) -> Vec<Row> 
         EstimatorKind::Mis2Balance | EstimatorKind::Mis2Power => kinds::<Mix, M>(needs),
         EstimatorKind::Projected => kinds::<M::Projected, M>(needs),
         EstimatorKind::Product => kinds::<M::Product, M>(needs),
+    };
+    if needs.has(Effect::DeltaLights) {
+        rows.push(Row::of::<each::PerDelta<M>>());
     }
+    rows
 }
 
 /// A stage for each kind of light. Only that for spheres is compiled for the density; the others look the mix up when they run.
 fn kinds<D: Directions<M>, M: Model>(needs: Effects) -> Vec<Row> {
     let kinds = [
         (Effect::SphereLights, Row::of::<shade::PerLight<D, M>>()),
-        (Effect::MeshLights, Row::of::<triangles::PerTriangle<M>>()),
-        (Effect::MeshLights, Row::of::<triangles::PerMesh<M>>()),
-        (Effect::Environment, Row::of::<environment::PerEnvironment<M>>()),
+        (Effect::MeshLights, Row::of::<each::PerTriangle<M>>()),
+        (Effect::MeshLights, Row::of::<meshes::PerMesh<M>>()),
+        (Effect::Environment, Row::of::<each::PerEnvironment<M>>()),
+        (Effect::Suns, Row::of::<each::PerSun<M>>()),
     ];
     let there = kinds.into_iter().filter(|(kind, _)| needs.has(*kind));
     there.map(|(_, row)| row).collect()

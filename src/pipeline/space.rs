@@ -44,7 +44,9 @@ impl Space {
             .iter()
             .flat_map(|mesh| mesh.triangles.iter().flatten().map(|&i| mesh.vertices[i as usize]));
         let of_corners = corners.map(|corner| (corner - origin).abs().max_element());
-        let reach = of_spheres.chain(of_corners).fold(0.0, f64::max);
+        let of_lights = scene.lights().iter().filter_map(|light| light.position());
+        let of_lights = of_lights.map(|position| (position - origin).abs().max_element());
+        let reach = of_spheres.chain(of_corners).chain(of_lights).fold(0.0, f64::max);
         let scale = if reach > 0.0 {
             let exponent = reach.log2().floor() as i32;
             2.0_f64.powi((FARTHEST - exponent).clamp(-EXPONENTS, EXPONENTS))
@@ -77,6 +79,19 @@ impl Space {
     /// An area.
     pub fn area(&self, x: f64) -> f64 {
         x * self.scale * self.scale
+    }
+
+    /// No two shapes are so far from each other: coordinates are below 2^29, a diagonal below 2^31.
+    pub const BEYOND: f32 = (1_u64 << (FARTHEST + 3)) as f32;
+
+    /// The distance that [`Self::at_unit`] speaks of.
+    pub const UNIT_DISTANCE: f32 = (1_u64 << FARTHEST) as f32;
+
+    /// The irradiance of a light of this intensity at the distance [`Self::UNIT_DISTANCE`], on what faces it. No digit of it depends on
+    /// the unit of length, and where it leaves single precision so does the light in the picture.
+    pub fn at_unit(&self, intensity: DVec3) -> DVec3 {
+        let distance = f64::from(Self::UNIT_DISTANCE) / self.scale;
+        intensity / (distance * distance)
     }
 
     /// A length in the units of the scene.

@@ -14,7 +14,7 @@ use super::texture::Textured;
 use crate::bsdf::phong;
 use crate::embree::{Accel, Device, EmbreeError, SceneBuilder};
 use crate::lane::{Bits, Lane, Mask};
-use crate::light::{Environment, MeshLight, SphereLight, TriangleLight};
+use crate::light::{DeltaLight, Environment, MeshLight, SphereLight, Sun, TriangleLight};
 use crate::linear::Line;
 use crate::scene::{self, Bsdf, Effect, Effects, FilmSize, Mesh, Scene, Surface};
 use crate::settings::AccelKind;
@@ -47,6 +47,10 @@ pub struct World {
     pub triangle_lights: Vec<TriangleLight>,
     /// Meshes of which a triangle is picked.
     pub mesh_lights: Vec<MeshLight>,
+    /// Disks of light in the sky.
+    pub suns: Vec<Sun>,
+    /// Points, spots and lights from one direction.
+    pub delta_lights: Vec<DeltaLight>,
     /// What lies beyond the scene, if it emits.
     pub environment: Option<Environment>,
     /// Eye rays.
@@ -267,6 +271,8 @@ impl World {
             lights,
             triangle_lights: lamps.triangles,
             mesh_lights: lamps.meshes,
+            suns: emitters::suns(scene),
+            delta_lights: emitters::delta_lights(scene, &space),
             environment: emitters::beyond(scene),
             camera: CameraRays::of(scene.camera(), film, &space),
             overlaps: overlaps(scene),
@@ -285,10 +291,13 @@ impl World {
         Some(L::Mask::from_bitmask(bits.fold(0, |bits, lane| bits | 1 << lane)))
     }
 
-    /// Whether nothing but spheres emits.
+    /// Whether no direction can meet a light but spheres.
     #[inline(always)]
     pub fn only_spheres_emit(&self) -> bool {
-        self.triangle_lights.is_empty() && self.mesh_lights.is_empty() && self.environment.is_none()
+        self.triangle_lights.is_empty()
+            && self.mesh_lights.is_empty()
+            && self.environment.is_none()
+            && self.suns.is_empty()
     }
 
     /// The surface of a primitive of a geometry.

@@ -11,19 +11,25 @@ use rand::Rng;
 
 use super::brdf::Shading;
 use super::geometry::Ray;
+use super::lamp::{Lamp, arrival};
 use super::world::{Sight, World};
 
 /// One estimate of the radiance that arrives along an eye ray.
 pub fn radiance(world: &World, eye: &Ray, rng: &mut impl Rng) -> DVec3 {
     match world.look(eye) {
-        None => world.sky().map_or(DVec3::ZERO, |sky| sky.radiance(eye.direction)),
+        None => world.beyond(eye.direction),
         Some(Sight::Back) => DVec3::ZERO,
         Some(Sight::Emitter { emitter, .. }) => emitter.le,
         Some(Sight::Reflector { shading, point }) => {
             let by_lights: DVec3 = (0..world.emitters().len())
                 .map(|i| by_light(world, i, &shading, point, rng))
                 .sum();
-            by_lights + by_sky(world, &shading, point, rng) + by_brdf(world, &shading, point, rng)
+            let by_lamps: DVec3 = world
+                .lamps()
+                .iter()
+                .map(|lamp| by_lamp(world, lamp, &shading, point, rng))
+                .sum();
+            by_lights + by_lamps + by_sky(world, &shading, point, rng) + by_brdf(world, &shading, point, rng)
         }
     }
 }
@@ -43,6 +49,37 @@ fn by_light(world: &World, index: usize, shading: &Shading, point: DVec3, rng: &
         return DVec3::ZERO;
     }
     value / (sample.density + shading.density(sample.wi))
+}
+
+/// All that a delta light brings, or the share of a disk in the sky that a direction drawn from it does.
+fn by_lamp(world: &World, lamp: &Lamp, shading: &Shading, point: DVec3, rng: &mut impl Rng) -> DVec3 {
+    let (direction, distance, value) = match lamp {
+        Lamp::Delta(light) => {
+            let Some(arrival) = arrival(light, point) else {
+                return DVec3::ZERO;
+            };
+            let value = arrival.irradiance * shading.value_cos(arrival.wi);
+            (arrival.wi, arrival.distance, value)
+        }
+        Lamp::Disk(disk) => {
+            let direction = disk.sample(rng);
+            // What is drawn in the disk is in it, whatever rounding says at its rim.
+            let density = disk.density_inside() + shading.density(direction);
+            (
+                direction,
+                f64::INFINITY,
+                disk.le * shading.value_cos(direction) / density,
+            )
+        }
+    };
+    let ray = Ray {
+        origin: point,
+        direction,
+    };
+    if value == DVec3::ZERO || world.nearer(&ray, distance) {
+        return DVec3::ZERO;
+    }
+    value
 }
 
 /// The share of the environment that a direction drawn from it brings.
@@ -78,9 +115,16 @@ fn by_brdf(world: &World, shading: &Shading, point: DVec3, rng: &mut impl Rng) -
             shape,
             distance,
         }) => emitter.le * value / (emitter.density(&ray, shape, distance) + shading.density(wi)),
-        None => world.sky().map_or(DVec3::ZERO, |sky| {
-            sky.radiance(wi) * value / (sky.density(wi) + shading.density(wi))
-        }),
+        None => {
+            let of_sky = world.sky().map_or(DVec3::ZERO, |sky| {
+                sky.radiance(wi) * value / (sky.density(wi) + shading.density(wi))
+            });
+            let of_disks = world.lamps().iter().map(|lamp| match lamp {
+                Lamp::Disk(disk) => disk.radiance(wi) * value / (disk.density(wi) + shading.density(wi)),
+                Lamp::Delta(_) => DVec3::ZERO,
+            });
+            of_sky + of_disks.sum::<DVec3>()
+        }
         _ => DVec3::ZERO,
     }
 }

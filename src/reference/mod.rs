@@ -14,6 +14,7 @@ mod camera;
 mod emitter;
 mod estimate;
 mod geometry;
+mod lamp;
 mod microfacet;
 pub mod probe;
 mod sky;

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use super::brdf::Shading;
 use super::camera::Pinhole;
 use super::geometry::Ray;
+use super::lamp::{Lamp, arrival};
 use super::stream;
 use super::world::{Sight, World};
 use crate::scene::{FilmSize, Scene};
@@ -31,9 +32,17 @@ pub struct Found {
 pub enum Way {
     /// The emitter itself is seen.
     Seen,
+    /// By one reflection of a delta light, which no estimator has to find.
+    Certain {
+        /// Number of the emitter, as below.
+        emitter: usize,
+        /// Cosine of the direction with the shading normal.
+        cosine: f64,
+    },
     /// By one reflection.
     Reflected {
-        /// Number of the emitter: spheres that emit in the order of the scene, then meshes that do, then the environment.
+        /// Number of the emitter: spheres that emit in the order of the scene, then meshes that do, then the environment, then lights that
+        /// are no shapes.
         emitter: usize,
         /// Density of the direction if drawn from the emitter, sr⁻¹.
         light: f64,
@@ -64,6 +73,10 @@ impl<'s> Probe<'s> {
 
     /// How many emitters there are, dark ones too.
     pub fn emitters(&self) -> usize {
+        self.first_lamp() + self.world.lamps().len()
+    }
+
+    fn first_lamp(&self) -> usize {
         self.world.emitters().len() + usize::from(self.world.sky().is_some())
     }
 
@@ -99,11 +112,7 @@ impl<'s> Probe<'s> {
             }
         };
         match self.world.look(&eye) {
-            None => {
-                if let Some(sky) = self.world.sky() {
-                    add(sky.radiance(eye.direction), Way::Seen);
-                }
-            }
+            None => add(self.world.beyond(eye.direction), Way::Seen),
             Some(Sight::Back) => {}
             Some(Sight::Emitter { emitter, .. }) => add(emitter.le, Way::Seen),
             Some(Sight::Reflector { shading, point }) => {
@@ -115,7 +124,12 @@ impl<'s> Probe<'s> {
                 if let Some((radiance, way)) = self.by_sky(&shading, point, &mut rng) {
                     add(radiance, way);
                 }
-                if let Some((radiance, way)) = self.by_brdf(&shading, point, &mut rng) {
+                for lamp in 0..self.world.lamps().len() {
+                    if let Some((radiance, way)) = self.by_lamp(lamp, &shading, point, &mut rng) {
+                        add(radiance, way);
+                    }
+                }
+                for (radiance, way) in self.by_brdf(&shading, point, &mut rng) {
                     add(radiance, way);
                 }
             }
@@ -159,18 +173,38 @@ impl<'s> Probe<'s> {
         Some(self.of_sky(value, sky.density(direction), shading, direction))
     }
 
-    fn of_sky(&self, value: DVec3, light: f64, shading: &Shading, wi: DVec3) -> (DVec3, Way) {
-        let brdf = shading.density(wi);
-        let way = Way::Reflected {
-            emitter: self.world.emitters().len(),
-            light,
-            brdf,
-            cosine: shading.n.dot(wi),
+    fn by_lamp(&self, number: usize, shading: &Shading, point: DVec3, rng: &mut Pcg64) -> Option<(DVec3, Way)> {
+        let emitter = self.first_lamp() + number;
+        let (direction, distance, found) = match &self.world.lamps()[number] {
+            Lamp::Delta(light) => {
+                let arrival = arrival(light, point)?;
+                let value = arrival.irradiance * shading.value_cos(arrival.wi);
+                let cosine = shading.n.dot(arrival.wi);
+                (arrival.wi, arrival.distance, (value, Way::Certain { emitter, cosine }))
+            }
+            Lamp::Disk(disk) => {
+                let direction = disk.sample(rng);
+                let way = reflected(emitter, disk.density_inside(), shading, direction);
+                (
+                    direction,
+                    f64::INFINITY,
+                    weighed(disk.le * shading.value_cos(direction), way),
+                )
+            }
         };
-        (value / (light + brdf), way)
+        let ray = Ray {
+            origin: point,
+            direction,
+        };
+        let dark = found.0 == DVec3::ZERO || self.world.nearer(&ray, distance);
+        (!dark).then_some(found)
     }
 
-    fn by_brdf(&self, shading: &Shading, point: DVec3, rng: &mut Pcg64) -> Option<(DVec3, Way)> {
+    fn of_sky(&self, value: DVec3, light: f64, shading: &Shading, wi: DVec3) -> (DVec3, Way) {
+        weighed(value, reflected(self.world.emitters().len(), light, shading, wi))
+    }
+
+    fn by_brdf(&self, shading: &Shading, point: DVec3, rng: &mut Pcg64) -> Vec<(DVec3, Way)> {
         let wi = shading.sample(rng);
         let value = shading.value_cos(wi);
         let ray = Ray {
@@ -178,33 +212,58 @@ impl<'s> Probe<'s> {
             direction: wi,
         };
         if value == DVec3::ZERO {
-            return None;
+            return Vec::new();
         }
-        let (emitter, shape, distance) = match self.world.look(&ray) {
+        match self.world.look(&ray) {
             Some(Sight::Emitter {
                 emitter,
                 shape,
                 distance,
-            }) => (emitter, shape, distance),
-            Some(Sight::Reflector { .. } | Sight::Back) => return None,
-            None => {
-                let sky = self.world.sky()?;
-                return Some(self.of_sky(sky.radiance(wi) * value, sky.density(wi), shading, wi));
+            }) => {
+                let light = emitter.density(&ray, shape, distance);
+                let mut all = self.world.emitters().iter();
+                let number = all.position(|other| std::ptr::eq(other, emitter));
+                let way = number.map(|emitter| reflected(emitter, light, shading, wi));
+                way.map(|way| weighed(emitter.le * value, way)).into_iter().collect()
             }
-        };
-        let (light, brdf) = (emitter.density(&ray, shape, distance), shading.density(wi));
-        let number = self
+            Some(Sight::Reflector { .. } | Sight::Back) => Vec::new(),
+            None => self.beyond(wi, value, shading),
+        }
+    }
+
+    /// What comes from beyond the shapes along a direction of the BRDF.
+    fn beyond(&self, wi: DVec3, value: DVec3, shading: &Shading) -> Vec<(DVec3, Way)> {
+        let of_sky = self
             .world
-            .emitters()
-            .iter()
-            .position(|other| std::ptr::eq(other, emitter))?;
-        let way = Way::Reflected {
-            emitter: number,
-            light,
-            brdf,
-            cosine: shading.n.dot(wi),
-        };
-        Some((emitter.le * value / (light + brdf), way))
+            .sky()
+            .map(|sky| self.of_sky(sky.radiance(wi) * value, sky.density(wi), shading, wi));
+        let lamps = (self.first_lamp()..).zip(self.world.lamps());
+        let of_disks = lamps.filter_map(|(emitter, lamp)| match lamp {
+            Lamp::Disk(disk) if disk.density(wi) > 0.0 => {
+                let way = reflected(emitter, disk.density(wi), shading, wi);
+                Some(weighed(disk.le * value, way))
+            }
+            _ => None,
+        });
+        of_sky.into_iter().chain(of_disks).collect()
+    }
+}
+
+/// By a direction of density `light` if drawn from the emitter.
+fn reflected(emitter: usize, light: f64, shading: &Shading, wi: DVec3) -> Way {
+    Way::Reflected {
+        emitter,
+        light,
+        brdf: shading.density(wi),
+        cosine: shading.n.dot(wi),
+    }
+}
+
+/// What the oracle counts for light that comes so: by the balance heuristic.
+fn weighed(value: DVec3, way: Way) -> (DVec3, Way) {
+    match way {
+        Way::Reflected { light, brdf, .. } => (value / (light + brdf), way),
+        _ => (value, way),
     }
 }
 

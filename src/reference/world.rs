@@ -6,6 +6,7 @@ use super::brdf::Shading;
 use super::bvh::Bvh;
 use super::emitter::Emitter;
 use super::geometry::{Bounds, Meeting, Ray, Shape};
+use super::lamp::Lamp;
 use super::sky::Sky;
 use crate::scene::{Bsdf, MaterialId, Scene, Surface, Wrap};
 
@@ -19,6 +20,7 @@ pub struct World<'s> {
     starts: Vec<u32>,
     emitters: Vec<Emitter>,
     sky: Option<Sky<'s>>,
+    lamps: Vec<Lamp>,
     tree: Bvh,
 }
 
@@ -101,6 +103,7 @@ impl<'s> World<'s> {
             starts,
             emitters,
             sky: scene.environment().map(Sky::new),
+            lamps: scene.lights().iter().map(Lamp::new).collect(),
             tree,
         }
     }
@@ -113,6 +116,21 @@ impl<'s> World<'s> {
     /// What lies beyond the shapes, if it emits.
     pub fn sky(&self) -> Option<&Sky<'s>> {
         self.sky.as_ref()
+    }
+
+    /// Lights that are no shapes.
+    pub fn lamps(&self) -> &[Lamp] {
+        &self.lamps
+    }
+
+    /// The radiance that comes from beyond the shapes.
+    pub fn beyond(&self, direction: DVec3) -> DVec3 {
+        let of_sky = self.sky.as_ref().map_or(DVec3::ZERO, |sky| sky.radiance(direction));
+        let of_lamps = self.lamps.iter().map(|lamp| match lamp {
+            Lamp::Disk(disk) => disk.radiance(direction),
+            Lamp::Delta(_) => DVec3::ZERO,
+        });
+        of_sky + of_lamps.sum::<DVec3>()
     }
 
     /// All shapes, by number.
@@ -200,6 +218,11 @@ impl<'s> World<'s> {
             }
             _ => false,
         }
+    }
+
+    /// Whether any shape is met nearer than `far`.
+    pub fn nearer(&self, ray: &Ray, far: f64) -> bool {
+        self.tree.nearest(&self.shapes, ray, far, None).is_some()
     }
 
     /// Whether any shape but number `except` is met nearer than `far`.

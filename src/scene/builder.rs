@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
 use super::invalid::InvalidScene;
+use super::light::Light;
 use super::parts::{Camera, Environment, FilmSize, Material, MaterialId, Mesh, RenderTable, Sphere};
 use super::{Scene, check, coincide, covered};
 
@@ -53,6 +54,8 @@ pub struct SceneBuilder {
     pub spheres: Vec<Sphere>,
     /// Triangle meshes, shared with the scenes that they come from and go to. A [`MeshId`] is a place in this list.
     pub meshes: Vec<Arc<Mesh>>,
+    /// Lights that are no shapes. A [`LightId`] is a place in this list.
+    pub lights: Vec<Light>,
     /// What rays see that leave the scene; black where it is `None`.
     pub environment: Option<Environment>,
     /// What the user should be told about it: the first of the notes of the scene. It decides nothing.
@@ -64,6 +67,10 @@ pub struct SceneBuilder {
 /// A sphere of a builder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct SphereId(usize);
+
+/// A light of a builder that is no shape.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct LightId(usize);
 
 /// A mesh of a builder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -80,6 +87,7 @@ impl SceneBuilder {
             materials: Vec::new(),
             spheres: Vec::new(),
             meshes: Vec::new(),
+            lights: Vec::new(),
             environment: None,
             notes: Vec::new(),
             files: Vec::new(),
@@ -102,6 +110,12 @@ impl SceneBuilder {
     pub fn mesh(&mut self, mesh: impl Into<Arc<Mesh>>) -> MeshId {
         self.meshes.push(mesh.into());
         MeshId(self.meshes.len() - 1)
+    }
+
+    /// Adds a light that is no shape.
+    pub fn light(&mut self, light: Light) -> LightId {
+        self.lights.push(light);
+        LightId(self.lights.len() - 1)
     }
 
     /// Surrounds the scene with light.
@@ -166,6 +180,7 @@ macro_rules! indexed_by {
     };
 }
 indexed_by!(SphereId, spheres, Sphere, std::convert::identity);
+indexed_by!(LightId, lights, Light, std::convert::identity);
 indexed_by!(MeshId, meshes, Mesh, Arc::make_mut);
 
 impl Index<MaterialId> for SceneBuilder {

@@ -2,6 +2,8 @@
 //!
 //! The words are those of [`rule`](super::rule), so that a scene file and a builder hear the same.
 
+mod lights;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -45,6 +47,9 @@ pub fn all(scene: &SceneBuilder) -> Result<(), InvalidScene> {
     for (index, it) in scene.meshes.iter().enumerate() {
         let check = || mesh(it).and_then(|()| surface(scene, it.surface, Some(it)));
         check().map_err(|wrong| wrong.on(Subject::Mesh(index), &it.name))?;
+    }
+    for (index, it) in scene.lights.iter().enumerate() {
+        lights::light(it).map_err(|wrong| wrong.on(Subject::Light(index), ""))?;
     }
     let sky = scene.environment.as_ref().map_or(Ok(()), environment);
     sky.map_err(|wrong| wrong.on(Subject::Environment, ""))

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::invalid::{InvalidScene, Subject, Wrong};
+use super::light::Light;
 use super::mesh::has_area;
 use super::parts::{Environment, Material, Mesh, Sphere, Surface};
 use super::{SceneBuilder, coincide};
@@ -162,7 +163,8 @@ pub fn note_darkness(scene: &SceneBuilder, notes: &mut Vec<String>) {
     let spheres = scene.spheres.iter().map(|sphere| sphere.surface);
     let mut surfaces = spheres.chain(scene.meshes.iter().map(|mesh| mesh.surface));
     let sky = scene.environment.as_ref().is_some_and(Environment::emits);
-    if !sky && !surfaces.any(|surface| surface.emits()) {
+    let lights = scene.lights.iter().any(Light::emits);
+    if !sky && !lights && !surfaces.any(|surface| surface.emits()) {
         notes.push("nothing in the scene emits light: the picture will be black".to_owned());
     }
 }

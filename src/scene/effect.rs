@@ -38,11 +38,15 @@ pub enum Effect {
     Ggx,
     /// Metals by their index of refraction.
     Conductor,
+    /// Points, spots and lights from one direction.
+    DeltaLights,
+    /// Disks of light in the sky.
+    Suns,
 }
 
 impl Effect {
     /// All of them.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 17] = [
         Self::Diffuse,
         Self::Phong,
         Self::Blend,
@@ -58,6 +62,8 @@ impl Effect {
         Self::SmoothTerminator,
         Self::Ggx,
         Self::Conductor,
+        Self::DeltaLights,
+        Self::Suns,
     ];
 
     /// Its name.
@@ -78,6 +84,8 @@ impl Effect {
             Self::SmoothTerminator => "smooth terminator",
             Self::Ggx => "ggx",
             Self::Conductor => "conductor",
+            Self::DeltaLights => "delta lights",
+            Self::Suns => "suns",
         }
     }
 }

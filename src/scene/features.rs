@@ -42,6 +42,9 @@ impl Features {
         }
         let sky = scene.environment().is_some_and(Environment::emits);
         found.counts[Effect::Environment as usize] = usize::from(sky);
+        for effect in scene.lights().iter().flat_map(|light| light.effects().iter()) {
+            found.counts[effect as usize] += 1;
+        }
         for effect in scene.camera().effects().iter() {
             found.counts[effect as usize] += 1;
         }
@@ -68,9 +71,9 @@ impl Features {
         mesh.triangles.len() <= 4
     }
 
-    /// How many lights `light` and `mis` draw a direction for.
+    /// How many lights `light` and `mis` draw a direction for; delta lights have theirs.
     pub fn lights(&self) -> usize {
-        let one_each = self.count(Effect::SphereLights) + self.count(Effect::Environment);
+        let one_each = self.count(Effect::SphereLights) + self.count(Effect::Environment) + self.count(Effect::Suns);
         one_each + self.triangle_lights + self.picked_lights
     }
 
@@ -87,6 +90,6 @@ impl Features {
 
     /// Whether eye rays can meet anything at all.
     pub fn nothing_in_sight(&self) -> bool {
-        self.unseen == self.bodies && self.count(Effect::Environment) == 0
+        self.unseen == self.bodies && self.count(Effect::Environment) + self.count(Effect::Suns) == 0
     }
 }

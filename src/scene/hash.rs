@@ -5,6 +5,7 @@ use half::f16;
 use sha2::{Digest, Sha256};
 
 use super::SceneBuilder;
+use super::light::Light;
 use super::parts::{Bsdf, Environment, Fov, Material, Surface};
 use super::texture::Wrap;
 use crate::texels::Texels;
@@ -63,6 +64,32 @@ pub fn of(scene: &SceneBuilder) -> String {
             hash.texels(&sky.texels);
         }
     });
+    // Nothing where there are none, so that scenes without keep the hash that they had.
+    for light in &scene.lights {
+        match *light {
+            Light::Point { position, intensity } => {
+                hash.variant(2, &[position, intensity].map(|v| v.to_array()).concat())
+            }
+            Light::Spot {
+                position,
+                direction,
+                intensity,
+                inner_angle,
+                outer_angle,
+            } => {
+                hash.variant(3, &[position, direction, intensity].map(|v| v.to_array()).concat());
+                hash.numbers(&[inner_angle, outer_angle]);
+            }
+            Light::Directional {
+                direction,
+                irradiance,
+                angular_radius,
+            } => {
+                hash.variant(4, &[direction, irradiance].map(|v| v.to_array()).concat());
+                hash.numbers(&[angular_radius]);
+            }
+        }
+    }
     hash.0.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 

@@ -18,6 +18,8 @@ pub enum Subject {
     Sphere(usize),
     /// A mesh.
     Mesh(usize),
+    /// A light that is no shape.
+    Light(usize),
     /// What rays see that leave the scene.
     Environment,
 }
@@ -31,6 +33,7 @@ impl fmt::Display for Subject {
             Self::Material(index) => write!(f, "material {}", index + 1),
             Self::Sphere(index) => write!(f, "sphere {}", index + 1),
             Self::Mesh(index) => write!(f, "mesh {}", index + 1),
+            Self::Light(index) => write!(f, "light {}", index + 1),
             Self::Environment => f.write_str("environment"),
         }
     }

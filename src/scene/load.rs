@@ -10,7 +10,7 @@ use super::error::Fault;
 use super::files::{Files, Outside};
 use super::materials::Materials;
 use super::table::Table;
-use super::{FilmSize, InvalidScene, RenderTable, Scene, SceneError, check, environment, places, shapes, view};
+use super::{FilmSize, InvalidScene, RenderTable, Scene, SceneError, check, environment, lights, places, shapes, view};
 
 /// The longest scene file, in bytes. What needs more belongs into a mesh file, which takes a tenth of the room.
 const LONGEST_FILE: u64 = 64 << 20;
@@ -22,6 +22,7 @@ const KEYS: &[&str] = &[
     "materials",
     "spheres",
     "meshes",
+    "lights",
     "environment",
 ];
 
@@ -130,6 +131,11 @@ fn scene(text: &str, path: &Path, outside: Outside) -> Result<Scene, Fault> {
             scene.sphere(shapes::sphere(&table, &materials)?);
         }
     }
+    if let Some(value) = root.get("lights") {
+        for table in value.tables("light", lights::KEYS)? {
+            scene.light(lights::light(&table)?);
+        }
+    }
     // What is wrong so far should not wait for big files.
     check::all(&scene).map_err(placed)?;
     if let Some(value) = root.get("meshes") {
@@ -153,7 +159,7 @@ fn scene(text: &str, path: &Path, outside: Outside) -> Result<Scene, Fault> {
 fn syntax(text: &str, error: &toml::de::Error) -> Fault {
     let said = error.message().lines().next().unwrap_or("unreadable");
     let help = if said.contains("duplicate") {
-        "each key and each [table] may stand once; spheres and meshes are lists: [[spheres]], [[meshes]]"
+        "each key and each [table] may stand once; spheres, meshes and lights are lists: [[spheres]], [[meshes]], [[lights]]"
     } else {
         "in TOML a table begins with [camera], a key with `radius = `, names stand in quotes, lists in [brackets]"
     };

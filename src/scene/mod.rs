@@ -19,6 +19,8 @@ mod features;
 mod files;
 mod hash;
 mod invalid;
+mod light;
+mod lights;
 mod load;
 mod materials;
 mod memory;
@@ -45,12 +47,13 @@ use std::sync::{Arc, OnceLock};
 
 pub use crate::settings::{EstimatorKind, SamplerKind};
 pub use crate::texels::Texels;
-pub use builder::{MeshId, SceneBuilder, SphereId};
+pub use builder::{LightId, MeshId, SceneBuilder, SphereId};
 pub use effect::{Effect, Effects};
 pub use error::SceneError;
 pub use features::Features;
 pub use files::Outside;
 pub use invalid::{InvalidScene, Property, Subject};
+pub use light::{Light, LightClass};
 pub use memory::available as available_memory;
 pub use parts::{
     Bsdf, Camera, Environment, FilmSize, Fov, LatLong, Lens, Material, MaterialId, Mesh, RenderTable, Sphere, Surface,
@@ -123,6 +126,11 @@ impl Scene {
         &self.parts.meshes
     }
 
+    /// Lights that are no shapes, in the order in which they were added.
+    pub fn lights(&self) -> &[Light] {
+        &self.parts.lights
+    }
+
     /// What rays see that leave the scene; black where it is `None`.
     pub fn environment(&self) -> Option<&Environment> {
         self.parts.environment.as_ref()
@@ -145,7 +153,7 @@ impl Scene {
     }
 
     /// SHA-256, in hexadecimal, of all that decides a picture but its size and the settings of the render: camera, shapes with
-    /// their materials and textures, environment. It is computed when it is first asked for,
+    /// their materials and textures, lights, environment. It is computed when it is first asked for,
     /// from all bytes of the meshes and pictures.
     pub fn hash(&self) -> &str {
         self.hash.get_or_init(|| hash::of(&self.parts))

@@ -20,6 +20,7 @@ fn in_table_of(error: &InvalidScene, root: &Table<'_>) -> Result<Fault, Fault> {
         Subject::Material(_) => ("materials", "material", materials::KEYS),
         Subject::Sphere(_) => ("spheres", "sphere", shapes::SPHERE_KEYS),
         Subject::Mesh(_) => ("meshes", "mesh", shapes::MESH_KEYS),
+        Subject::Light(_) => ("lights", "light", super::lights::KEYS),
         Subject::Environment => ("environment", "environment", super::environment::KEYS),
     };
     let value = root.get(key).ok_or_else(whole)?;
@@ -32,7 +33,7 @@ fn in_table_of(error: &InvalidScene, root: &Table<'_>) -> Result<Fault, Fault> {
                 .ok_or_else(whole)?;
             Ok(in_table(error, &table))
         }
-        Subject::Sphere(index) => {
+        Subject::Sphere(index) | Subject::Light(index) => {
             let table = value.tables(thing, keys)?.into_iter().nth(index).ok_or_else(whole)?;
             Ok(in_table(error, &table))
         }
@@ -54,6 +55,11 @@ fn in_table(error: &InvalidScene, table: &Table<'_>) -> Fault {
         return table.fault(format!("{name} {}", error.problem()), error.remedy());
     };
     let written = table.get(property.key).or_else(|| {
+        // The direction of a spot may follow from its target.
+        let target = table.get("target").filter(|_| property.key == "direction");
+        if target.is_some() {
+            return target;
+        }
         // The other way to write a model.
         let of_model = ["diffuse", "phong", "exponent"].contains(&property.key);
         table.get("brdf_params").filter(|_| of_model)

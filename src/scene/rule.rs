@@ -91,6 +91,24 @@ pub(super) const ALPHA: Rule = Rule {
     help: "write [r, g, b, 1] for a diffuse surface or, say, [r, g, b, 1000] for a Phong one",
     holds: |x| x >= 1.0 && in_range(x),
 };
+/// The angle from the axis of a spot to its edge.
+pub(super) const OUTER_ANGLE: Rule = Rule {
+    words: "must be above 0 and at most 180 degrees",
+    help: "write the angle between the axis and the edge of the cone in degrees, such as 30",
+    holds: |x| x > 0.0 && x <= 180.0,
+};
+/// The angle from the axis of a spot up to which its light is full.
+pub(super) const INNER_ANGLE: Rule = Rule {
+    words: "must be from 0 degrees to outer_angle",
+    help: "write the angle from the axis up to which the light is full in degrees, at most outer_angle",
+    holds: |x| (0.0..=180.0).contains(&x),
+};
+/// Half the angle that the disk of a directional light subtends.
+pub(super) const ANGULAR_RADIUS: Rule = Rule {
+    words: "must be from 0 to 90 degrees",
+    help: "write half the angle across the disk of the light in degrees, 0.2665 for the sun, or leave it out for one direction",
+    holds: |x| (0.0..=90.0).contains(&x),
+};
 /// A full angle of view.
 pub(super) const VIEW_ANGLE: Rule = Rule {
     words: "must be between 0 and 180 degrees",

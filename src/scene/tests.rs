@@ -36,6 +36,7 @@ fn room() -> SceneBuilder {
     });
     scene.sphere(Sphere::new([0.0; 3], 1.0, grey));
     scene.sphere(Sphere::new([0.0, 4.0, 0.0], 0.5, Surface::emission([5.0; 3])));
+    scene.light(Light::spot([0.0, 3.0, 1.0], [0.0; 3], [2.0; 3], [10.0, 20.0]));
     scene.environment(Environment::Constant(DVec3::splat(0.25)));
     scene
 }
@@ -58,7 +59,7 @@ fn changed(change: Change) -> SceneBuilder {
 
 #[test]
 fn what_cannot_be_is_named_with_its_value() {
-    let cases: [(Change, &str); 31] = [
+    let cases: [(Change, &str); 32] = [
         (
             |s| s.camera.origin.x = f64::NAN,
             "camera origin must be finite, got NaN",
@@ -188,6 +189,10 @@ fn what_cannot_be_is_named_with_its_value() {
             "the floor has no faces",
         ),
         (
+            |s| *s.lights[0].power_mut() = DVec3::NEG_X,
+            "light 1 intensity must be finite and not negative, got -1",
+        ),
+        (
             |s| _ = s.environment(Environment::Constant(DVec3::NEG_X)),
             "environment emission must be finite and not negative, got -1",
         ),
@@ -223,7 +228,7 @@ fn what_cannot_be_is_named_with_its_value() {
 #[test]
 fn what_decides_the_picture_makes_another_scene() {
     let mut hashes = vec![room().build().unwrap().hash().to_owned()];
-    let changes: [Change; 21] = [
+    let changes: [Change; 27] = [
         |s| s.camera.origin.x = 1e-9,
         |s| s.camera.target.x = 1e-9,
         |s| s.camera.up.x = 1e-9,
@@ -248,6 +253,12 @@ fn what_decides_the_picture_makes_another_scene() {
         |s| floor(s).normals = None,
         |s| floor(s).smooth_terminator = true,
         |s| floor(s).uvs.as_mut().unwrap()[0].x = 0.125,
+        |s| s.lights.clear(),
+        |s| s.lights[0] = Light::point([0.0, 3.0, 1.0], [2.0; 3]),
+        |s| s.lights[0] = Light::spot([0.0, 3.0, 1.0], [0.0; 3], [2.0; 3], [10.0, 21.0]),
+        |s| s.lights[0] = Light::directional([0.0, -3.0, -1.0], [2.0; 3], 0.0),
+        |s| s.lights[0] = Light::directional([0.0, -3.0, -1.0], [2.0; 3], 2.0),
+        |s| _ = s.light(Light::point([0.0, 3.0, 1.0], [2.0; 3])),
         |s| s.environment = None,
         |s| _ = s.environment(Environment::Constant(DVec3::splat(0.5))),
     ];
@@ -304,6 +315,7 @@ fn a_text_and_a_builder_that_say_the_same_make_the_same_scene() {
     let read = |text: &str| Scene::parse(text, Path::new("room.toml")).unwrap();
     let mut built = room();
     (built.meshes, built.environment) = (vec![], None);
+    built.lights.clear();
     let built = built.build().unwrap();
     assert_eq!(read(TEXT).hash(), built.hash());
     // Comments, spaces, another way to write a number, another name, size and path.
@@ -325,6 +337,7 @@ fn a_text_and_a_builder_that_say_the_same_make_the_same_scene() {
 fn what_is_never_seen_is_left_out_with_a_note() {
     let mut scene = room();
     scene.environment = None;
+    scene.lights.clear();
     scene.sphere(Sphere::new([0.0, 4.0, -0.0], 0.5, Surface::emission([1.0; 3])));
     floor(&mut scene).triangles.push([1, 1, 2]);
     let lamp = Mesh::new(

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use crate::pipeline::{Prepared, Settings, SetupError};
-use crate::scene::{Bsdf, Effect, Effects, FilmSize, Scene};
+use crate::scene::{Bsdf, Effect, Effects, FilmSize, LightClass, Scene};
 
 /// Rounds over all variants in turn, so that what else the machine does meets them alike. The least time of each counts.
 const ROUNDS: usize = 7;
@@ -74,6 +74,8 @@ fn without(scene: &Scene, effect: Effect) -> Option<Scene> {
         Effect::Textures => scene.materials.iter_mut().for_each(|m| m.texture = None),
         Effect::Lens => scene.camera.lens = None,
         Effect::Environment => scene.environment = None,
+        Effect::DeltaLights => scene.lights.retain(|light| light.class() != LightClass::Delta),
+        Effect::Suns => scene.lights.retain(|light| light.class() != LightClass::Disk),
         _ => return None,
     }
     scene.build().ok()

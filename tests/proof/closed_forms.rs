@@ -75,7 +75,9 @@ pub fn noise_free_scenes() {
     use EstimatorKind::Brdf;
     for (scene, answer) in scenes() {
         let exact: Vec<EstimatorKind> = match scene.name() {
-            "emitter-seen" | "miss" | "shadow" | "square-seen" => EstimatorKind::ALL.to_vec(),
+            "emitter-seen" | "miss" | "shadow" | "square-seen" | "sun-seen" | "point-shadow" | "point-behind" => {
+                EstimatorKind::ALL.to_vec()
+            }
             "furnace-diffuse" | "furnace-mesh" | "sky-constant" => vec![Brdf],
             _ => continue,
         };

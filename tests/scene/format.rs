@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use glam::DVec3;
-use octolux::scene::{Bsdf, Environment, EstimatorKind, Fov, MaterialId, Mesh, SamplerKind, Scene, Surface};
+use octolux::scene::{
+    Bsdf, Environment, EstimatorKind, Fov, Light, LightClass, MaterialId, Mesh, SamplerKind, Scene, Surface,
+};
 
 const VIEW: &str = "[camera]\norigin = [0, 2, 15]\ntarget = [0.0, -2, 2.5]\nup = [0, 1, 0]\nfov_y = 28\n\n\
     [film]\nwidth = 768\nheight = 512\n\n[materials.b]\ndiffuse = [1, 0.5, 0]\n\n[materials.a]\n\
@@ -209,4 +211,23 @@ fn an_environment_is_one_radiance_or_a_picture_that_is_scaled_and_turned() {
         "the middle turns to the left"
     );
     assert_eq!(turned.texels.at(9), plain.texels.at(9).map(|x| 2.0 * x));
+}
+
+#[test]
+fn a_light_without_a_shape_is_a_point_a_spot_or_far_away() {
+    let text = "[[lights]]\nkind = \"point\"\nposition = [0, 3, 0]\nintensity = [1, 2, 3]\n\
+         [[lights]]\nkind = \"spot\"\nposition = [0, 3, 0]\ntarget = [0, 1, 0]\nintensity = [1, 2, 3]\nouter_angle = 30\n\
+         [[lights]]\nkind = \"spot\"\nposition = [0, 3, 0]\ndirection = [0, -2, 0]\nintensity = [1, 2, 3]\n\
+         inner_angle = 0\nouter_angle = 30\n\
+         [[lights]]\nkind = \"directional\"\ndirection = [0, -1, 0]\nirradiance = [1, 2, 3]\nangular_radius = 0.5\n";
+    let (up, colour) = (DVec3::new(0.0, 3.0, 0.0), DVec3::new(1.0, 2.0, 3.0));
+    let spot = Light::spot(up, [0.0, 1.0, 0.0], colour, [0.0, 30.0]);
+    let sun = Light::directional(DVec3::NEG_Y, colour, 0.5);
+    let scene = scene(text);
+    assert_eq!(scene.lights(), [Light::point(up, colour), spot, spot, sun]);
+    assert_eq!(sun.class(), LightClass::Disk);
+    assert_eq!(
+        Light::directional(DVec3::NEG_Y, colour, 5e-5).class(),
+        LightClass::Delta
+    );
 }

@@ -23,7 +23,7 @@ const SEEDS: u32 = 32;
 fn passes(scene: &Scene, estimator: EstimatorKind) -> Option<u32> {
     match (scene.name(), estimator) {
         ("sphere-tiny", EstimatorKind::Uniform) => None,
-        ("square-tiny", EstimatorKind::Uniform | EstimatorKind::Brdf) => None,
+        ("square-tiny" | "sun-narrow", EstimatorKind::Uniform | EstimatorKind::Brdf) => None,
         ("sphere-tiny", EstimatorKind::Brdf) => Some(1 << 16),
         _ => Some(1024),
     }

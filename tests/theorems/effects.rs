@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::proof::pictures::assert_same;
 use crate::proof::runs::{load, picture, settings};
 use octolux::pipeline::{Prepared, Settings};
-use octolux::scene::{Bsdf, Effect, Effects, EstimatorKind, Features, Scene, SceneBuilder, Surface};
+use octolux::scene::{Bsdf, Effect, Effects, EstimatorKind, Features, LightClass, Scene, SceneBuilder, Surface};
 use octolux::settings::Lanes;
 
 fn held(scene: &Scene) -> Effects {
@@ -33,7 +33,7 @@ fn smooth_out(scene: &mut SceneBuilder) {
     }
 }
 
-const TAKEN: [Taking; 9] = [
+const TAKEN: [Taking; 10] = [
     ("ggx.toml", Effect::Ggx, smooth_out),
     ("ggx.toml", Effect::Conductor, smooth_out),
     ("veach-mis.toml", Effect::Phong, matt),
@@ -58,6 +58,11 @@ const TAKEN: [Taking; 9] = [
     }),
     ("textures.toml", Effect::Textures, |scene| {
         scene.materials.iter_mut().for_each(|material| material.texture = None);
+    }),
+    // Suns and the environment share a camera stage, so both go.
+    ("lamps.toml", Effect::Suns, |scene| {
+        scene.lights.retain(|light| light.class() != LightClass::Disk);
+        scene.environment = None;
     }),
     ("blend.toml", Effect::Blend, |scene| {
         for material in &mut scene.materials {

@@ -5,7 +5,7 @@
 
 use crate::proof::runs::load;
 use crate::proof::{Family, agreement};
-use octolux::scene::{Bsdf, FilmSize, Lens, Scene, SceneBuilder, Surface};
+use octolux::scene::{Bsdf, FilmSize, Lens, Light, Scene, SceneBuilder, Surface};
 
 const FILM: FilmSize = FilmSize { width: 24, height: 16 };
 const ALPHA: f64 = 1e-6;
@@ -74,6 +74,20 @@ fn textures_show_what_the_oracle_sees_in_them() {
 #[test]
 fn a_smooth_terminator_shows_what_the_oracle_sees() {
     agrees("terminator.toml", "agree-terminator");
+}
+
+#[test]
+fn points_spots_and_suns_show_what_the_oracle_sees() {
+    let mut scene = softened(&load("lamps.toml"));
+    // Directions of `uniform` must meet it.
+    for light in &mut scene.lights {
+        if let Light::Directional { angular_radius, .. } = light {
+            *angular_radius = 15.0;
+        }
+    }
+    let scene = scene.build().unwrap();
+    let family = Family::rarely("agree-lamps", ALPHA);
+    agreement::judge(family, "agree-lamps", &scene, FILM, 16, [256, 64, 128, 64], 512);
 }
 
 #[test]

@@ -15,7 +15,12 @@ fn scene(name: &str) -> Scene {
 #[test]
 fn replayed_passes_add_up_to_the_picture() {
     let mut lit = 0;
-    for name in ["veach-mis.toml", "large-lights.toml", "tests/two-lights.toml"] {
+    for name in [
+        "veach-mis.toml",
+        "large-lights.toml",
+        "tests/two-lights.toml",
+        "lamps.toml",
+    ] {
         let scene = scene(name);
         for estimator in EstimatorKind::ALL {
             for (sampler, accel) in [

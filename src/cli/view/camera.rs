@@ -44,6 +44,9 @@ impl Changes {
         if let Some(Environment::Constant(le)) = &mut changed.environment {
             *le *= gain();
         }
+        for light in changed.lights.iter_mut().filter(|light| light.emits()) {
+            *light.power_mut() *= gain();
+        }
         changed.build().map(Arc::new)
     }
 }
@@ -68,7 +71,10 @@ pub fn lights(scene: &Scene) -> Vec<Value> {
         Some(Environment::Constant(le)) => Some(json!({ "name": "environment", "radiance": le.to_array() })),
         _ => None,
     };
-    spheres.chain(meshes).chain(sky).collect()
+    let others = scene.lights().iter().enumerate().filter(|(_, light)| light.emits());
+    let others =
+        others.map(|(at, light)| json!({ "name": format!("light {}", at + 1), "radiance": light.power().to_array() }));
+    spheres.chain(meshes).chain(sky).chain(others).collect()
 }
 
 /// The scene's camera, looking as `view` says.

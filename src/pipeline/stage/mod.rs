@@ -4,18 +4,20 @@
 mod ask;
 mod chunk;
 mod directions;
-pub mod environment;
+pub mod each;
 pub mod eye;
 mod facets;
 mod grid;
+pub mod meshes;
+mod penumbra;
 mod rings;
 mod scratch;
 pub mod shade;
 pub mod shadow;
 pub mod surface;
-pub mod triangles;
 
 pub use ask::{Answers, Ask};
 pub use chunk::{Chunk, Order, Segment, pairs};
 pub use directions::Directions;
+pub use penumbra::{MARKS, Penumbra};
 pub use scratch::{Scratch, Shaft, Stage};

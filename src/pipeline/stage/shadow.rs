@@ -30,6 +30,18 @@ pub fn visible<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut RayQueue,
     queue.clear();
 }
 
+/// Adds the contribution of every ray: nothing can be in its way.
+#[inline(always)]
+pub fn unoccluded<L: Lane>(chunk: &mut Chunk, queue: &mut RayQueue) {
+    chunk.keep(queue);
+    for at in (0..queue.len()).step_by(L::N) {
+        let (active, rays) = queue.packet::<L>(at);
+        deposit(chunk.sum, chunk.counters, active, rays.value, rays.index);
+    }
+    chunk.counters.shadow_rays += queue.len() as u64;
+    queue.clear();
+}
+
 /// Adds the light that has reached the points of a stream without a ray.
 #[inline(always)]
 pub fn arrived<L: Lane>(chunk: &mut Chunk, stream: &HitStream, block: Range<usize>) {
@@ -80,8 +92,8 @@ pub fn looked<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut WideQueue,
     queue.clear();
 }
 
-/// Adds, for every ray that meets an emitter first, its throughput times the radiance there; where there is an environment, also for
-/// every ray that meets nothing.
+/// Adds, for every ray that meets an emitter first, its throughput times the radiance there; where there is an environment or a sun, also
+/// for every ray that meets nothing.
 #[inline(always)]
 pub fn emitted<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut RayQueue, set: &Candidates) {
     chunk.keep(queue);
@@ -109,6 +121,15 @@ pub fn emitted<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut RayQueue,
         if let Some(beyond) = &chunk.world.environment {
             let misses = active & !hit.found;
             radiance = Vec3::select(misses, beyond.radiance(rays.direction, misses), radiance);
+            emits = emits | misses;
+        }
+        for sun in &chunk.world.suns {
+            let misses = active & !hit.found;
+            radiance = Vec3::select(
+                misses,
+                radiance.or_zero(emits) + sun.radiance(rays.direction, misses),
+                radiance,
+            );
             emits = emits | misses;
         }
         let value = rays.value.times(radiance);

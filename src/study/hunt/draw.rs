@@ -1,5 +1,7 @@
 //! Random recipes: ordinary scenes whose means can be compared, and wild ones over many orders of magnitude.
 
+mod lamps;
+
 use std::f64::consts::TAU;
 
 use rand::{RngExt, SeedableRng};
@@ -130,6 +132,10 @@ fn ordinary(draw: &mut Draw<'_>) -> Recipe {
         materials: textured_where_it_can_be(materials, &mut shapes),
         shapes,
         sky,
+        lamps: match draw.pick(&[3, 1, 1]) {
+            0 => Vec::new(),
+            count => (0..count).map(|_| lamps::delta(draw)).collect(),
+        },
     }
 }
 
@@ -352,6 +358,10 @@ fn wild(draw: &mut Draw<'_>) -> Recipe {
             0 => None,
             1 => Some(Sky::Constant(draw.wild_colour(-20.0, 20.0))),
             which => Some(Sky::Picture((which - 2) % SKIES.len(), 30.0)),
+        },
+        lamps: match draw.pick(&[3, 1, 1]) {
+            0 => Vec::new(),
+            count => (0..count).map(|_| lamps::wild_delta(draw)).collect(),
         },
     }
 }

@@ -11,6 +11,7 @@
 
 pub mod check;
 pub mod draw;
+pub mod lamp;
 pub mod recipe;
 pub mod shrink;
 

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use super::lamp::Lamp;
 use crate::film::{Attributes, Picture, PictureError, write_picture};
 
 /// The pictures that recipes use, in the folder of the scene file.
@@ -27,6 +28,8 @@ pub struct Recipe {
     pub shapes: Vec<Shape>,
     /// What is beyond them.
     pub sky: Option<Sky>,
+    /// Lights that are no shapes.
+    pub lamps: Vec<Lamp>,
 }
 
 /// How surfaces reflect.
@@ -118,6 +121,9 @@ impl Recipe {
         }
         for shape in &self.shapes {
             text += &shape.toml(scale);
+        }
+        for lamp in &self.lamps {
+            text += &lamp.toml(scale);
         }
         match self.sky {
             None => {}

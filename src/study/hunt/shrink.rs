@@ -37,6 +37,11 @@ fn simplifications(recipe: &Recipe) -> Vec<Recipe> {
         }
         part /= 2;
     }
+    for at in 0..recipe.lamps.len() {
+        let mut simpler = recipe.clone();
+        simpler.lamps.remove(at);
+        all.push(simpler);
+    }
     all.extend(less_of_the_whole(recipe));
     for (at, shape) in recipe.shapes.iter().enumerate() {
         all.extend(simpler_shapes(shape).into_iter().map(|shape| {

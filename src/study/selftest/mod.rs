@@ -8,6 +8,7 @@ mod cones;
 mod emitters;
 pub mod files;
 mod flag;
+mod lamps;
 mod lobes;
 mod meshes;
 mod numbers;
@@ -53,7 +54,7 @@ const fn waits(number: u32, name: &'static str, feature: &'static str) -> Case {
 }
 
 /// All cases.
-pub const CASES: [Case; 45] = [
+pub const CASES: [Case; 46] = [
     case(1, "tiny distant sphere", cones::tiny_sphere),
     case(2, "direction in a narrow cone", cones::narrow_cone),
     case(3, "density without a switch", cones::no_switch),
@@ -99,4 +100,5 @@ pub const CASES: [Case; 45] = [
     case(43, "estimators agree tile by tile", whole::estimators_agree),
     case(44, "meshes that emit, where spheres are hard", panels::emitting_meshes),
     case(45, "mirrors, rough surfaces at grazing angles", rough::grazing),
+    case(46, "lights that are no shapes", lamps::no_shapes),
 ];

@@ -6,7 +6,8 @@ use super::row::{Row, Verdict};
 use super::sanity::{list, plural};
 use crate::scene::{Scene, Sphere, Surface};
 
-/// Emitters as the oracle numbers them: spheres, then meshes, then the environment; with a name and the radiance.
+/// Emitters as the oracle numbers them: spheres, then meshes, then the environment, then lights that are no shapes; with a name and the
+/// radiance, intensity or irradiance.
 pub fn emitters(scene: &Scene) -> Vec<(String, DVec3)> {
     let spheres = scene
         .spheres()
@@ -25,7 +26,14 @@ pub fn emitters(scene: &Scene) -> Vec<(String, DVec3)> {
     let sky = scene
         .environment()
         .map(|sky| ("the environment".to_owned(), sky.brightest()));
-    spheres.chain(meshes).filter_map(emission).chain(sky).collect()
+    let lights = scene.lights().iter().enumerate();
+    let lights = lights.map(|(i, light)| (format!("light {}", i + 1), light.power()));
+    spheres
+        .chain(meshes)
+        .filter_map(emission)
+        .chain(sky)
+        .chain(lights)
+        .collect()
 }
 
 /// Lights that the oracle saw no reflection of.

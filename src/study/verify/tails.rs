@@ -126,6 +126,11 @@ impl Tails {
             let cells = std::iter::once(own).chain(whole);
             match event.way {
                 Way::Seen => cells.for_each(|cell| put(&mut self.seen[cell], event.radiance, size, 1.0)),
+                Way::Certain { emitter, cosine } => {
+                    self.emitters[emitter] += size;
+                    self.tilt(cells.clone(), event.radiance, cosine);
+                    cells.for_each(|cell| put(&mut self.seen[cell], event.radiance, size, 1.0));
+                }
                 Way::Reflected {
                     emitter,
                     light,
@@ -133,12 +138,7 @@ impl Tails {
                     cosine,
                 } => {
                     self.emitters[emitter] += size;
-                    let part = (TILT / cosine).min(1.0);
-                    for cell in cells.clone() {
-                        for (sum, radiance) in self.tilted[cell].iter_mut().zip(event.radiance) {
-                            *sum += part * radiance;
-                        }
-                    }
+                    self.tilt(cells.clone(), event.radiance, cosine);
                     for (source, at) in Source::ALL.into_iter().zip(0..) {
                         let factor = source.factor(light, brdf);
                         for cell in cells.clone() {
@@ -146,6 +146,16 @@ impl Tails {
                         }
                     }
                 }
+            }
+        }
+    }
+
+    /// Notes what of a direction's light a tilt of the normal may change.
+    fn tilt(&mut self, cells: impl Iterator<Item = usize>, radiance: [f64; 3], cosine: f64) {
+        let part = (TILT / cosine).min(1.0);
+        for cell in cells {
+            for (sum, radiance) in self.tilted[cell].iter_mut().zip(radiance) {
+                *sum += part * radiance;
             }
         }
     }

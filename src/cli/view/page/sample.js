@@ -60,8 +60,8 @@ export class SamplePanel {
     const far = this.drawn.some(a => a.light == null) ? "meet no light" : "are blocked";
     const untold = replays.some(r => r.meshes_untold);
     const light = `Radiance ${radiance.map(x => x.toPrecision(3)).join(", ")}.`;
-    const spheres = !this.asked && untold ? "" : `of ${this.asked} directions${untold ? " to spheres" : ""} ${this.drawn.length} can bring light, and ${this.blocked} of these ${far}. `;
-    const others = untold ? `${this.rays.length} rays went to meshes and the environment; whether they arrived is in the radiance. ` : "";
+    const spheres = !this.asked && untold ? "" : `of ${this.asked} directions${untold ? " to other lights" : ""} ${this.drawn.length} can bring light, and ${this.blocked} of these ${far}. `;
+    const others = untold ? `${this.rays.length} rays were traced in all, also to large meshes; whether they arrived is in the radiance. ` : "";
     $("sample-says").textContent = this.point ? `${passes}, ${sample.estimator}: ${spheres}${others}${light}`
       : `${passes}: the ray meets nothing that reflects. ${light}`;
     $("sample-text").textContent = sample.text;

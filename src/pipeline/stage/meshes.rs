@@ -1,5 +1,5 @@
-//! Shading under meshes that emit, by estimators that draw a direction for every light: every triangle of a small one is a light of
-//! its own, of a large one a triangle is picked for every point. How directions are weighed is looked up when a stage runs.
+//! Shading under large meshes that emit, by estimators that draw a direction for every light: a triangle of each is picked for every
+//! point. How directions are weighed is looked up when a stage runs.
 
 use std::marker::PhantomData;
 
@@ -9,66 +9,13 @@ use crate::embree::TraceLane;
 use crate::estimator::per_triangle;
 use crate::lane::Mask;
 use crate::math::Vec3;
+use crate::pipeline::lights::Kind;
 use crate::pipeline::model::Model;
 use crate::pipeline::queue::QueuedRays;
 use crate::shape::{Ball, NO_SPHERE};
 
-/// A direction for every triangle of small meshes.
-pub struct PerTriangle<M>(PhantomData<M>);
-
 /// A direction for every large mesh.
 pub struct PerMesh<M>(PhantomData<M>);
-
-impl<M: Model> Stage for PerTriangle<M> {
-    #[inline(always)]
-    fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
-        let Scratch {
-            hits,
-            queue,
-            points,
-            set,
-            ..
-        } = scratch;
-        let world = chunk.world;
-        let stream = M::stream(hits);
-        if stream.len() == 0 {
-            return;
-        }
-        chunk.ask(Ask::Survey { stream, points });
-        for (i, light) in (world.lights.len()..).zip(&world.triangle_lights) {
-            let (triangles, le) = (light.triangle.splat::<L>(), Vec3::splat(light.le));
-            for time in 0..chunk.tosses() {
-                for at in (0..stream.len()).step_by(L::N) {
-                    let (active, point, address) = stream.packet::<L>(at);
-                    let view = triangles.seen_from(point.p);
-                    let active = active & view.rises_above(point.bsdf.normal());
-                    if active.none() {
-                        continue;
-                    }
-                    let numbers = chunk.toss(&address, i, time).into();
-                    let worth = (le, L::one());
-                    let Some(found) = per_triangle::sample(chunk.mix, &point, &view, worth, numbers, active) else {
-                        continue;
-                    };
-                    queue.push(found.active, &QueuedRays::to_light(&point, &address, &found));
-                }
-                if queue.len() > 0 {
-                    let ball = Ball::around(&light.triangle.corners);
-                    let aim = light.aim;
-                    chunk.ask(Ask::Shaft {
-                        stream,
-                        points,
-                        ball,
-                        aimed_at: aim,
-                        open: &mut false,
-                        set,
-                    });
-                    chunk.ask(Ask::Visible { queue, set, light: aim });
-                }
-            }
-        }
-    }
-}
 
 impl<M: Model> Stage for PerMesh<M> {
     /// A direction of the BRDF is traced to the triangle that it meets first: only then its other density is known.
@@ -83,13 +30,13 @@ impl<M: Model> Stage for PerMesh<M> {
             ..
         } = scratch;
         let world = chunk.world;
-        let before = world.lights.len() + world.triangle_lights.len();
+        let first = world.first(Kind::Meshes);
         let stream = M::stream(hits);
         if stream.len() == 0 {
             return;
         }
         chunk.ask(Ask::Survey { stream, points });
-        for (i, light) in (before..).zip(&world.mesh_lights) {
+        for (i, light) in (first..).zip(&world.mesh_lights) {
             let le = Vec3::splat(light.le);
             for at in (0..stream.len()).step_by(L::N) {
                 let (active, point, address) = stream.packet::<L>(at);

@@ -1,0 +1,202 @@
+//! What an estimator asks of a kind of light. The stage of a kind and a replay ask it alike.
+//!
+//! Spheres have more: how their directions are drawn depends on the model of reflection ([`super::per_light::Directions`]). Of a large
+//! mesh a triangle is picked for every point ([`super::per_triangle`]).
+
+use super::density::Density;
+use super::per_light::Contribution;
+use super::{ShadingPoint, per_delta, per_environment, per_sun, per_triangle};
+use crate::bsdf::Brdf;
+use crate::lane::{Lane, Mask};
+use crate::light::environment::Beyond;
+use crate::light::{DeltaLight, Reach, Sun, TriangleLight, Triangles, delta, triangle};
+use crate::math::Vec3;
+use crate::sampling::Toss;
+use crate::shape::{Ball, NO_SPHERE};
+
+/// A kind of light, for estimators that draw a direction for every light.
+pub trait LightKind {
+    /// Whether its light comes from one direction: it needs no random number, and no other technique finds it.
+    const DELTA: bool = false;
+
+    /// Whether it may contribute at every point, so that it need not be asked.
+    const ALWAYS: bool = false;
+
+    /// What of it is put into lanes once for many points.
+    type Spread<L: Lane>;
+
+    /// What is found out at points before a direction is drawn.
+    type View<L: Lane>;
+
+    /// What its shadow rays skip.
+    fn id(&self) -> u32 {
+        NO_SPHERE
+    }
+
+    /// Where all its shadow rays go.
+    fn bounds(&self) -> Reach;
+
+    /// The light in every lane.
+    fn spread<L: Lane>(&self) -> Self::Spread<L>;
+
+    /// The light as seen from `p`.
+    fn seen_from<L: Lane>(&self, spread: &Self::Spread<L>, p: Vec3<L>) -> Self::View<L>;
+
+    /// Lanes where any direction to it may count; never too few.
+    fn may_contribute<L: Lane, M: Brdf<L>>(&self, point: &ShadingPoint<L, M>, view: &Self::View<L>) -> L::Mask;
+
+    /// Draws a direction of the light, or of the BRDF where `toss` shows heads and the density mixes both, and weighs it by the
+    /// densities of both; `None` where no lane gets light by it.
+    fn sample<L: Lane, D: Density, M: Brdf<L>>(
+        &self,
+        density: D,
+        point: &ShadingPoint<L, M>,
+        view: &Self::View<L>,
+        toss: Toss<L::Bits>,
+        active: L::Mask,
+    ) -> Option<Contribution<L>>;
+}
+
+impl LightKind for TriangleLight {
+    type Spread<L: Lane> = Triangles<L>;
+    type View<L: Lane> = triangle::View<L>;
+
+    fn id(&self) -> u32 {
+        self.aim
+    }
+
+    fn bounds(&self) -> Reach {
+        Reach::Ball(Ball::around(&self.triangle.corners))
+    }
+
+    #[inline(always)]
+    fn spread<L: Lane>(&self) -> Triangles<L> {
+        self.triangle.splat()
+    }
+
+    #[inline(always)]
+    fn seen_from<L: Lane>(&self, triangles: &Triangles<L>, p: Vec3<L>) -> Self::View<L> {
+        triangles.seen_from(p)
+    }
+
+    #[inline(always)]
+    fn may_contribute<L: Lane, M: Brdf<L>>(&self, point: &ShadingPoint<L, M>, view: &Self::View<L>) -> L::Mask {
+        view.rises_above(point.bsdf.normal())
+    }
+
+    #[inline(always)]
+    fn sample<L: Lane, D: Density, M: Brdf<L>>(
+        &self,
+        density: D,
+        point: &ShadingPoint<L, M>,
+        view: &Self::View<L>,
+        toss: Toss<L::Bits>,
+        active: L::Mask,
+    ) -> Option<Contribution<L>> {
+        let worth = (Vec3::splat(self.le), L::one());
+        per_triangle::sample(density, point, view, worth, toss.into(), active)
+    }
+}
+
+/// The environment.
+impl<B: Beyond> LightKind for B {
+    const ALWAYS: bool = true;
+
+    type Spread<L: Lane> = ();
+    type View<L: Lane> = ();
+
+    fn bounds(&self) -> Reach {
+        Reach::Everywhere
+    }
+
+    #[inline(always)]
+    fn spread<L: Lane>(&self) {}
+
+    #[inline(always)]
+    fn seen_from<L: Lane>(&self, (): &(), _: Vec3<L>) {}
+
+    #[inline(always)]
+    fn may_contribute<L: Lane, M: Brdf<L>>(&self, _: &ShadingPoint<L, M>, (): &()) -> L::Mask {
+        L::Mask::splat(true)
+    }
+
+    #[inline(always)]
+    fn sample<L: Lane, D: Density, M: Brdf<L>>(
+        &self,
+        density: D,
+        point: &ShadingPoint<L, M>,
+        (): &(),
+        toss: Toss<L::Bits>,
+        active: L::Mask,
+    ) -> Option<Contribution<L>> {
+        per_environment::sample(density, point, self, toss, active)
+    }
+}
+
+impl LightKind for Sun {
+    type Spread<L: Lane> = ();
+    type View<L: Lane> = ();
+
+    fn bounds(&self) -> Reach {
+        self.reach()
+    }
+
+    #[inline(always)]
+    fn spread<L: Lane>(&self) {}
+
+    #[inline(always)]
+    fn seen_from<L: Lane>(&self, (): &(), _: Vec3<L>) {}
+
+    #[inline(always)]
+    fn may_contribute<L: Lane, M: Brdf<L>>(&self, point: &ShadingPoint<L, M>, (): &()) -> L::Mask {
+        per_sun::may_contribute(point, self)
+    }
+
+    #[inline(always)]
+    fn sample<L: Lane, D: Density, M: Brdf<L>>(
+        &self,
+        density: D,
+        point: &ShadingPoint<L, M>,
+        (): &(),
+        toss: Toss<L::Bits>,
+        active: L::Mask,
+    ) -> Option<Contribution<L>> {
+        per_sun::sample(density, point, self, toss, active)
+    }
+}
+
+impl LightKind for DeltaLight {
+    const DELTA: bool = true;
+
+    type Spread<L: Lane> = ();
+    type View<L: Lane> = delta::Arriving<L>;
+
+    fn bounds(&self) -> Reach {
+        self.reach()
+    }
+
+    #[inline(always)]
+    fn spread<L: Lane>(&self) {}
+
+    #[inline(always)]
+    fn seen_from<L: Lane>(&self, (): &(), p: Vec3<L>) -> Self::View<L> {
+        self.seen_from(p)
+    }
+
+    #[inline(always)]
+    fn may_contribute<L: Lane, M: Brdf<L>>(&self, _: &ShadingPoint<L, M>, view: &Self::View<L>) -> L::Mask {
+        view.active
+    }
+
+    #[inline(always)]
+    fn sample<L: Lane, D: Density, M: Brdf<L>>(
+        &self,
+        _: D,
+        point: &ShadingPoint<L, M>,
+        view: &Self::View<L>,
+        _: Toss<L::Bits>,
+        active: L::Mask,
+    ) -> Option<Contribution<L>> {
+        per_delta::sample(point, self, view, active)
+    }
+}

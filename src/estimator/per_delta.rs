@@ -1,0 +1,37 @@
+//! A delta light: the one direction that its light comes from. All estimators count it so, for no other technique can find it.
+
+use super::ShadingPoint;
+use super::per_light::Contribution;
+use crate::bsdf::{Brdf, Tint};
+use crate::lane::{Lane, Mask};
+use crate::light::DeltaLight;
+use crate::light::delta::Arriving;
+use crate::math::Vec3;
+
+/// What a light adds at each active point; `None` where no lane gets light by it.
+#[inline(always)]
+pub fn sample<L: Lane, B: Brdf<L>>(
+    point: &ShadingPoint<L, B>,
+    light: &DeltaLight,
+    arriving: &Arriving<L>,
+    active: L::Mask,
+) -> Option<Contribution<L>> {
+    let (cos_theta, above) = point.above(arriving.wi);
+    let active = active & arriving.active & above;
+    if active.none() {
+        return None;
+    }
+    let lobe = point.bsdf.eval(arriving.wi, cos_theta);
+    let weight = lobe.shape.scaled(arriving.strength);
+    let active = active & weight.lit();
+    if active.none() {
+        return None;
+    }
+    let le = Vec3::splat(light.le);
+    Some(Contribution {
+        active,
+        wi: arriving.wi,
+        distance: arriving.distance,
+        ld: weight.kept(active).colour(le.times(point.bsdf.rho()), le),
+    })
+}

@@ -1,0 +1,149 @@
+//! Shading under the lights of one kind, by estimators that draw a direction for every light: one loop for all kinds. How directions
+//! are weighed is looked up when a stage runs: it is no part of what is compiled.
+
+use std::marker::PhantomData;
+use std::slice;
+
+use super::{Ask, Chunk, Scratch, Stage, shadow};
+use crate::embree::TraceLane;
+use crate::estimator::kind::LightKind;
+use crate::lane::{Bits, Lane, Mask};
+use crate::light::{Environment, Reach};
+use crate::pipeline::lights::Kind;
+use crate::pipeline::model::Model;
+use crate::pipeline::queue::QueuedRays;
+use crate::pipeline::space::Space;
+use crate::pipeline::stream::Address;
+use crate::sampling::{Pair, Toss};
+
+/// A direction for every triangle of small meshes.
+pub struct PerTriangle<M>(PhantomData<M>);
+
+/// A direction for the environment.
+pub struct PerEnvironment<M>(PhantomData<M>);
+
+/// A direction for every disk in the sky.
+pub struct PerSun<M>(PhantomData<M>);
+
+/// The direction of every delta light: in all estimators, for no other technique can find them.
+pub struct PerDelta<M>(PhantomData<M>);
+
+impl<M: Model> Stage for PerTriangle<M> {
+    #[inline(always)]
+    fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
+        let first = chunk.world.first(Kind::Triangles);
+        each::<L, M, _>(chunk, scratch, first, &chunk.world.triangle_lights);
+    }
+}
+
+impl<M: Model> Stage for PerEnvironment<M> {
+    #[inline(always)]
+    fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
+        let first = chunk.world.first(Kind::Environment);
+        match &chunk.world.environment {
+            Some(Environment::Constant(constant)) => {
+                each::<L, M, _>(chunk, scratch, first, slice::from_ref(constant));
+            }
+            Some(Environment::LatLong(picture)) => each::<L, M, _>(chunk, scratch, first, slice::from_ref(picture)),
+            None => {}
+        }
+    }
+}
+
+impl<M: Model> Stage for PerSun<M> {
+    #[inline(always)]
+    fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
+        let first = chunk.world.first(Kind::Suns);
+        each::<L, M, _>(chunk, scratch, first, &chunk.world.suns);
+    }
+}
+
+impl<M: Model> Stage for PerDelta<M> {
+    #[inline(always)]
+    fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
+        // They have no random numbers, and so no place among the lights that do.
+        each::<L, M, _>(chunk, scratch, 0, &chunk.world.delta_lights);
+    }
+}
+
+/// What [`LightKind::sample`] draws from for light `i`, the first or the second time; nothing for a delta light.
+#[inline(always)]
+pub fn toss<L: Lane, K: LightKind>(chunk: &Chunk, address: &Address<L>, i: usize, time: u32) -> Toss<L::Bits> {
+    if !K::DELTA {
+        return chunk.toss(address, i, time);
+    }
+    let nothing = Bits::splat(0);
+    Toss {
+        heads: L::Mask::splat(false),
+        pair: Pair(nothing, nothing),
+    }
+}
+
+/// Lights of a kind, of which the first has the number `first`. The light is the outer loop: it is the same for a whole stream, and its
+/// shadow rays are as alike as they can be.
+#[inline(always)]
+fn each<L: TraceLane, M: Model, K: LightKind>(chunk: &mut Chunk, scratch: &mut Scratch, first: usize, lights: &[K]) {
+    let Scratch {
+        hits,
+        queue,
+        points,
+        set,
+        ..
+    } = scratch;
+    let stream = M::stream(hits);
+    if stream.len() == 0 {
+        return;
+    }
+    let mut surveyed = false;
+    for (i, light) in (first..).zip(lights) {
+        let spread = light.spread::<L>();
+        let times = if K::DELTA { 1 } else { chunk.tosses() };
+        for time in 0..times {
+            for at in (0..stream.len()).step_by(L::N) {
+                let (active, point, address) = stream.packet::<L>(at);
+                let view = light.seen_from(&spread, point.p);
+                let mut active = active;
+                if !K::ALWAYS {
+                    active = active & light.may_contribute(&point, &view);
+                    if active.none() {
+                        continue;
+                    }
+                }
+                let toss = toss::<L, K>(chunk, &address, i, time);
+                let Some(found) = light.sample(chunk.mix, &point, &view, toss, active) else {
+                    continue;
+                };
+                queue.push(found.active, &QueuedRays::to_light(&point, &address, &found));
+            }
+            if queue.len() == 0 {
+                continue;
+            }
+            let mut open = false;
+            let reach = light.bounds();
+            if !surveyed && reach != Reach::Everywhere {
+                chunk.ask(Ask::Survey { stream, points });
+                surveyed = true;
+            }
+            match reach.ball(&points.around(), Space::BEYOND) {
+                None => chunk.ask(Ask::All { set }),
+                Some(ball) => chunk.ask(Ask::Shaft {
+                    stream,
+                    points,
+                    ball,
+                    aimed_at: light.id(),
+                    open: &mut open,
+                    set,
+                }),
+            }
+            if open {
+                shadow::unoccluded::<L>(chunk, queue);
+            } else {
+                chunk.ask(Ask::Visible {
+                    queue,
+                    set,
+                    light: light.id(),
+                });
+            }
+        }
+    }
+}

@@ -78,6 +78,41 @@ fn brdf_params_are_diffuse_at_one_and_phong_above() {
 }
 
 #[test]
+fn rough_surfaces_have_three_spellings_and_hashes_of_their_own() {
+    let of = |keys: &str| {
+        let scene = scene(&format!(
+            "[materials.s]\n{keys}\n[[spheres]]\ncenter = [0, 0, 0]\nradius = 1\nmaterial = \"s\"\n"
+        ));
+        (scene.materials().last().unwrap().bsdf, scene.hash().to_owned())
+    };
+    let base = DVec3::new(0.1, 0.2, 0.3);
+    let coated = |metallic: f64, roughness: f64| Bsdf::Ggx {
+        base,
+        metallic,
+        roughness,
+    };
+    let found = [
+        of("base_color = [0.1, 0.2, 0.3]\nmetallic = 0\nroughness = 0.5"),
+        of("base_color = [0.1, 0.2, 0.3]\nmetallic = 1\nroughness = 0.5"),
+        of("base_color = [0.1, 0.2, 0.3]\nmetallic = 1\nroughness = 0.25"),
+        of("eta = [0.1, 0.2, 0.3]\nk = [1, 2, 3]\nroughness = 0.25"),
+        of("eta = [0.1, 0.2, 0.3]\nk = [1, 2, 4]\nroughness = 0.25"),
+    ];
+    assert_eq!(found[0].0, coated(0.0, 0.5));
+    assert_eq!(found[1].0, coated(1.0, 0.5));
+    assert_eq!(found[2].0, coated(1.0, 0.25));
+    let metal = Bsdf::Conductor {
+        eta: base,
+        k: DVec3::new(1.0, 2.0, 3.0),
+        roughness: 0.25,
+    };
+    assert_eq!(found[3].0, metal);
+    for (i, (_, hash)) in found.iter().enumerate() {
+        assert!(found[..i].iter().all(|(_, other)| other != hash), "{i}");
+    }
+}
+
+#[test]
 fn materials_may_follow_the_shapes_that_use_them() {
     let sphere =
         "[[spheres]]\ncenter = [0, 0, 0]\nradius = 1\nmaterial = \"late\"\n\n[materials.late]\ndiffuse = [1, 1, 1]\n";

@@ -47,6 +47,7 @@
 //! | `MassBetweenRingsForgotten` | a lobe's share is counted up to its edge, not to the farthest ring | rings |
 //! | `ExpectedOnceEach` | a light of a list counts as if it were in every list | lists |
 //! | `WayDownForgotten` | the chance of a light inside of its cluster is left out of what it is divided by | lists |
+//! | `BothHalvesWhole` | each of the two directions to a light that is seen in part counts as one | oracle |
 //! | `OffsetTooShort` | shading points leave their surface by 2 half-ulps | acne |
 //! | `DensityOfTheNextTexel` | a texel of the environment with the density of its neighbour | density |
 //! | `SquareForgotten` | points and spots shine as brightly however far away they are | closed form |
@@ -150,6 +151,7 @@ mod tests {
         BarycentricsLost "accelerators",
         ArcTakenAsPi "rings",
         FarRingForgotten "rings",
+        BothHalvesWhole "oracle",
         MassBetweenRingsForgotten "rings",
         ShadowsSkipped "exact",
         OnePassOff "exact",

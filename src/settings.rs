@@ -79,7 +79,7 @@ impl std::fmt::Display for LightsAsked {
     }
 }
 
-/// Who answers rays.
+/// How rays find what they hit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]

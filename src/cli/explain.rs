@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::explain_effects::{self as effects, Found};
+use super::noise::{self, Noise};
 use super::options::Options;
 use super::{CliError, Exit, report};
 use octolux::machine;
@@ -29,6 +30,11 @@ pub struct Args {
     /// scene (a second or two, one thread)
     #[arg(long)]
     measure: bool,
+    /// Say why the picture is noisy (some 10 to 60 seconds): a map of the noise, what share of it each light and each material
+    /// has, and which settings would be the cheapest. The map goes to FILE, a .png in colours, or .exr or .npy with the numbers
+    /// themselves
+    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "{name}-noise.png")]
+    noise: Option<PathBuf>,
 }
 
 /// Prints the explanation on standard output.
@@ -50,13 +56,20 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
             report::warning(&what);
         }
     }
+    if let Some(map) = &args.noise {
+        explanation.noise = match noise::measure(&args.scene, &scene, settings, map)? {
+            None => return Ok(Exit::Interrupted),
+            measured => measured,
+        };
+    }
     if args.json {
         let json = serde_json::to_string(&explanation).map_err(|error| CliError::failed(error.to_string()))?;
         report::data(&json)?;
     } else {
         let costs = explanation.costs.iter();
         let costs = costs.flat_map(|costs| effects::cost_lines(costs, &prepared));
-        let lines: Vec<String> = std::iter::once(explanation.text()).chain(costs).collect();
+        let noise = explanation.noise.iter().flat_map(noise::lines);
+        let lines: Vec<String> = std::iter::once(explanation.text()).chain(costs).chain(noise).collect();
         report::data(&lines.join("\n"))?;
     }
     Ok(Exit::Well)
@@ -102,6 +115,20 @@ struct Explanation {
     seed: u32,
     #[serde(skip_serializing_if = "Option::is_none")]
     costs: Option<Costs>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    noise: Option<Noise>,
+}
+
+/// Sentences about what is there and does nothing, and about the estimator where another one is better.
+fn notes(scene: &Scene, settings: Settings, prepared: &Prepared) -> Vec<String> {
+    let mut said = effects::notes(scene, prepared.features());
+    let (features, mis) = (prepared.features(), settings.estimator == EstimatorKind::Mis);
+    let suits = features.count(Effect::Diffuse) + features.count(Effect::Phong) > 0;
+    if mis && suits && features.count(Effect::SphereLights) > 0 {
+        let what = "spheres emit: on diffuse and Phong surfaces '--estimator product' has less noise than mis in the same time";
+        said.push(what.to_owned());
+    }
+    said
 }
 
 impl Explanation {
@@ -127,7 +154,7 @@ impl Explanation {
             needs: prepared.needs(),
             found: effects::found(scene, prepared.features()),
             absent: effects::absent(prepared.features()),
-            notes: effects::notes(scene, prepared.features()),
+            notes: notes(scene, settings, prepared),
             kernel: prepared.kernel().to_owned(),
             why: prepared.why().to_owned(),
             robust: prepared.robust(),
@@ -141,6 +168,7 @@ impl Explanation {
             sampler: settings.sampler,
             seed: settings.seed,
             costs: None,
+            noise: None,
         }
     }
 

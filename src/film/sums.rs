@@ -203,12 +203,12 @@ impl Film {
     }
 
     /// The bytes that a film and its picture take while so many passes are rendered: 24 a pixel and node, 20 for the picture, its
-    /// first samples and what is written; where they are adaptive 24 for the squares and 88 for noise, weights and goals.
+    /// first samples and what is written; where they are adaptive 24 for the squares and 120 for noise, kinds, weights and goals.
     pub fn bytes(size: FilmSize, passes: u32, adaptive: bool) -> u64 {
         let pixels = u64::from(size.width) * u64::from(size.height);
         let nodes = passes.div_ceil(leaf_passes(size)).max(1).ilog2() + 1;
         let nodes = if adaptive { 1 } else { u64::from(nodes) };
-        pixels * (24 * nodes + 20 + if adaptive { 112 } else { 0 })
+        pixels * (24 * nodes + 20 + if adaptive { 144 } else { 0 })
     }
 
     /// Its size.

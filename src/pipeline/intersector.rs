@@ -7,7 +7,7 @@ use crate::settings::AccelKind;
 /// two lights the line took 0.55, 0.58, 0.59 and 0.66 of Embree's time in sixteen lanes, 0.58, 0.53, 0.53 and 0.64 in eight; with
 /// triangles 0.48 to 0.55 and 0.38 to 0.52. Somewhere above 256 it stops to pay; half of that leaves room for scenes that crowd
 /// into one tile.
-const IN_LINE: usize = 128;
+pub const IN_LINE: usize = 128;
 
 /// Who answers rays, and whether occluders are culled before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,8 +25,8 @@ impl Intersector {
         let few = shapes <= IN_LINE;
         let why = match (accel, few) {
             (Some(forced), _) => format!("--accel {} was asked for", forced.name()),
-            (None, true) => format!("{shapes} shapes are few enough to be tested in a line"),
-            (None, false) => format!("{shapes} shapes are more than the {IN_LINE} up to which a line is chosen"),
+            (None, true) => format!("{shapes} shapes are few enough to be tested one by one"),
+            (None, false) => format!("{shapes} shapes are more than {IN_LINE}, up to which all are tested one by one"),
         };
         let accel = accel.unwrap_or(if few { AccelKind::Linear } else { AccelKind::Embree });
         let can_cull = accel == AccelKind::Linear || shapes <= FEW;

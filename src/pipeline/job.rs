@@ -8,6 +8,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::columns::CAPACITY;
+use super::outlook::{Partly, SPLIT_FROM};
 use super::plan::Plan;
 use super::progress::{Counters, Progress};
 use super::stage::{Chunk, Scratch};
@@ -23,6 +24,8 @@ pub struct Job<'a> {
     pub numbers: &'a PassBlock,
     pub scratch: &'a Mutex<Vec<Scratch>>,
     pub progress: &'a Progress,
+    /// Where lights are seen in part, for those who care.
+    pub partly: Option<&'a Partly>,
     pub film: FilmSize,
     pub passes: u32,
     /// When no further tile is to be begun.
@@ -61,7 +64,11 @@ impl Job<'_> {
         let per_chunk = leaf_passes(self.film).min(most);
         let (mut chunks, mut start) = (Vec::new(), 0);
         while start < self.passes {
-            let end = start + per_chunk - (self.numbers.first() + start) % per_chunk;
+            let first = self.numbers.first() + start;
+            let mut end = start + per_chunk - first % per_chunk;
+            if self.partly.is_some() && first < SPLIT_FROM {
+                end = end.min(start + SPLIT_FROM - first);
+            }
             chunks.push(start..end.min(self.passes));
             start = end;
         }
@@ -81,10 +88,12 @@ impl Job<'_> {
         }
         let mut goals = tile.goals().to_vec();
         goals.sort_unstable();
-        let samples = |pass: u32| goals.len() - goals.partition_point(|&goal| goal <= first + pass);
-        let (mut chunks, mut start, mut sum) = (Vec::new(), 0, 0);
+        let (mut chunks, mut start, mut sum, mut done) = (Vec::new(), 0, 0, 0);
         for pass in 0..last {
-            let more = samples(pass);
+            while goals[done] <= first + pass {
+                done += 1;
+            }
+            let more = goals.len() - done;
             if sum + more > CAPACITY {
                 chunks.push(start..pass);
                 (start, sum) = (pass, 0);
@@ -107,10 +116,14 @@ impl Job<'_> {
             tile,
             film_width: self.film.width,
             first: range.start,
-            turns: &self.numbers.by_coin(range),
+            turns: &self.numbers.by_coin(range.clone()),
             order: self.plan.order,
             mix: self.plan.mix,
             answers: self.plan.answers,
+            partly: match self.partly {
+                Some(partly) if self.numbers.first() + range.start >= SPLIT_FROM => &partly[tile.number() as usize],
+                _ => &[],
+            },
             sum: &mut sum,
             counters: &mut counters,
             log: None,

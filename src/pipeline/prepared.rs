@@ -1,8 +1,9 @@
 //! A scene that is ready to be rendered: the tables, the accelerator, the plan and the threads.
 
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
+use super::outlook::{self, Partly};
 use super::plan::{Machine, Plan};
 use super::replay::{Replay, replay};
 use super::settings::Settings;
@@ -55,6 +56,8 @@ pub struct Prepared {
     pub(super) pool: Arc<rayon::ThreadPool>,
     /// What threads work with, kept from chunk to chunk.
     pub(super) scratch: Arc<Mutex<Vec<Scratch>>>,
+    /// Where lights are seen in part, once somebody has asked.
+    partly: Arc<OnceLock<Partly>>,
     features: Features,
     machine: Machine,
     scene_hash: Arc<str>,
@@ -103,10 +106,32 @@ impl Prepared {
             world: Arc::new(world),
             pool: Arc::new(rayon::ThreadPoolBuilder::new().num_threads(settings.threads).build()?),
             scratch: Arc::default(),
+            partly: Arc::default(),
             scene_hash: scene.hash().into(),
             build_time: begin.elapsed(),
             embree_version: device.version().into(),
         })
+    }
+
+    /// Something for a thread to work with; to be [put back](Self::put_back).
+    pub(super) fn scratch(&self) -> Scratch {
+        // A panic elsewhere leaves whole scratch pads behind: they hold nothing between chunks.
+        let mut pads = self.scratch.lock().unwrap_or_else(PoisonError::into_inner);
+        pads.pop().unwrap_or_default()
+    }
+
+    /// Keeps it for the next who asks.
+    pub(super) fn put_back(&self, scratch: Scratch) {
+        self.scratch
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .push(scratch);
+    }
+
+    /// Where lights are seen in part, if the estimator sends more rays there: found when it is asked for first.
+    pub(super) fn partly(&self) -> Option<&Partly> {
+        self.plan.survey?;
+        Some(self.partly.get_or_init(|| outlook::partly(self)))
     }
 
     /// The same scene with another seed. Everything that was built is shared.
@@ -241,7 +266,28 @@ impl Prepared {
             });
         }
         let tile = Film::new(self.settings.film).pixel(x, y);
-        Ok(tile.map(|tile| replay(&self.plan, &self.world, &self.settings, &tile, [x, y, pass])))
+        let Some(tile) = tile else {
+            return Ok(None);
+        };
+        let partly = if pass >= outlook::SPLIT_FROM {
+            self.partly()
+        } else {
+            None
+        };
+        let marks = partly.map_or(&[][..], |partly| &partly[tile.number() as usize]);
+        let mark = Film::new(self.settings.film).tiles()[tile.number() as usize]
+            .pixels()
+            .zip(marks)
+            .find_map(|(pixel, &mark)| (pixel == [x, y]).then_some(mark));
+        let partly = mark.as_slice();
+        Ok(Some(replay(
+            &self.plan,
+            &self.world,
+            &self.settings,
+            &tile,
+            partly,
+            [x, y, pass],
+        )))
     }
 }
 

@@ -7,10 +7,12 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::job::Job;
+use super::outlook::{self, SPLIT_FROM};
 use super::prepared::Prepared;
 use super::progress::{Counters, Progress};
 use super::settings::Settings;
-use crate::film::{Film, Noise, allocation, leaf_passes};
+use crate::film::allocation::{self, Kind};
+use crate::film::{Film, Noise, Tile, leaf_passes};
 use crate::sampling::PassBlock;
 use crate::scene::FilmSize;
 
@@ -25,7 +27,7 @@ pub(crate) struct Renderer {
     /// The random numbers of the block that was begun last, with its end: a paused block is taken up with them.
     numbers: Option<(Arc<PassBlock>, u32)>,
     /// From the noise of every pixel and samples a pixel on average to the samples of every pixel.
-    allocate: fn(FilmSize, &[Noise], u32) -> Vec<u32>,
+    allocate: fn(FilmSize, &[Noise], &[Kind], u32) -> Vec<u32>,
     /// The most samples of a pixel, once they are allocated.
     most: Option<u32>,
 }
@@ -103,8 +105,8 @@ impl Renderer {
     /// [`allocation`]). Returns whether there is more to do; the picture is unbiased after every part. `spp` must be
     /// the same each time, and [`Self::block`] must not be called in between.
     ///
-    /// Blocks double the passes. Their number is then small however far the busiest pixel goes, and of the table of random
-    /// numbers at most half is for passes that nobody takes.
+    /// Pilot blocks double the passes. Each block from there on has up to three times the samples of all before it: a few large ones,
+    /// as every block leaves in each tile a chunk that is not full.
     pub fn adaptive_block(&mut self, spp: u32, pause: Option<Instant>) -> bool {
         let (first, pilot) = (self.passes, allocation::pilot(spp));
         let steered = pilot < spp;
@@ -114,12 +116,20 @@ impl Renderer {
         if first == pilot && steered && self.most.is_none() {
             let noise = self.film.noise();
             let size = self.prepared.settings.film;
-            let goals = self.prepared.pool.install(|| (self.allocate)(size, &noise, spp));
+            let kinds = outlook::kinds(&self.prepared);
+            let goals = self
+                .prepared
+                .pool
+                .install(|| (self.allocate)(size, &noise, &kinds, spp));
             self.film.set_goals(&goals);
             self.most = goals.into_iter().max();
         }
         let last = self.most.unwrap_or(pilot);
-        let end = (first * 2).max(2).min(first + MOST_PASSES).min(last);
+        let end = match self.most {
+            Some(_) => allocation::next_stop(self.film.tiles().iter().flat_map(Tile::goals).copied(), first),
+            None => (first * 2).max(2),
+        };
+        let end = end.min(first + MOST_PASSES).min(last);
         if first < end {
             self.render(first, end, pause);
         }
@@ -153,6 +163,7 @@ impl Renderer {
             numbers: &numbers,
             scratch,
             progress: &self.progress,
+            partly: if end > SPLIT_FROM { self.prepared.partly() } else { None },
             film: size,
             passes: end - first,
             pause,

@@ -6,7 +6,7 @@ use std::marker::PhantomData;
 
 use super::lists::Probed;
 use super::model::{self, Model};
-use super::stage::{Chunk, Directions, Scratch, Stage, each, eye, listed, meshes, shade};
+use super::stage::{Chunk, Directions, Penumbra, Scratch, Stage, each, eye, listed, meshes, shade};
 use super::tracer::{ByEmbree, InLine};
 use crate::embree::{LaneWork, TraceLane, in_eight_of_avx512, in_sixteen};
 use crate::estimator::density::{Average, ConeOnly, ConeOrCap, LobeInCap, Mix, Projected};
@@ -116,6 +116,12 @@ pub fn shade(estimator: EstimatorKind, needs: Effects, lists: bool, model: Effec
         Effect::Conductor => shade_model::<model::Conductor>(estimator, (needs, lists)),
         _ => shade_model::<model::Diffuse>(estimator, (needs, lists)),
     }
+}
+
+/// The row that finds where lights are seen in part, for the estimator that sends more rays there.
+pub fn survey(estimator: EstimatorKind, needs: Effects) -> Option<Row> {
+    let calls = estimator == EstimatorKind::Product && needs.has(Effect::Diffuse) && needs.has(Effect::SphereLights);
+    calls.then(Row::of::<Penumbra>)
 }
 
 /// How an estimator combines directions of lights with those of the BRDF. `product` does so for all lights but spheres, whose

@@ -219,6 +219,18 @@ impl HitStream {
         self.0.get3(column::DRAWN, at)
     }
 
+    /// Notes the lights that the points of the packet at `at` see in part: bits. In place of what [`Self::set_drawn`] notes.
+    #[inline(always)]
+    pub fn set_partly<L: Lane>(&mut self, at: usize, lights: L::Bits) {
+        self.0.set(column::FOLLOWS, at, L::from_bits(lights));
+    }
+
+    /// The points of the packet at `at` that see the light of bit `bit` in part.
+    #[inline(always)]
+    pub fn partly<L: Lane>(&self, at: usize, bit: u32) -> L::Mask {
+        self.0.get::<L>(column::FOLLOWS, at).to_bits().shl(31 - bit).top_bit()
+    }
+
     /// Sets the light that reaches the points of the packet at `at`.
     #[inline(always)]
     pub fn set_light<L: Lane>(&mut self, at: usize, light: Vec3<L>) {

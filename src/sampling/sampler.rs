@@ -22,6 +22,13 @@ impl<B: Bits> Pair<B> {
     pub fn unit<L: Lane<Bits = B>>(self) -> (L, L) {
         (unit(self.0), unit(self.1))
     }
+
+    /// The numbers half a turn away, each by itself.
+    #[inline(always)]
+    pub fn opposite(self) -> Self {
+        let half = B::splat(1 << 31);
+        Self(self.0 ^ half, self.1 ^ half)
+    }
 }
 
 /// A fair coin and two uniform numbers, independent of each other.

@@ -76,18 +76,24 @@ impl Table {
             let at = one as usize % RUN;
             return [B::splat(a[at]), B::splat(b[at])];
         }
-        // those of neighbouring pixels the passes of a chunk,
-        if row.shr(RUN.ilog2()).eq(B::splat(one / RUN as u32)).all() {
-            return [B::lookup(a, row), B::lookup(b, row)];
+        // those of neighbouring pixels the passes of a chunk, and those of adaptive renders a few passes in a row: of one run mostly,
+        // seldom of more than three.
+        let (mut first, mut second) = (B::lookup(a, row), B::lookup(b, row));
+        let runs = row.shr(RUN.ilog2());
+        let mut rest = !runs.eq(B::splat(one / RUN as u32));
+        if rest.none() {
+            return [first, second];
         }
-        // and adaptive renders mix them as they come. Through memory and without closures, which would be calls.
-        let (mut rows, mut a, mut b) = ([0; 16], [0; 16], [0; 16]);
+        let mut rows = [0; 16];
         row.store(&mut rows);
-        for lane in 0..16 {
-            let [first, second] = self.run(rows[lane] as usize, pair);
-            (a[lane], b[lane]) = (first[rows[lane] as usize % RUN], second[rows[lane] as usize % RUN]);
+        while let Some(lane) = rest.lanes().next() {
+            let [a, b] = self.run(rows[lane] as usize, pair);
+            let those = runs.eq(B::splat(rows[lane] / RUN as u32));
+            first = B::select(those, B::lookup(a, row), first);
+            second = B::select(those, B::lookup(b, row), second);
+            rest = rest & !those;
         }
-        [B::load(&a), B::load(&b)]
+        [first, second]
     }
 }
 

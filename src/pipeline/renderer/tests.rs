@@ -41,7 +41,7 @@ emission = [10.0, 10.0, 10.0]
 
 const SEEDS: u32 = 60;
 
-type Allocate = fn(FilmSize, &[Noise], u32) -> Vec<u32>;
+type Allocate = fn(FilmSize, &[Noise], &[Kind], u32) -> Vec<u32>;
 
 /// Mean of the picture for each seed, at 16 samples a pixel; all alike where nothing allocates them.
 fn means(sampler: SamplerKind, first_seed: u32, allocate: Option<Allocate>) -> Vec<f64> {
@@ -82,7 +82,7 @@ fn z(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// What must not be done: each pixel gets samples after its own noise.
-fn own_noise(_: FilmSize, noise: &[Noise], spp: u32) -> Vec<u32> {
+fn own_noise(_: FilmSize, noise: &[Noise], _: &[Kind], spp: u32) -> Vec<u32> {
     let deviations: Vec<f64> = noise.iter().map(|n| n.variance[0].sqrt()).collect();
     let pilot = allocation::pilot(spp);
     let pairs = f64::from((spp - pilot) / 2) * noise.len() as f64 / deviations.iter().sum::<f64>();

@@ -82,6 +82,7 @@ pub(super) fn directions<T: Tracer, M: Told>(
             omc: Some(cone.omc),
             cone_pdf: Some(cone.pdf()),
             technique: technique(warp, point, &light),
+            lobe: None,
             found: drawn.filter(|drawn| drawn.active).map(|drawn| {
                 let shadow = ray(point.p, drawn.wi, drawn.distance, light.sphere);
                 let occluded = T::occluded::<f32>(world, &set, true, &shadow);
@@ -100,6 +101,7 @@ pub(super) fn directions<T: Tracer, M: Told>(
             omc: None,
             cone_pdf: None,
             technique: "brdf",
+            lobe: Some(wi.lane(0)),
             found: (above && lobe.shape.lit()).then(|| {
                 let towards = ray(point.p, wi, f32::INFINITY, NO_SPHERE);
                 let hit = T::nearest::<f32>(world, &set, true, &towards, Coherence::Incoherent);

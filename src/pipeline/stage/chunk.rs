@@ -45,6 +45,8 @@ pub struct Chunk<'a> {
     pub mix: Mix,
     /// What the intersector answers.
     pub answers: Answers,
+    /// Of each pixel of the tile, the lights that `product` sends two rays to: bits from the lowest on; empty where it never does.
+    pub partly: &'a [u32],
     /// Sums of the chunk, slot by slot and in each pixel by pixel of its tile.
     pub sum: &'a mut ChunkSum,
     /// What was traced.

@@ -55,6 +55,8 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
     let (length, listed) = (grid.len(), grid.lists_passes());
     let [[left, top], _] = chunk.tile.corners();
     let first_pixel = L::Bits::splat(top.wrapping_mul(chunk.film_width).wrapping_add(left));
+    let pairs_apart = !listed && chunk.tile.measures_noise();
+    let area = L::Bits::splat(chunk.tile.area() as u32);
     for at in (0..length).step_by(L::N) {
         let pixel = first_pixel + L::Bits::load(&grid.pixel[at..]);
         chunk.numbers.key(pixel).store(&mut grid.key[at..]);
@@ -67,7 +69,7 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
         let mut seen = None;
         if done < samples {
             let active = L::Mask::first(samples - done);
-            let index = L::Bits::load(&grid.index[at..]);
+            let mut index = L::Bits::load(&grid.index[at..]);
             let key = L::Bits::load(&grid.key[at..]);
             let x = left + L::load(&grid.x[at..]);
             let y = top + L::load(&grid.y[at..]);
@@ -79,6 +81,10 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
                 let last = chunk.turns.len() - 1;
                 L::Bits::from_fn(|lane| chunk.turns[(turn + (at + lane) / length).min(last)])
             };
+            if pairs_apart {
+                // Chunks begin with the first of a pair.
+                index = index + (passes + L::Bits::splat(chunk.first.wrapping_neg())).shr(1) * area;
+            }
             at += L::N;
             while at >= length {
                 at -= length;

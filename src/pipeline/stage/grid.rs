@@ -40,8 +40,9 @@ impl Grid {
     /// Lists what the packets of a chunk are loaded from; returns the number of its samples.
     pub fn fill(&mut self, chunk: &Chunk) -> usize {
         let tile = chunk.tile;
-        let even = tile.goals().is_empty() && !tile.measures_noise();
-        let listed = !even || chunk.order == Order::Neighbours;
+        let listed = !tile.goals().is_empty() || chunk.order == Order::Neighbours;
+        // Pairs of passes have places of their own where noise is measured, and those of listed samples are listed with them.
+        let even = tile.goals().is_empty() && !(listed && tile.measures_noise());
         let [[left, top], [right, bottom]] = tile.corners();
         let shape = even.then_some(Shape {
             size: [right - left, bottom - top],
@@ -102,38 +103,44 @@ impl Grid {
 
     /// Pass by pass and in each the pixels that take part, in tile order.
     fn pass_by_pass(&mut self, chunk: &Chunk) {
-        // Who takes part in a pass did so in all before it: the first pass is a pattern for all, and is taken away at the end.
-        let taking_part = |at: &usize| takes_part(chunk, *at, chunk.first);
-        match chunk.order {
-            Order::Lists => by_colour(chunk).filter(taking_part).for_each(|at| self.push(chunk, at)),
-            _ => (0..chunk.tile.area())
-                .filter(taking_part)
-                .for_each(|at| self.push(chunk, at)),
-        }
-        let pattern = 0..self.x.len();
+        let (pixels, goals, first) = (chunk.tile.offsets(), chunk.tile.goals(), chunk.numbers.first());
+        // Where goals are even the passes 2k and 2k + 1 have the same pixels, and the second of them is a copy.
+        let twins = goals.iter().all(|goal| goal.is_multiple_of(2));
+        let mut members = vec![0_u32; goals.len()];
+        let by_colour: Vec<usize> = match chunk.order {
+            Order::Lists => by_colour(chunk).collect(),
+            _ => Vec::new(),
+        };
+        let mut listed = vec![0..0; chunk.turns.len() / 2 + 2];
         for (turn, &pass) in (0..).zip(chunk.turns) {
-            let begin = self.x.len();
-            let takes_part = |row: usize, index: &[u32]| takes_part(chunk, index[row] as usize, pass);
-            if pattern.clone().all(|row| takes_part(row, &self.index)) {
-                self.x.extend_from_within(pattern.clone());
-                self.y.extend_from_within(pattern.clone());
-                self.pixel.extend_from_within(pattern.clone());
-                self.index.extend_from_within(pattern.clone());
+            let twin = &mut listed[((first + pass) / 2 - (first + chunk.first) / 2) as usize];
+            if twins && twin.start < twin.end {
+                self.x.extend_from_within(twin.clone());
+                self.y.extend_from_within(twin.clone());
+                self.index.extend_from_within(twin.clone());
+                self.pixel.extend_from_within(twin.clone());
             } else {
-                for row in pattern.clone() {
-                    if takes_part(row, &self.index) {
-                        self.repeat(row);
-                    }
+                let mut count = 0;
+                for &at in &by_colour {
+                    members[count] = at as u32;
+                    count += usize::from(goals[at] > first + pass);
                 }
+                for (at, &goal) in (0..).zip(if by_colour.is_empty() { goals } else { &[] }) {
+                    // Written in any case, and kept by what is added: a branch would be guessed wrong.
+                    members[count] = at;
+                    count += usize::from(goal > first + pass);
+                }
+                let (begin, members) = (self.x.len(), &members[..count]);
+                let of = |at: &u32| pixels[*at as usize];
+                let pixel = |[x, y]: [u32; 2]| y.wrapping_mul(chunk.film_width).wrapping_add(x);
+                self.x.extend(members.iter().map(|at| of(at)[0] as f32));
+                self.y.extend(members.iter().map(|at| of(at)[1] as f32));
+                self.pixel.extend(members.iter().map(|at| pixel(of(at))));
+                self.index.extend_from_slice(members);
+                *twin = begin..self.x.len();
             }
-            let slot = slot(chunk, pass);
-            self.index[begin..].iter_mut().for_each(|index| *index += slot);
-            self.turn.resize(self.x.len() - pattern.len(), turn);
+            self.turn.resize(self.x.len(), turn);
         }
-        self.x.drain(pattern.clone());
-        self.y.drain(pattern.clone());
-        self.pixel.drain(pattern.clone());
-        self.index.drain(pattern);
     }
 
     /// By squares of 2 x 2 pixels along Morton's curve, in each pass by pass.

@@ -166,7 +166,7 @@ fn toward_sphere<L: TraceLane, D: Directions<M>, M: Probed>(
         le: light.le.map(|x| x * times),
         ..*light
     };
-    let lamp = Lamp::new(i, &counted);
+    let lamp = Lamp::new(i, &counted, None);
     let mut open = false;
     let ball = Ball {
         center: light.center,

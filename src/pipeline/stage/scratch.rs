@@ -41,6 +41,8 @@ pub struct Scratch {
     pub shafts: Vec<Shaft>,
     /// Rings of lobes that lights lie in, between the steps of `product`.
     pub rings: RingBlock,
+    /// What [`Penumbra`](super::Penumbra) has found.
+    pub partly: Vec<u32>,
 }
 
 /// What may be in the way of rays from the points of a stream to a light.
@@ -66,6 +68,7 @@ impl Default for Scratch {
             set: Candidates::default(),
             shafts: Vec::new(),
             rings: RingBlock::new(),
+            partly: Vec::new(),
         }
     }
 }

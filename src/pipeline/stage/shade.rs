@@ -5,6 +5,7 @@ use std::marker::PhantomData;
 use std::ops::Range;
 
 use super::directions::Directions;
+use super::penumbra::{Half, mark};
 use super::rings::{self, RingBlock};
 use super::{Ask, Chunk, Scratch, Shaft, Stage, pairs, shadow};
 use crate::bsdf::Tint;
@@ -63,14 +64,33 @@ impl<D: Directions<M>, M: Model> Stage for PerLight<D, M> {
         for first in (0..stream.len()).step_by(chunk.answers.block) {
             let block = first..stream.len().min(first + chunk.answers.block);
             prepare::<L, D, M>(density, chunk, stream, block.clone());
+            let partly = if D::WARP == Warp::ConeOrCap {
+                mark::<L>(chunk, stream, block.clone())
+            } else {
+                0
+            };
             for (i, (light, Shaft { open, set })) in lights.iter().zip(&*shafts).enumerate() {
-                let light = &Lamp::new(i, light);
+                let half = if D::WARP == Warp::ConeOrCap {
+                    Half::first(partly, i)
+                } else {
+                    None
+                };
+                let light = &Lamp::new(i, light, half);
                 let mut sink = Sink {
                     open: *open,
                     queue: &mut *queue,
                     answered: 0,
                 };
                 density.toward_light::<L>(chunk, stream, rings, block.clone(), light, &mut sink);
+                if D::WARP == Warp::ConeOrCap && light.half.is_some() {
+                    // As below: the queue has room for one ray of each point.
+                    chunk.ask(Ask::Visible {
+                        queue: sink.queue,
+                        set,
+                        light: light.sphere.sphere,
+                    });
+                    density.toward_light::<L>(chunk, stream, rings, block.clone(), &light.second(), &mut sink);
+                }
                 if density.mix().both() {
                     // The queue has room for one ray of each point.
                     chunk.ask(Ask::Visible {
@@ -98,15 +118,24 @@ impl<D: Directions<M>, M: Model> Stage for PerLight<D, M> {
 pub struct Lamp {
     pub sphere: SphereLight,
     pair: u32,
+    /// Which direction, of the points that see it in part; `None` where nobody does.
+    half: Option<Half>,
 }
 
 impl Lamp {
-    pub fn new(i: usize, light: &SphereLight) -> Self {
+    pub fn new(i: usize, light: &SphereLight, half: Option<Half>) -> Self {
         let once = mutate!(*light, LightTwice => SphereLight { le: light.le.map(|x| if i == 0 { x + x } else { x }), ..*light });
         Self {
             sphere: mutate!(once, LightBlocksItself => SphereLight { sphere: crate::shape::NO_SPHERE, ..once }),
             pair: pairs::light(i),
+            half,
         }
+    }
+
+    /// The same for second directions.
+    fn second(&self) -> Self {
+        let half = self.half.map(|half| Half { second: true, ..half });
+        Self { half, ..*self }
     }
 }
 
@@ -194,7 +223,19 @@ pub fn toward<L: TraceLane, D: per_light::Directions<L, M::Of<L>>, M: Model>(
     for at in block.step_by(L::N) {
         let mut active = stream.lanes::<L>(at);
         let mix = density.mix();
-        if mix.mixed() && !mix.both() {
+        let second = light.half.is_some_and(|half| half.second);
+        if let Some(half) = light.half
+            && second
+        {
+            active = active & stream.partly::<L>(at, half.bit);
+            if active.none() {
+                continue;
+            }
+        }
+        let tossed = mix.mixed() && !mix.both();
+        // One coin for all lights is known already; one for each takes a hash, which many a packet can do without.
+        let known = D::SHARES_COIN || chunk.numbers.one_coin();
+        if tossed && known {
             active = active & !heads::<L, D, M>(chunk, stream, at, light);
             if active.none() {
                 continue;
@@ -203,14 +244,20 @@ pub fn toward<L: TraceLane, D: per_light::Directions<L, M::Of<L>>, M: Model>(
         let (_, point, address) = stream.packet::<L>(at);
         let view = light.sphere.seen_from(point.p);
         active = active & per_light::may_contribute(&point, &view);
+        if tossed && !known && active.any() {
+            active = active & !heads::<L, D, M>(chunk, stream, at, light);
+        }
         if active.none() {
             continue;
         }
-        let numbers = if mix.both() || D::WARP != Warp::Cone {
+        let mut numbers = if mix.both() || D::WARP != Warp::Cone {
             chunk.numbers.pair(address.key, address.pass, light.pair)
         } else {
             chunk.numbers.after_toss(address.key, address.pass, light.pair)
         };
+        if second {
+            numbers = numbers.opposite();
+        }
         let found = if D::WARP == Warp::ProjectedCap
             || D::WARP == Warp::ConeOrCap && (active & per_light::suits_cap(&point, &view)).any()
         {
@@ -222,7 +269,12 @@ pub fn toward<L: TraceLane, D: per_light::Directions<L, M::Of<L>>, M: Model>(
             let (_, point, _) = stream.packet::<L>(black_box(at));
             per_light::by_light(density, &point, &drawn, active)
         };
-        if let Some(found) = found {
+        if let Some(mut found) = found {
+            if let Some(half) = light.half {
+                let share = L::splat(mutate!(0.5, BothHalvesWhole => 1.0));
+                let share = L::select(stream.partly::<L>(at, half.bit), share, L::one());
+                found.weight = found.weight.scaled(share);
+            }
             sink.take(stream, at, &light.sphere, &found);
         }
     }
@@ -285,7 +337,8 @@ fn along<L: TraceLane, D: Density, M: Model>(
 ) {
     for at in block.step_by(L::N) {
         let mut active = stream.lanes::<L>(at);
-        if !density.mix().both() {
+        let (tossed, known) = (!density.mix().both(), chunk.numbers.one_coin());
+        if tossed && known {
             active = active & heads::<L, D, M>(chunk, stream, at, light);
         }
         if active.none() {
@@ -293,6 +346,9 @@ fn along<L: TraceLane, D: Density, M: Model>(
         }
         let wi = stream.drawn(at);
         active = active & light.sphere.may_meet(stream.position(at), wi);
+        if tossed && !known && active.any() {
+            active = active & heads::<L, D, M>(chunk, stream, at, light);
+        }
         if active.none() {
             continue;
         }

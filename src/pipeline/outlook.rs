@@ -1,0 +1,289 @@
+//! What is known of the pixels before their samples are: by rays of its own, whose random numbers no render takes. So it depends on
+//! the scene and the film alone, and what follows it is as unbiased as what follows nothing.
+
+use rayon::prelude::*;
+
+use super::model::{Conductor, Diffuse, Ggx, Model, Phong, Streams};
+use super::prepared::Prepared;
+use super::progress::Counters;
+use super::stage::{Chunk, Scratch};
+
+use crate::film::allocation::Kind;
+use crate::film::{Film, Tile};
+use crate::sampling::PassBlock;
+use crate::scene::{FilmSize, SamplerKind};
+
+/// The pass of these rays: no render goes so far.
+const PASS: u32 = 1 << 31;
+
+/// Side of the squares of pixels that share a ray.
+const CELL: u32 = 2;
+
+/// The pass from which on points that see a light in part send two rays to it. The first passes are to be there soon.
+pub const SPLIT_FROM: u32 = 4;
+
+/// Of each tile, the [marks](super::stage::Penumbra) of each pixel; empty where there are none.
+pub type Partly = Vec<Vec<u32>>;
+
+/// Which lights are seen in part around each pixel.
+pub fn partly(prepared: &Prepared) -> Partly {
+    let size = prepared.settings.film;
+    let mut film = Film::new(size);
+    let own_ray = |at: u32| at.is_multiple_of(CELL);
+    let goal = |y: u32| (0..size.width).map(move |x| if own_ray(x) && own_ray(y) { u32::MAX } else { 0 });
+    film.set_goals(&(0..size.height).flat_map(goal).collect::<Vec<_>>());
+    let of_tile = |tile: &Tile| {
+        let Some(survey) = prepared.plan.survey else {
+            return Vec::new();
+        };
+        let marks = look(prepared, tile, |chunk, scratch| {
+            survey(chunk, scratch);
+            std::mem::take(&mut scratch.partly)
+        });
+        if marks.iter().all(|&mark| mark == 0) {
+            return Vec::new();
+        }
+        let mut of_cell = [[0; 16]; 16];
+        for (&[x, y], mark) in tile.offsets().iter().zip(marks) {
+            of_cell[(y / CELL) as usize][(x / CELL) as usize] |= mark;
+        }
+        let mark = |&[x, y]: &[u32; 2]| of_cell[(y / CELL) as usize][(x / CELL) as usize];
+        tile.offsets().iter().map(mark).collect()
+    };
+    let tiles = film.tiles();
+    prepared.pool.install(|| tiles.par_iter().map(of_tile).collect())
+}
+
+/// What one ray through a pixel has met.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Seen {
+    position: [f32; 3],
+    normal: [f32; 3],
+    /// Nothing, something that shines, or a surface: then which model it has, and its exponent or roughness.
+    what: f32,
+}
+
+const SHINES: f32 = -1.0;
+
+impl Seen {
+    /// Whether both may belong to one smooth surface: one model, normals less than 26 degrees apart, and neither 12 degrees out of the
+    /// other's plane.
+    fn joins(&self, other: &Self) -> bool {
+        let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        let way = [0, 1, 2].map(|k| other.position[k] - self.position[k]);
+        let off = |normal| dot(normal, way).powi(2) > 0.04 * dot(way, way);
+        let apart = dot(self.normal, other.normal) < 0.9 || off(self.normal) || off(other.normal);
+        self.what == other.what && (self.what == 0.0 || self.what == SHINES || !apart)
+    }
+}
+
+/// What is in each pixel, row by row: by one ray through it and those through its eight neighbours.
+pub fn kinds(prepared: &Prepared) -> Vec<Kind> {
+    let FilmSize { width, height } = prepared.settings.film;
+    let film = Film::new(prepared.settings.film);
+    let of_tile = |tile: &Tile| look(prepared, tile, |chunk, scratch| seen(chunk, &scratch.hits));
+    let tiles = film.tiles();
+    let of_tiles: Vec<Vec<Seen>> = prepared.pool.install(|| tiles.par_iter().map(of_tile).collect());
+    let at = |x: u32, y: u32| y as usize * width as usize + x as usize;
+    let mut all = vec![Seen::default(); width as usize * height as usize];
+    for (tile, seen) in tiles.iter().zip(of_tiles) {
+        for ([x, y], seen) in tile.pixels().zip(seen) {
+            all[at(x, y)] = seen;
+        }
+    }
+    let kind = |x: u32, y: u32| {
+        let own = &all[at(x, y)];
+        let (mut edge, mut rim) = (false, own.what == SHINES);
+        for row in y.saturating_sub(1)..height.min(y + 2) {
+            for other in &all[at(x.saturating_sub(1), row)..at(width.min(x + 2) - 1, row) + 1] {
+                edge |= !own.joins(other);
+                rim |= other.what == SHINES;
+            }
+        }
+        match (edge, rim) {
+            (false, _) => Kind::Plain,
+            (true, false) => Kind::Edge,
+            (true, true) => Kind::Rim,
+        }
+    };
+    let mut kinds = vec![Kind::Plain; all.len()];
+    prepared.pool.install(|| {
+        let rows = kinds.par_chunks_mut(width as usize).enumerate();
+        rows.for_each(|(y, row)| (0..width).zip(row).for_each(|(x, to)| *to = kind(x, y as u32)));
+    });
+    kinds
+}
+
+/// What the pixels of a chunk of one pass have met.
+fn seen(chunk: &Chunk, hits: &Streams) -> Vec<Seen> {
+    let shines = |sum: &[f64; 4]| if *sum == [0.0; 4] { 0.0 } else { SHINES };
+    let nothing = |sum| Seen {
+        what: shines(sum),
+        ..Seen::default()
+    };
+    let mut all: Vec<Seen> = chunk.sum.0.iter().map(nothing).collect();
+    note::<Diffuse>(hits, &mut all, |_| 1.0);
+    note::<Phong>(hits, &mut all, |bsdf| 1.0 + bsdf.alpha);
+    note::<Ggx>(hits, &mut all, |bsdf| -1.5 - bsdf.facets.alpha);
+    note::<Conductor>(hits, &mut all, |bsdf| -3.5 - bsdf.facets.alpha);
+    all
+}
+
+/// Notes the points of a model; `what` is a number of each surface's own.
+fn note<M: Model>(hits: &Streams, all: &mut [Seen], what: fn(&M::Of<f32>) -> f32) {
+    let stream = M::stream(hits);
+    for at in 0..stream.len() {
+        let (_, point, address) = stream.packet::<f32>(at);
+        all[address.index.0 as usize] = Seen {
+            position: [point.p.x, point.p.y, point.p.z],
+            normal: [point.ng.x, point.ng.y, point.ng.z],
+            what: what(&point.bsdf),
+        };
+    }
+}
+
+/// Traces a ray through each pixel of a tile that takes part, and asks about what they meet.
+fn look<T>(prepared: &Prepared, tile: &Tile, of: impl Fn(&mut Chunk, &mut Scratch) -> T) -> T {
+    let plan = &prepared.plan;
+    let numbers = PassBlock::new(SamplerKind::Independent, 0, PASS, 1, plan.pairs);
+    let (mut sum, mut counters) = (tile.empty_sum(1), Counters::default());
+    let mut scratch = prepared.scratch();
+    let mut chunk = Chunk {
+        world: &prepared.world,
+        numbers: &numbers,
+        tile,
+        film_width: prepared.settings.film.width,
+        first: 0,
+        turns: &[0],
+        order: plan.order,
+        mix: plan.mix,
+        answers: plan.answers,
+        partly: &[],
+        sum: &mut sum,
+        counters: &mut counters,
+        log: None,
+    };
+    (plan.eye)(&mut chunk, &mut scratch);
+    let found = of(&mut chunk, &mut scratch);
+    prepared.put_back(scratch);
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::pipeline::Settings;
+    use crate::scene::{EstimatorKind, Scene};
+    use crate::settings::{AccelKind, Lanes};
+
+    /// A floor seen from above, and a lamp that a plate half way to it hides from a square of the floor; the camera sees the plate.
+    const SCENE: &str = r#"
+[camera]
+origin = [0.0, 20.0, 0.0]
+target = [0.0, 0.0, 0.0]
+up     = [0.0, 0.0, -1.0]
+fov_x  = 40.0
+
+[film]
+width  = 48
+height = 48
+
+[materials.grey]
+diffuse = [0.5, 0.5, 0.5]
+
+[[meshes]]
+material = "grey"
+vertices = [[-50, 0, 50], [50, 0, 50], [50, 0, -50], [-50, 0, -50]]
+faces    = [[0, 1, 2, 3]]
+
+[[meshes]]
+material = "grey"
+vertices = [[3, 5, 1], [5, 5, 1], [5, 5, -1], [3, 5, -1]]
+faces    = [[0, 1, 2, 3]]
+
+[[spheres]]
+center   = [8.0, 10.0, 0.0]
+radius   = 1.0
+emission = [10.0, 10.0, 10.0]
+"#;
+
+    fn prepared(settings: Settings) -> Prepared {
+        let scene = Scene::parse(SCENE, Path::new("plate.toml")).unwrap();
+        let settings = Settings {
+            film: scene.film(),
+            estimator: EstimatorKind::Product,
+            ..settings
+        };
+        Prepared::new(&scene, settings).unwrap()
+    }
+
+    /// Row by row.
+    fn marks(prepared: &Prepared) -> Vec<u32> {
+        let mut all = vec![0; 48 * 48];
+        for (tile, marks) in Film::new(prepared.settings.film).tiles().iter().zip(partly(prepared)) {
+            for ([x, y], mark) in tile.pixels().zip(marks) {
+                all[(y * 48 + x) as usize] = mark;
+            }
+        }
+        all
+    }
+
+    /// Where a pixel's middle meets the floor.
+    fn floor(i: usize) -> [f64; 2] {
+        let of = |pixel: usize| (pixel as f64 + 0.5 - 24.0) / 24.0 * 20.0 * 20.0_f64.to_radians().tan();
+        [of(i % 48), of(i / 48)]
+    }
+
+    #[test]
+    fn a_light_is_seen_in_part_at_the_border_of_its_shadow() {
+        let marks = marks(&prepared(Settings::default()));
+        // From the lamp's middle the plate's shadow is x from -2 to 2, z from -2 to 2, and half a penumbra is 1 wide (1.2 in x).
+        let depth = |[x, z]: [f64; 2]| 2.0 - x.abs().max(z.abs());
+        let mut border = 0;
+        for (i, &mark) in marks.iter().enumerate() {
+            // The plate hides a part of the floor from the camera, x from 4 to 6.7. A pixel is 0.3 wide, and rays go through every second.
+            let depth = depth(floor(i));
+            if depth.abs() < 0.2 {
+                border += 1;
+                assert_eq!(mark, 1, "{:?}", floor(i));
+            } else if depth.abs() > 2.0 && floor(i)[0] < 3.0 {
+                assert_eq!(mark, 0, "{:?}", floor(i));
+            }
+        }
+        assert!(border > 20, "{border}");
+    }
+
+    #[test]
+    fn lanes_threads_seeds_and_intersectors_see_the_same() {
+        let one = prepared(Settings::default());
+        let (marks_of_one, kinds_of_one) = (marks(&one), kinds(&one));
+        for (lanes, accel, threads, seed) in [
+            (Lanes::One, AccelKind::Linear, 1, 0),
+            (Lanes::Eight, AccelKind::Embree, 2, 5),
+            (Lanes::One, AccelKind::Embree, 1, 9),
+        ] {
+            let other = prepared(Settings {
+                lanes: Some(lanes),
+                accel: Some(accel),
+                threads,
+                seed,
+                ..Settings::default()
+            });
+            assert!(marks(&other) == marks_of_one, "{lanes} lanes, {}", accel.name());
+            assert!(kinds(&other) == kinds_of_one, "{lanes} lanes, {}", accel.name());
+        }
+    }
+
+    #[test]
+    fn edges_are_where_one_surface_ends_before_another() {
+        let kinds = kinds(&prepared(Settings::default()));
+        let edges = kinds.iter().filter(|&&kind| kind == Kind::Edge).count();
+        // The plate is 2 of 14.56 x 15 / 20 wide there: 8.8 pixels a side, with an edge two or three pixels thick.
+        assert!((4 * 7 * 2..4 * 10 * 3).contains(&edges), "{edges}");
+        // Its middle, a part of the floor, and no lamp in sight.
+        assert_eq!([kinds[24 * 48 + 41], kinds[24 * 48 + 10]], [Kind::Plain; 2]);
+        assert!(!kinds.contains(&Kind::Rim));
+    }
+}

@@ -1,0 +1,151 @@
+//! Which points of a tile see a light in part: there visibility is all that is left of the noise of `product`.
+
+use std::ops::Range;
+
+use super::{Ask, Chunk, Scratch, Stage};
+use crate::embree::TraceLane;
+use crate::estimator::density::ConeOnly;
+use crate::estimator::per_light;
+use crate::lane::{Bits, Lane, Mask};
+use crate::light::SphereLight;
+use crate::math::Vec3;
+use crate::pipeline::model::Diffuse;
+use crate::pipeline::queue::{QueuedRays, RayQueue};
+use crate::pipeline::stream::{HitStream, ModelStream};
+use crate::sampling::Pair;
+use crate::shape::Ball;
+
+/// Lights that a point can be marked for: the bits of its mark.
+pub const MARKS: usize = 32;
+
+/// Rays from a point to a light, evenly around its rim: a straight edge that hides some of the disk, but less than a hundredth from
+/// one side, may pass between two of them.
+const RAYS: u32 = 8;
+
+/// Where in a light's cone the rays go, as the first of two random numbers: 15/16 of its solid angle are nearer to its axis.
+const RIM: u32 = 15 << 28;
+
+/// Leaves in `scratch.partly`, for each place on the film, the lights of which its diffuse point sees some and not all.
+pub struct Penumbra;
+
+impl Stage for Penumbra {
+    #[inline(always)]
+    fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
+        let Scratch {
+            hits,
+            queue,
+            points,
+            set,
+            partly,
+            ..
+        } = scratch;
+        partly.clear();
+        partly.resize(chunk.sum.0.len(), 0);
+        let stream = &hits.diffuse;
+        if stream.len() == 0 {
+            return;
+        }
+        chunk.ask(Ask::Survey { stream, points });
+        let world = chunk.world;
+        for (i, light) in world.lights.iter().enumerate().take(MARKS) {
+            let ball = Ball {
+                center: light.center,
+                radius: light.radius,
+            };
+            let mut open = false;
+            chunk.ask(Ask::Shaft {
+                stream,
+                points,
+                ball,
+                aimed_at: light.sphere,
+                open: &mut open,
+                set,
+            });
+            if open {
+                continue;
+            }
+            // A ray that arrives adds 1 to red, and every ray has added 1 to green.
+            chunk.sum.0.fill([0.0; 4]);
+            for turn in 0..RAYS {
+                aim::<L>(chunk, stream, light, turn, queue);
+                chunk.ask(Ask::Visible {
+                    queue,
+                    set,
+                    light: light.sphere,
+                });
+            }
+            for (mark, [arrived, all, ..]) in partly.iter_mut().zip(&chunk.sum.0) {
+                *mark |= u32::from(0.0 < *arrived && arrived < all) << i;
+            }
+        }
+    }
+}
+
+/// Queues a ray from every point to one place of the light's rim.
+#[inline(always)]
+fn aim<L: TraceLane>(
+    chunk: &mut Chunk,
+    stream: &ModelStream<Diffuse>,
+    light: &SphereLight,
+    turn: u32,
+    queue: &mut RayQueue,
+) {
+    let numbers = Pair(L::Bits::splat(RIM), L::Bits::splat(turn * (u32::MAX / RAYS + 1)));
+    for at in (0..stream.len()).step_by(L::N) {
+        let (active, point, address) = stream.packet::<L>(at);
+        let drawn = per_light::draw(&light.seen_from(point.p), numbers);
+        let Some(found) = per_light::by_light(ConeOnly, &point, &drawn, active) else {
+            continue;
+        };
+        for lane in found.active.lanes() {
+            chunk.sum.add(address.index.lane(lane) as usize, &[0.0, 1.0, 0.0, 0.0]);
+        }
+        let rays = QueuedRays {
+            origin: point.p,
+            direction: found.wi,
+            tfar: found.distance,
+            value: Vec3::splat([1.0, 0.0, 0.0]),
+            index: address.index,
+        };
+        queue.push(found.active, &rays);
+    }
+}
+
+/// Which direction of two, of the points that see a light in part.
+#[derive(Clone, Copy, Debug)]
+pub struct Half {
+    /// The light's place in the marks.
+    pub bit: u32,
+    /// Whether it is the second.
+    pub second: bool,
+}
+
+impl Half {
+    /// The first direction to light `i`, where `partly` has a mark for it.
+    #[inline(always)]
+    pub fn first(partly: u32, i: usize) -> Option<Self> {
+        (i < MARKS && partly >> i & 1 == 1).then_some(Self {
+            bit: i as u32,
+            second: false,
+        })
+    }
+}
+
+/// Notes at each point of the block the lights that are seen in part around its pixel; those of all together.
+#[inline(always)]
+pub fn mark<L: Lane>(chunk: &Chunk, stream: &mut HitStream, block: Range<usize>) -> u32 {
+    if chunk.partly.is_empty() {
+        return 0;
+    }
+    let (mut index, mut lights, mut all) = ([0; 16], [0; 16], 0);
+    for at in block.step_by(L::N) {
+        stream.index::<L>(at).store(&mut index);
+        for lane in 0..L::N {
+            // While noise is measured a pixel has several places.
+            lights[lane] = chunk.partly[index[lane] as usize % chunk.partly.len()];
+            all |= lights[lane];
+        }
+        stream.set_partly::<L>(at, L::Bits::load(&lights));
+    }
+    all
+}

@@ -17,7 +17,17 @@ pub enum Kind {
     Suns,
 }
 
+/// So many lights are looked at one by one for a direction: as long as that takes less than a ray.
+const LOOKED_AT: usize = 256;
+
 impl World {
+    /// Whether a direction that misses all lights is dropped before it costs a ray: where only spheres emit, and few enough that it
+    /// takes less time to look at all of them.
+    #[inline(always)]
+    pub fn drops_misses(&self) -> bool {
+        self.only_spheres_emit() && self.lights.len() <= LOOKED_AT
+    }
+
     /// How many lights of a kind there are.
     pub fn count(&self, kind: Kind) -> usize {
         match kind {

@@ -22,9 +22,6 @@ use crate::scene::{self, Bsdf, Effect, Effects, FilmSize, Mesh, Scene, Surface, 
 use crate::settings::AccelKind;
 use crate::shape::{Ball, Hit, Sphere};
 
-/// So many lights are looked at one by one for a direction: as long as that takes less than a ray.
-const LOOKED_AT: usize = 256;
-
 /// Everything that is the same for all rays.
 #[derive(Debug)]
 pub struct World {
@@ -320,13 +317,6 @@ impl World {
         let covered = |lane: &usize| self.overlaps.get(hit.geometry.lane(*lane) as usize) == Some(&true);
         let bits = hit.found.lanes().filter(covered);
         Some(L::Mask::from_bitmask(bits.fold(0, |bits, lane| bits | 1 << lane)))
-    }
-
-    /// Whether a direction that misses all lights is dropped before it costs a ray: where only spheres emit, and few enough that it
-    /// takes less time to look at all of them.
-    #[inline(always)]
-    pub fn drops_misses(&self) -> bool {
-        self.only_spheres_emit() && self.lights.len() <= LOOKED_AT
     }
 
     /// Whether no direction can meet a light but spheres.

@@ -24,6 +24,7 @@ use octolux::film::{Picture, check_output};
 use octolux::pipeline::{Prepared, Settings, SetupError};
 use octolux::run::{Goal, Observer as _, replicates};
 use octolux::scene::{FilmSize, Scene};
+use octolux::settings::LightsAsked;
 
 pub use self::words::lines;
 
@@ -98,7 +99,13 @@ fn all(scene: &Scene, settings: Settings, to: &Path, looker: &Looker) -> Result<
     };
     map.write(to).map_err(Ended::Other)?;
     let film = shrunk(settings.film);
-    let settings = Settings { film, ..settings };
+    // The parts of a picture add up where each is rendered as in the whole: lists of many lights would be others for each part.
+    let lights = LightsAsked::All;
+    let settings = Settings {
+        film,
+        lights,
+        ..settings
+    };
     let steps = 1.0 + SEEDS as f64 + Parts::count(scene) as f64;
     let (prices, pictures) = prices::measure(scene, settings, &|seed| {
         looker.doing((1.0 + seed as f64) / steps, "what settings cost");

@@ -11,7 +11,7 @@ use super::looker::Looker;
 use super::options::Options;
 use super::{CliError, Exit, report};
 use octolux::film::replace;
-use octolux::scene::{Scene, SceneBuilder};
+use octolux::scene::{FilmSize, Scene, SceneBuilder};
 use octolux::study::cost::statistics::Figure;
 use octolux::study::cost::{self, Study, StudyError, warnings};
 use octolux::study::page::{self, Circumstances};
@@ -134,16 +134,20 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
         let line = format!("{}{given}{}", command(args), study.recommendation(error));
         report::data(&line)?;
         if !args.quiet {
-            report::note(&expectation(&study, error));
+            report::note(&expectation(&study, error, settings.film));
         }
     }
     Ok(Exit::Well)
 }
 
 /// How long the recommended command is expected to take, and what could as well be used.
-fn expectation(study: &Study, error: f64) -> String {
+/// A study may be of a smaller film: a render takes as many times as long as it has more pixels.
+fn expectation(study: &Study, error: f64, film: FilmSize) -> String {
     let Figure { value, low, high } = study.expected_seconds(error);
     let best = study.cheapest(error);
+    let pixels = |[width, height]: [u32; 2]| f64::from(width) * f64::from(height);
+    let larger = pixels([film.width, film.height]) / pixels(study.film);
+    let [value, low, high] = [value, low, high].map(|s| s * larger);
     let seconds = |s: f64| if s < 10.0 { format!("{s:.2}") } else { format!("{s:.0}") };
     let ties: Vec<&str> = study.ties(error).iter().map(|price| price.label.as_str()).collect();
     let ties = match &ties[..] {

@@ -109,11 +109,11 @@ fn noise_is_shared_between_lights_and_materials_and_every_estimator_has_a_price(
     }
 }
 
-/// The parts of a picture by `uniform`, with meshes and an environment that emit, add up too.
+/// The parts of a picture add up by each kind of estimator: meshes, an environment, suns, points and rough surfaces.
 #[test]
 fn shares_add_up_for_every_kind_of_light() {
     let place = Place::new();
-    for scene in ["mesh-light", "sky"] {
+    for scene in ["mesh-light", "sky", "lamps", "ggx"] {
         for estimator in ["uniform", "mis", "product"] {
             let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/");
             let line = format!("explain {path}{scene}.toml --noise=a.npy --json --size 48x32 --estimator {estimator}");

@@ -19,6 +19,7 @@ TABLES = {
     "`[materials.NAME]`": VIEW + "[materials.a]\ndiffuse = [1, 1, 1]\nunheard_of = 1\n",
     "`[[spheres]]`": VIEW + "[[spheres]]\ncenter = [0, 0, 0]\nradius = 1\nemission = [1, 1, 1]\nunheard_of = 1\n",
     "`[[meshes]]`": VIEW + "[[meshes]]\nemission = [1, 1, 1]\n" + TRIANGLE + "unheard_of = 1\n",
+    "`[[boxes]]`": VIEW + "[[boxes]]\ncenter = [0, 0, 0]\nsize = [1, 1, 1]\nemission = [1, 1, 1]\nunheard_of = 1\n",
     "`[[lights]]`": VIEW + "[[lights]]\nkind = \"point\"\nposition = [0, 3, 0]\nintensity = [1, 1, 1]\nunheard_of = 1\n",
     "`[environment]`": VIEW + "[environment]\nemission = [1, 1, 1]\nunheard_of = 1\n",
 }

@@ -37,7 +37,7 @@ pub enum SamplerKind {
     Independent,
 }
 
-/// Who answers rays.
+/// How rays find what they hit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]

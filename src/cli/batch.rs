@@ -1,5 +1,6 @@
 //! `octolux batch`: the pictures of a manifest, small ones side by side and large ones one by one.
 
+use std::io::{self, IsTerminal as _};
 use std::path::PathBuf;
 
 use clap::builder::RangedU64ValueParser;
@@ -27,7 +28,8 @@ A manifest has the options of `octolux render` as keys:
   size    = \"1920x1080\"
   outputs = [\"out/b-large.exr\", \"out/b-large.png\"]
 
-Paths are relative to it. What is finished is noted in MANIFEST.done.jsonl;
+Paths are relative to it; scenes may be patterns, such as \"scenes/*.toml\",
+and folders of outputs are made. What is finished is noted in MANIFEST.done.jsonl;
 run again, only what is missing or changed is rendered.";
 
 /// Render the pictures that a manifest names and that are not there yet
@@ -45,6 +47,9 @@ pub struct Args {
     threads: Option<usize>,
     #[command(flatten)]
     reading: Reading,
+    /// Print a line of JSON for each picture where standard output is a terminal too
+    #[arg(long)]
+    json: bool,
     /// No progress, and nothing but errors on standard error; the lines of JSON are printed all the same
     #[arg(short, long)]
     quiet: bool,
@@ -60,7 +65,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     let threads = args.threads.unwrap_or_else(all_threads);
     for one in &mut wanted {
         one.quiet = args.quiet;
-        one.json = true;
+        one.json = args.json || !io::stdout().is_terminal();
         if args.reading.allow_outside {
             one.reading.allow_outside = true;
         }

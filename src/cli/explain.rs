@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::explain_effects::{self as effects, Found};
+use super::noise::{self, Noise};
 use super::options::Options;
 use super::{CliError, Exit, report};
 use octolux::machine;
@@ -28,6 +29,11 @@ pub struct Args {
     /// scene (a second or two, one thread)
     #[arg(long)]
     measure: bool,
+    /// Say why the picture is noisy (some 10 to 60 seconds): a map of the noise, what share of it each light and each material
+    /// has, and which settings would be the cheapest. The map goes to FILE, a .png in colours, or .exr or .npy with the numbers
+    /// themselves
+    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "{name}-noise.png")]
+    noise: Option<PathBuf>,
 }
 
 /// Prints the explanation on standard output.
@@ -49,13 +55,20 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
             report::warning(&what);
         }
     }
+    if let Some(map) = &args.noise {
+        explanation.noise = match noise::measure(&args.scene, &scene, settings, map)? {
+            None => return Ok(Exit::Interrupted),
+            measured => measured,
+        };
+    }
     if args.json {
         let json = serde_json::to_string(&explanation).map_err(|error| CliError::failed(error.to_string()))?;
         report::data(&json)?;
     } else {
         let costs = explanation.costs.iter();
         let costs = costs.flat_map(|costs| effects::cost_lines(costs, &prepared));
-        let lines: Vec<String> = std::iter::once(explanation.text()).chain(costs).collect();
+        let noise = explanation.noise.iter().flat_map(noise::lines);
+        let lines: Vec<String> = std::iter::once(explanation.text()).chain(costs).chain(noise).collect();
         report::data(&lines.join("\n"))?;
     }
     Ok(Exit::Well)
@@ -99,6 +112,8 @@ struct Explanation {
     seed: u32,
     #[serde(skip_serializing_if = "Option::is_none")]
     costs: Option<Costs>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    noise: Option<Noise>,
 }
 
 /// Sentences about what is there and does nothing, and about the estimator where another one is better.
@@ -149,6 +164,7 @@ impl Explanation {
             sampler: settings.sampler,
             seed: settings.seed,
             costs: None,
+            noise: None,
         }
     }
 

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::names;
 use octolux::pipeline::Prepared;
 use octolux::scene::{Effect, Environment, Features, Scene, Surface};
 use octolux::study::effect_costs::Costs;
@@ -98,16 +99,12 @@ pub fn notes(scene: &Scene, features: &Features) -> Vec<String> {
         said.push(format!("{dark} emissions are 0: no light is sampled for them"));
     }
     for light in scene.lights_below_every_horizon() {
-        said.push(format!(
-            "sphere {} emits, but below the horizon of every surface in sight",
-            light + 1
-        ));
+        let name = names::sphere(scene, light);
+        said.push(format!("{name} emits, but below the horizon of every surface in sight"));
     }
     for light in scene.lights_with_nothing_between() {
-        said.push(format!(
-            "nothing stands between the light of sphere {} and any surface",
-            light + 1
-        ));
+        let name = names::sphere(scene, light);
+        said.push(format!("nothing stands between {name} and any surface"));
     }
     said
 }

@@ -110,7 +110,11 @@ pub fn keeps_checkpoints(path: &Path) -> Result<(), CliError> {
         return Ok(());
     }
     let whole = || {
-        let (record, film): (Record, Film) = sums_file::read(path).ok()?;
+        let (record, _): (Record, _) = sums_file::read_about(path).ok()?;
+        if record.replicates.is_some() {
+            return Some(false);
+        }
+        let (_, film): (Record, Film) = sums_file::read(path).ok()?;
         Some(film.passes() == record.passes || record.passes.is_empty())
     };
     // Damaged sums are of no use to anybody.

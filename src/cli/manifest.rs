@@ -12,7 +12,7 @@ use super::inputs::Inputs;
 use super::options::switch;
 use super::outputs;
 use super::request::Request;
-use super::{CliError, render};
+use super::{CliError, patterns, render};
 
 /// The longest manifest, in bytes.
 const LONGEST: u64 = 16 << 20;
@@ -78,8 +78,29 @@ pub fn read(path: &Path) -> Result<Vec<Request>, CliError> {
     }
     let mut inputs = Inputs::named_by(wanted.iter().map(|one| &one.scene));
     inputs.add(Inputs::of("this batch", [path.to_owned(), notes_beside(path)]));
+    wanted
+        .iter()
+        .flat_map(|one| one.targets.all())
+        .try_for_each(make_folder)?;
     outputs::look(wanted.iter().map(|one| &one.targets), &inputs)?;
     Ok(wanted)
+}
+
+/// Makes the folder of an output where there is none.
+fn make_folder(output: &Path) -> Result<(), CliError> {
+    let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let Some(folder) = folder.filter(|folder| !folder.exists()) else {
+        return Ok(());
+    };
+    let failed = |error: std::io::Error| {
+        let what = format!(
+            "{}: its folder {} cannot be made: {error}",
+            output.display(),
+            folder.display()
+        );
+        CliError::usage(what).with_help("write to another folder, or make this one")
+    };
+    std::fs::create_dir_all(folder).map_err(failed)
 }
 
 fn entry_of(entry: &Table, defaults: &Table, folder: &Path) -> Result<Vec<Request>, String> {
@@ -115,18 +136,21 @@ fn entry_of(entry: &Table, defaults: &Table, folder: &Path) -> Result<Vec<Reques
             });
         }
     }
-    let one = |scene: String| {
-        let scene = folder.join(scene).display().to_string();
+    let paths: Vec<PathBuf> = scenes.into_iter().map(|scene| folder.join(scene)).collect();
+    let one = |scene: PathBuf| {
+        let scene = scene.display().to_string();
         let line = line.iter().cloned().chain(["--".to_owned(), scene]);
         let args = Line::try_parse_from(line)
             .map_err(|error| first_line(&error.to_string()))?
             .args;
+        args.combined().map_err(|error| error.to_string())?;
         let (stats, checkpoint) = (args.stats.as_deref(), args.checkpoint.as_deref());
         let targets = outputs::of_scene(&args.scenes[0], &args.outputs, stats, checkpoint);
         let targets = targets.with_snapshots(args.snapshots);
         Ok(args.requests(vec![targets]))
     };
-    let requests = scenes.into_iter().map(one).collect::<Result<Vec<_>, String>>()?;
+    let paths = patterns::expand(&paths).map_err(|error| error.to_string())?;
+    let requests = paths.into_iter().map(one).collect::<Result<Vec<_>, String>>()?;
     Ok(requests.concat())
 }
 

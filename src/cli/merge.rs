@@ -6,7 +6,7 @@ use super::inputs::{Inputs, keeps_checkpoints};
 use super::options;
 use super::{CliError, Exit, report};
 use octolux::film::{Film, check_output, sums_file, write_picture};
-use octolux::run::Record;
+use octolux::run::{Record, Shard};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -40,6 +40,7 @@ pub struct Args {
 }
 
 /// A part that was looked at.
+#[derive(Clone)]
 struct Part {
     path: PathBuf,
     record: Record,
@@ -106,6 +107,10 @@ fn in_order(args: &Args) -> Result<Vec<Part>, CliError> {
     let mut parts: Vec<Part> = Vec::new();
     for path in &args.parts {
         let (record, crc): (Record, u32) = sums_file::read_about(path).map_err(|error| CliError::bad_path(&error))?;
+        if record.replicates.is_some() {
+            let what = format!("{}: is the checkpoint of a render to a --target-error", path.display());
+            return Err(CliError::usage(what).with_help("finish it with --resume, which writes its picture"));
+        }
         if let Some(first) = parts.first() {
             let help = "merge the parts of one render at a time; --any-embree takes other versions of Embree";
             let same = same_render(&first.record, &record, path, args.any_embree);
@@ -120,6 +125,7 @@ fn in_order(args: &Args) -> Result<Vec<Part>, CliError> {
         parts.retain(|part| !nothing(part));
     }
     parts.sort_by_key(|part| (part.record.passes.start, part.record.passes.end));
+    let all = parts.clone();
     let mut kept: Vec<Part> = Vec::new();
     let (mut end, mut repeated) = (0, 0);
     for part in parts {
@@ -134,14 +140,14 @@ fn in_order(args: &Args) -> Result<Vec<Part>, CliError> {
             return Err(overlap(before, &part));
         }
         if passes.start > end {
-            missing(args, end..passes.start)?;
+            missing(args, &all, end..passes.start)?;
         }
         end = passes.end;
         kept.push(part);
     }
     let spp = kept.first().map_or(0, |part| part.record.spp);
     if end < spp && kept.iter().any(|part| !part.record.is_adaptive()) {
-        missing(args, end..spp)?;
+        missing(args, &all, end..spp)?;
     }
     if repeated > 0 && !args.quiet {
         report::note(&format!("{repeated} of the files repeat another one and were left out"));
@@ -161,14 +167,27 @@ fn overlap(one: &Part, other: &Part) -> CliError {
     CliError::usage(what).with_help("merge the shards of one division: 1/N to N/N")
 }
 
-fn missing(args: &Args, passes: std::ops::Range<u32>) -> Result<(), CliError> {
+/// An error about passes that no part holds, unless they may be missing: with the shards that hold them, if the parts are of a division.
+fn missing(args: &Args, parts: &[Part], passes: std::ops::Range<u32>) -> Result<(), CliError> {
     if args.partial {
         return Ok(());
     }
-    let what = format!(
-        "no part here holds passes {} to {}: a shard is missing",
-        passes.start, passes.end
-    );
+    let shards: Vec<Shard> = parts.iter().filter_map(|part| part.record.shard).collect();
+    let of = shards.first().map_or(0, |shard| shard.of);
+    let is_there = |number: &u32| shards.iter().any(|shard| shard.number == *number);
+    let numbers: Vec<String> = (1..=of)
+        .filter(|number| !is_there(number))
+        .map(|number| number.to_string())
+        .collect();
+    let span = format!("passes {} to {}", passes.start, passes.end - 1);
+    let what = match &numbers[..] {
+        [] => format!("no part holds {span}"),
+        [number] => format!("shard {number} of {of} ({span}) is missing"),
+        numbers => format!(
+            "shards {} of {of} are missing, the first with {span}",
+            numbers.join(", ")
+        ),
+    };
     Err(CliError::usage(what).with_help("octolux shards DIR --of N --missing names them; --partial does without"))
 }
 
@@ -179,7 +198,7 @@ fn tell(args: &Args, parts: &[Part], spp: u32) {
         && first.through_embree()
     {
         report::note(&format!(
-            "parts come from different processors ({} and {other}), and Embree may answer in other last bits on each",
+            "parts come from different processors ({} and {other}), and the last bits of Embree may differ between these",
             first.cpu
         ));
     }
@@ -198,8 +217,9 @@ fn tell(args: &Args, parts: &[Part], spp: u32) {
     let seconds: f64 = parts.iter().map(|part| part.record.render_s).sum();
     let names: Vec<_> = args.outputs.iter().map(|path| path.display().to_string()).collect();
     report::print(&format!(
-        "{} parts, {spp} spp, {seconds:.2} s of rendering together\nwrote {}\n",
+        "{} {}, {spp} spp, {seconds:.2} s of rendering together\nwrote {}\n",
         parts.len(),
+        if parts.len() == 1 { "part" } else { "parts" },
         names.join(", ")
     ));
 }

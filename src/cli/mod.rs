@@ -11,14 +11,18 @@ mod explain;
 mod explain_effects;
 mod hints;
 mod hunt;
+mod info;
 mod inputs;
 mod interrupt;
 mod looker;
 mod manifest;
 mod merge;
+mod names;
+mod noise;
 mod options;
 mod outputs;
 mod overall;
+mod patterns;
 mod picture;
 mod progress;
 mod reading;
@@ -32,6 +36,7 @@ mod several;
 mod shards;
 mod stats;
 mod study;
+mod tev;
 mod units;
 mod verify;
 mod verify_report;
@@ -86,6 +91,8 @@ enum Command {
     Shards(shards::Args),
     /// Say what a scene holds and calls for, and how it would be rendered
     Explain(explain::Args),
+    /// Say what pictures, checkpoints and parts of renders hold
+    Info(info::Args),
     /// Render with the independent f64 oracle: slow, one ray at a time
     Reference(reference::Args),
     /// Measure the error of one picture against another
@@ -113,6 +120,7 @@ pub fn main() -> ExitCode {
         Command::Merge(args) => merge::run(&args),
         Command::Shards(args) => shards::run(&args),
         Command::Explain(args) => explain::run(&args),
+        Command::Info(args) => info::run(&args),
         Command::Reference(args) => reference::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Verify(args) => verify::run(&args),

@@ -1,7 +1,8 @@
 //! What several pictures of one command share: which are done, and how far all of them are.
 
+use std::collections::HashSet;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::CliError;
@@ -16,6 +17,10 @@ pub struct Overall {
     /// Samples to render in all; pictures that are there, or fail, are taken off.
     total: AtomicU64,
     begun: Mutex<Vec<Arc<Progress>>>,
+    /// Pictures that were there already.
+    there: AtomicUsize,
+    /// Notes that were told.
+    told: Mutex<HashSet<String>>,
 }
 
 impl Overall {
@@ -26,6 +31,8 @@ impl Overall {
             again,
             total: AtomicU64::new(samples),
             begun: Mutex::default(),
+            there: AtomicUsize::new(0),
+            told: Mutex::default(),
         }
     }
 
@@ -36,7 +43,25 @@ impl Overall {
 
     /// Whether these files are there as they would be rendered.
     pub fn is_done(&self, key: &str, files: &[PathBuf]) -> bool {
-        !self.again && self.done.as_ref().is_some_and(|done| done.holds(key, files))
+        let there = !self.again && self.done.as_ref().is_some_and(|done| done.holds(key, files));
+        self.there.fetch_add(usize::from(there), Ordering::Relaxed);
+        there
+    }
+
+    /// Whether it is noted what is done: whether this is a batch.
+    pub fn is_batch(&self) -> bool {
+        self.done.is_some()
+    }
+
+    /// How many pictures were there already.
+    pub fn there(&self) -> usize {
+        self.there.load(Ordering::Relaxed)
+    }
+
+    /// Whether a note is told for the first time.
+    pub fn is_new(&self, note: &str) -> bool {
+        let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
+        told.insert(note.to_owned())
     }
 
     /// Notes that they are.

@@ -12,6 +12,7 @@ use super::interrupt::Interrupt;
 use super::overall::Overall;
 use super::progress::Bar;
 use super::request::Request;
+use super::tev::Feed;
 use super::{CliError, done, options, report};
 use octolux::film::Film;
 use octolux::pipeline::{Prepared, Progress, Settings};
@@ -41,6 +42,9 @@ impl<'a> Job<'a> {
             let _ = run.run(&render);
         }
         let mut kept = render.kept.into_inner();
+        if let Some(tev) = kept.tev.take().filter(|_| run.failure().is_none()) {
+            tev.finish(run.picture());
+        }
         let writer = render.writer;
         if let Err(error) = writer.finish(&run, &mut kept) {
             kept.errors.push(error);
@@ -59,13 +63,13 @@ impl<'a> Job<'a> {
         self.announce_memory(settings, &goal)?;
         let prepared = Prepared::holding(&scene, settings, request.hold)
             .map_err(|error| CliError::setup(&request.scene, &error))?;
-        self.tell_notes(&scene, &prepared);
         let key = done::key(&request.decisive_words(&prepared, &goal));
         if let Some(overall) = self.overall
             && overall.is_done(&key, &request.targets.pictures)
         {
             return Ok(None);
         }
+        self.tell_notes(&scene, &prepared);
         let run = match request.targets.checkpoint.as_deref().filter(|path| path.exists()) {
             Some(path) => self.resume(path, &prepared, goal)?,
             None => prepared.start(goal),
@@ -76,6 +80,7 @@ impl<'a> Job<'a> {
             written_passes: run.passes(),
             checkpoint: checkpoint.map(|path| Checkpoint::new(path, request.every)),
             first: None,
+            tev: self.show(scene.name()),
             write_time: Duration::ZERO,
             errors: Vec::new(),
         };
@@ -104,10 +109,20 @@ impl<'a> Job<'a> {
             CliError::usage(what).with_help("render with the settings of the checkpoint, or delete it")
         })?;
         if !self.request.quiet {
-            let share = run.passes_done();
-            report::note(&format!("{}: going on after {share} passes", path.display()));
+            let done = match run.goal().error_asked() {
+                None => format!("{} passes", run.passes_done()),
+                Some(_) => format!("{} pictures", run.replicates()),
+            };
+            report::note(&format!("{}: going on after {done}", path.display()));
         }
         Ok(run)
+    }
+
+    /// Has the viewer tev show it, where it is there.
+    fn show(self, name: &str) -> Option<Feed> {
+        let started = Feed::start(self.request.tev.as_deref()?, name);
+        let warn = |error| report::warning(&format!("{error}: the render goes on without tev"));
+        started.map_err(warn).ok()
     }
 
     fn tell_notes(self, scene: &Scene, prepared: &Prepared) {
@@ -118,18 +133,22 @@ impl<'a> Job<'a> {
             .overall
             .map(|_| format!("{}: ", self.request.scene.display()))
             .unwrap_or_default();
-        scene
-            .notes()
-            .iter()
-            .for_each(|note| report::note(&format!("{of}{note}")));
+        // Several pictures of a batch may be of one scene.
+        let tell = |note: &str| {
+            let note = format!("{of}{note}");
+            if self.overall.is_none_or(|overall| overall.is_new(&note)) {
+                report::note(&note);
+            }
+        };
+        scene.notes().iter().for_each(|note| tell(note));
         let settings = prepared.settings();
         if !settings.robust && prepared.robust().is_none() {
-            let what = "--robust off changes nothing: no ray goes through Embree, as shapes are tested in a line";
-            report::note(&format!("{of}{what}"));
+            let what = "--robust off changes nothing: no ray goes through Embree, as all shapes are tested one by one";
+            tell(what);
         }
         if !settings.cull && prepared.cull().is_none() {
             let what = "--cull off changes nothing: shapes are too many for any to be left out at once";
-            report::note(&format!("{of}{what}"));
+            tell(what);
         }
     }
 
@@ -171,6 +190,8 @@ struct Kept {
     checkpoint: Option<Checkpoint>,
     /// What later samples are held against.
     first: Option<FirstSamples>,
+    /// Who shows it on the way.
+    tev: Option<Feed>,
     write_time: Duration,
     /// Pictures that could not be written: no reason to keep back the others.
     errors: Vec<CliError>,
@@ -203,7 +224,12 @@ impl Observer for Render<'_> {
     }
 
     fn next_look(&self) -> Option<Instant> {
-        self.kept.borrow().checkpoint.as_ref().map(Checkpoint::due)
+        let kept = self.kept.borrow();
+        let dues = [
+            kept.checkpoint.as_ref().map(Checkpoint::due),
+            kept.tev.as_ref().map(Feed::due),
+        ];
+        dues.into_iter().flatten().min()
     }
 
     fn look(&self, run: &Run) {
@@ -221,6 +247,9 @@ impl Observer for Render<'_> {
         if run.passes() > kept.written_passes {
             kept.written_passes = run.passes();
             self.writer.snapshot(run, kept);
+        }
+        if let Some(tev) = &mut kept.tev {
+            tev.show(|| run.picture());
         }
         if kept.checkpoint.as_ref().is_some_and(Checkpoint::is_due) {
             self.writer.save(run, kept);

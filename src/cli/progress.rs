@@ -63,6 +63,7 @@ impl Bar {
             bar.set_style(style.progress_chars(blocks));
         }
         bar.set_prefix(name.to_owned());
+        report::above(Some(bar.clone()));
         // A thread of its own, as a block of passes can take minutes.
         let (stop, stopped) = mpsc::channel();
         let ticker = thread::spawn(move || {
@@ -71,6 +72,7 @@ impl Bar {
                 bar.set_position((share * STEPS) as u64);
                 bar.set_message(message);
             }
+            report::above(None);
             bar.finish_and_clear();
         });
         Self(Some((stop, ticker)))

@@ -9,7 +9,8 @@ use super::outputs::{self, is_sums};
 use super::picture::Job;
 use super::request::Request;
 use super::several::Crowd;
-use super::{CliError, Exit, replay, report, units};
+use super::tev::HOME;
+use super::{CliError, Exit, patterns, replay, report, units};
 use octolux::pipeline::all_threads;
 use octolux::run::{RenderOptions, Shard};
 use octolux::scene::Effects;
@@ -22,6 +23,8 @@ Examples:
       writes these two instead, after 5 seconds of rendering
   octolux render scene.toml --target-error 0.01
       renders until the noise is 1 % of the picture's mean
+  octolux render scene.toml --target-error 1% --time 10m
+      the same, for ten minutes at most; says which error was reached
   octolux render a.toml b.toml -o 'out/{name}.png'
       writes out/a.png and out/b.png; one bad scene does not stop the others
   octolux render scene.toml --json --quiet | jq .rays_per_s
@@ -41,7 +44,8 @@ exits at once, writes nothing and leaves older pictures as they were.";
 #[derive(clap::Args, Clone, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// Scene files. Several small ones are rendered side by side, a thread each; with --threads they come in turn
+    /// Scene files, or patterns such as 'scenes/*.toml'. Several small ones are rendered side by side, a thread each; with --threads
+    /// they come in turn
     #[arg(required = true, value_name = "SCENE")]
     pub scenes: Vec<PathBuf>,
     /// A picture to write, .exr, .png or .npy by its ending, or its sums for `octolux merge`, .acc; may be repeated. {name}
@@ -56,14 +60,16 @@ pub struct Args {
     pub time: Option<f64>,
     /// Render until the root-mean-square noise of the pixels, divided by the picture's mean, is at most E: 0.01 or 1%. Renders at
     /// least eight pictures with different seeds, estimates the noise from their differences, and writes their mean. Each half
-    /// of the pictures decides when the other half has enough samples, so that the mean stays unbiased
+    /// of the pictures decides when the other half has enough samples, so that the mean stays unbiased. With --time it ends at
+    /// the latest after this time, and says which error it has; with --checkpoint it can go on later, to another E too
     #[arg(long, value_name = "E", value_parser = units::error, allow_negative_numbers = true,
-          conflicts_with_all = ["spp", "time", "adaptive", "snapshots", "checkpoint", "shard"])]
+          conflicts_with_all = ["spp", "snapshots", "shard"])]
     pub target_error: Option<f64>,
     /// After a short trial render, give more of the same total number of samples to pixels with a large relative error: from a
     /// quarter of --spp to 64 times as many. For mis and light; uniform and brdf on small lights are too noisy for it. The .exr
-    /// holds the samples of each pixel (samples.N). Changes nothing up to 8 samples a pixel
-    #[arg(long, conflicts_with_all = ["time", "snapshots"])]
+    /// holds the samples of each pixel (samples.N). Changes nothing up to 8 samples a pixel. With --target-error each picture is
+    /// rendered so
+    #[arg(long, conflicts_with = "snapshots")]
     pub adaptive: bool,
     #[command(flatten)]
     pub options: Options,
@@ -80,7 +86,7 @@ pub struct Args {
     #[arg(long)]
     pub json: bool,
     /// Keep the state of the render in this file, {name} as above, and remove it when the pictures are written (see --keep)
-    #[arg(long, value_name = "FILE", conflicts_with = "time")]
+    #[arg(long, value_name = "FILE")]
     pub checkpoint: Option<PathBuf>,
     /// How often: 30s, 5m, 1h
     #[arg(long, value_name = "TIME", default_value = "60s", value_parser = units::time, requires = "checkpoint")]
@@ -99,12 +105,39 @@ pub struct Args {
     #[arg(long, value_name = "X,Y,PASS", value_parser = replay::sample,
           conflicts_with_all = ["outputs", "spp", "time", "adaptive", "snapshots", "stats", "checkpoint", "shard"])]
     pub replay: Option<[u32; 3]>,
+    /// Also show the picture in the viewer tev while it is rendered, at 127.0.0.1:14158 unless HOST:PORT is given. Without tev the
+    /// render goes on with a warning
+    #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, require_equals = true, default_missing_value = HOME)]
+    pub tev: Option<String>,
     /// Say nothing but errors
     #[arg(short, long)]
     pub quiet: bool,
 }
 
 impl Args {
+    /// Whether all options that were given go together, as far as the parser does not know it.
+    ///
+    /// # Errors
+    /// Two that do not.
+    pub fn combined(&self) -> Result<(), CliError> {
+        let with_time = [
+            ("--adaptive", self.adaptive),
+            ("--checkpoint", self.checkpoint.is_some()),
+        ];
+        let alone = with_time.into_iter().find(|(_, given)| *given);
+        if let Some((option, _)) = alone.filter(|_| self.time.is_some() && self.target_error.is_none()) {
+            let what = format!("{option} cannot be used with --time, unless --target-error is given");
+            return Err(
+                CliError::usage(what).with_help("say how many samples with --spp, or which error with --target-error")
+            );
+        }
+        if self.target_error.is_some() && self.outputs.iter().any(|path| is_sums(path)) {
+            let what = "--target-error renders several pictures, and .acc holds the sums of one";
+            return Err(CliError::usage(what).with_help("write .exr, .png or .npy, or say how many samples with --spp"));
+        }
+        Ok(())
+    }
+
     /// The request for each scene, with its files.
     pub fn requests(&self, targets: Vec<outputs::Targets>) -> Vec<Request> {
         let options = RenderOptions {
@@ -126,6 +159,7 @@ impl Args {
             every: Duration::from_secs_f64(self.every),
             resume: self.resume,
             keep: self.keep,
+            tev: self.tev.clone(),
             json: self.json,
             quiet: self.quiet,
         };
@@ -150,10 +184,11 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
             CliError::usage(what).with_help("such as -o part-3.acc; octolux merge makes a picture of the parts")
         );
     }
-    if args.target_error.is_some() && args.outputs.iter().any(|path| is_sums(path)) {
-        let what = "--target-error renders several pictures, and .acc holds the sums of one";
-        return Err(CliError::usage(what).with_help("write .exr, .png or .npy, or say how many samples with --spp"));
-    }
+    args.combined()?;
+    let args = &Args {
+        scenes: patterns::expand(&args.scenes)?,
+        ..args.clone()
+    };
     let targets = outputs::plan(
         &args.scenes,
         &args.outputs,

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use super::options::Options;
-use super::{CliError, Exit, report};
-use octolux::pipeline::{Asked, Found, Prepared, Replay, Settings};
+use super::{CliError, Exit, names, report};
+use octolux::pipeline::{Asked, Beside, Found, Met, Prepared, Replay, Settings};
+use octolux::scene::Scene;
 use octolux::settings::Lanes;
 
 /// Reads `X,Y,PASS`.
@@ -38,7 +39,7 @@ pub fn run(path: &Path, options: &Options, sample: [u32; 3], json: bool) -> Resu
     report::data(&if json {
         serde_json::to_string(&replay).map_err(|error| CliError::failed(format!("the sample: {error}")))?
     } else {
-        text(&replay, prepared.kernel())
+        text(&replay, &scene, prepared.kernel())
     })?;
     sound(path, &replay)?;
     Ok(Exit::Well)
@@ -60,7 +61,7 @@ fn sound(path: &Path, replay: &Replay) -> Result<(), CliError> {
 }
 
 /// The steps in lines for people.
-pub fn text(replay: &Replay, kernel: &str) -> String {
+pub fn text(replay: &Replay, scene: &Scene, kernel: &str) -> String {
     let [x, y, pass] = replay.sample;
     let mut lines = vec![
         format!("sample     pixel {x},{y}, pass {pass}, by {kernel}; positions are relative to the pinhole"),
@@ -69,8 +70,10 @@ pub fn text(replay: &Replay, kernel: &str) -> String {
     match replay.hit {
         None => lines.push("hit        nothing".to_owned()),
         Some(hit) => lines.push(format!(
-            "hit        geometry {}, primitive {}, at distance {:?}, barycentric {:?}",
-            hit.geometry, hit.primitive, hit.distance, hit.barycentric
+            "hit        {}, at distance {:?}, barycentric {:?}",
+            met(scene, &hit),
+            hit.distance,
+            hit.barycentric
         )),
     }
     if replay.seen != [0.0; 3] {
@@ -86,11 +89,13 @@ pub fn text(replay: &Replay, kernel: &str) -> String {
         ));
     }
     for asked in &replay.asked {
-        lines.extend(direction(asked));
+        lines.extend(direction(scene, asked));
     }
+    lines.extend(replay.beside.iter().flat_map(|ray| beside(scene, ray)));
     if replay.meshes_untold {
         lines.push(
-            "           the radiance includes the light of meshes of more than four triangles; their parts are not printed".to_owned(),
+            "           the radiance includes the light of meshes of more than four triangles: the rays above"
+                .to_owned(),
         );
     }
     lines.push(format!("radiance   {:?}", replay.radiance));
@@ -103,18 +108,60 @@ pub fn text(replay: &Replay, kernel: &str) -> String {
     lines.join("\n")
 }
 
-fn direction(asked: &Asked) -> Vec<String> {
+/// What a ray met, as people call it.
+fn met(scene: &Scene, met: &Met) -> String {
+    let (geometry, primitive) = (met.geometry as usize, met.primitive as usize);
+    if geometry < scene.meshes().len() {
+        format!("triangle {primitive} of {}", names::mesh(scene, geometry))
+    } else {
+        ball(scene, primitive)
+    }
+}
+
+/// A sphere, by its number among those that single precision tells apart.
+fn ball(scene: &Scene, number: usize) -> String {
+    match number < scene.spheres().len() {
+        true => names::sphere(scene, number),
+        false => format!("sphere {}", number + 1),
+    }
+}
+
+fn beside(scene: &Scene, ray: &Beside) -> [String; 2] {
+    let to = match ray.distance {
+        Some(distance) => format!("to a mesh that emits, distance {distance:?}"),
+        None => "to the environment".to_owned(),
+    };
+    let verdict = match &ray.blocked_by {
+        Some(hit) => format!("occluded by {} at distance {:?}", met(scene, hit), hit.distance),
+        None => "visible".to_owned(),
+    };
+    [
+        format!("ray        {to}: wi {:?}", ray.wi),
+        format!("           {verdict}"),
+    ]
+}
+
+fn direction(scene: &Scene, asked: &Asked) -> Vec<String> {
     let mut lines = Vec::new();
     if let (Some(light), Some(sphere), Some(omc), Some(pdf)) = (asked.light, asked.sphere, asked.omc, asked.cone_pdf) {
         lines.push(format!(
-            "light {light:<4} sphere {sphere}, cone 1 - cos = {omc:?}, pdf {pdf:?} per sr"
+            "light {light:<4} {}, cone 1 - cos = {omc:?}, pdf {pdf:?} per sr",
+            ball(scene, sphere as usize)
         ));
     }
     if let (Some(light), Some(kind), None) = (asked.light, asked.kind, asked.sphere) {
         lines.push(format!("light {light:<4} {kind}"));
     }
     let Some(found) = &asked.found else {
-        lines.push(format!("           by {}: no chance to bring light", asked.technique));
+        let what = match asked.lobe {
+            None => "no chance to bring light".to_owned(),
+            Some([0.0, 0.0, 0.0]) => "drawn below the horizon".to_owned(),
+            Some(wi) => format!(
+                "wi {wi:?} does not meet {}",
+                if asked.light.is_some() { "it" } else { "a light" }
+            ),
+        };
+        lines.push(format!("           by {}: {what}", asked.technique));
         return lines;
     };
     let Found {

@@ -5,7 +5,9 @@
 
 use std::fmt;
 use std::io::{self, IsTerminal, Write};
+use std::sync::{Mutex, PoisonError};
 
+use indicatif::ProgressBar;
 use miette::{
     Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, SourceCode, ThemeCharacters,
     ThemeStyles,
@@ -36,9 +38,25 @@ pub fn note(what: &str) {
     print(&format!("{} {what}\n", styled("note:", "1")));
 }
 
+/// The bar on standard error, if there is one: lines go above it.
+static BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
+
+/// Has all lines from now on go above this bar; `None` where it is gone.
+pub fn above(bar: Option<ProgressBar>) {
+    *BAR.lock().unwrap_or_else(PoisonError::into_inner) = bar;
+}
+
+/// Writes with the bar out of the way.
+fn beside_the_bar<R>(write: impl FnOnce() -> R) -> R {
+    match &*BAR.lock().unwrap_or_else(PoisonError::into_inner) {
+        Some(bar) => bar.suspend(write),
+        None => write(),
+    }
+}
+
 /// Text for people. A standard error that is closed is no reason to stop a render.
 pub fn print(text: &str) {
-    let _ = io::stderr().write_all(text.as_bytes());
+    let _ = beside_the_bar(|| io::stderr().write_all(text.as_bytes()));
 }
 
 /// One line of data on standard output. A reader that has gone (`octolux ... | head`) wants no more of it.
@@ -46,12 +64,13 @@ pub fn print(text: &str) {
 /// # Errors
 /// Everything else that standard output answers, such as a full disk.
 pub fn data(line: &str) -> Result<(), CliError> {
-    let mut out = io::stdout().lock();
-    match out
-        .write_all(line.as_bytes())
-        .and_then(|()| out.write_all(b"\n"))
-        .and_then(|()| out.flush())
-    {
+    let write = || {
+        let mut out = io::stdout().lock();
+        out.write_all(line.as_bytes())?;
+        out.write_all(b"\n")?;
+        out.flush()
+    };
+    match beside_the_bar(write) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
             Err(CliError::failed(format!("standard output: {error}")))
         }

@@ -37,6 +37,8 @@ pub struct Request {
     pub resume: bool,
     /// Whether the checkpoint of a finished render stays.
     pub keep: bool,
+    /// The viewer tev that shows it on the way, by its address.
+    pub tev: Option<String>,
     /// Whether the figures are printed.
     pub json: bool,
     /// Whether nothing but errors is said.

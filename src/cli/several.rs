@@ -52,6 +52,7 @@ impl Crowd<'_> {
         let finished = Arc::new(AtomicUsize::new(0));
         let bar = bar(name, &overall, &finished, requests.len(), quiet);
         let (next, exit, room) = (AtomicUsize::new(0), Mutex::new(Exit::Well), RwLock::new(()));
+        let (failed, started) = (AtomicUsize::new(0), Instant::now());
         let work = || {
             loop {
                 let at = next.fetch_add(1, Ordering::Relaxed);
@@ -74,6 +75,7 @@ impl Crowd<'_> {
                 if !errors.is_empty() || overall.begun() == before {
                     overall.forget(size.samples);
                 }
+                failed.fetch_add(usize::from(!errors.is_empty()), Ordering::Relaxed);
                 let mut exit = exit.lock().unwrap_or_else(PoisonError::into_inner);
                 for error in errors {
                     report::error(&error);
@@ -84,6 +86,22 @@ impl Crowd<'_> {
         };
         std::thread::scope(|scope| (0..threads).for_each(|_| _ = scope.spawn(work)));
         drop(bar);
+        if overall.is_batch() && !quiet {
+            let [finished, failed] = [&finished, &failed].map(|count| count.load(Ordering::Relaxed));
+            let rendered = finished.saturating_sub(failed + overall.there());
+            let counts = [
+                (overall.there(), "there already"),
+                (failed, "failed"),
+                (requests.len() - finished, "not begun"),
+            ];
+            let counts = counts.into_iter().filter(|(count, _)| *count > 0);
+            let counts: String = counts.map(|(count, what)| format!(", {count} {what}")).collect();
+            let seconds = started.elapsed().as_secs_f64();
+            report::print(&format!(
+                "{name}: {rendered} of {} pictures rendered{counts}, {seconds:.1} s\n",
+                requests.len()
+            ));
+        }
         let exit = exit.into_inner().unwrap_or_else(PoisonError::into_inner);
         if interrupt.asked() { Exit::Interrupted } else { exit }
     }

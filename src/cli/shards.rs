@@ -60,7 +60,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
         }
         match record.shard {
             Some(shard) if shard.of == args.of => found[shard.number as usize - 1] = Some((path, record)),
-            _ => report::warning(&format!("{}: is no shard of {}", path.display(), args.of)),
+            _ => report::warning(&format!("{}: is not one of {} shards", path.display(), args.of)),
         }
     }
     if args.missing {

@@ -34,8 +34,11 @@ pub struct Stats {
     pub replicates: u32,
     /// What `--target-error` asked for.
     pub target_error: Option<f64>,
-    /// The root of the mean variance of the pixels over the mean of the picture, from the spread of the replicates.
+    /// The root of the mean variance of the pixels over the mean of the picture, from the spread of the replicates; `null` with
+    /// fewer than two of them.
     pub error: Option<f64>,
+    /// Whether the error that was asked for is certain; otherwise the time was over first, or the render was stopped.
+    pub target_reached: Option<bool>,
     pub estimator: EstimatorKind,
     pub sampler: SamplerKind,
     pub seed: u32,
@@ -147,8 +150,11 @@ impl Stats {
             spp_max,
             adaptive: goal.is_adaptive(),
             replicates: run.replicates() as u32,
-            target_error: run.reached().map(|reached| reached.asked),
+            target_error: goal.error_asked(),
             error: run.reached().map(|reached| reached.error),
+            target_reached: goal
+                .error_asked()
+                .map(|_| run.reached().is_some_and(|reached| !reached.early)),
             estimator: settings.estimator,
             sampler: settings.sampler,
             seed: settings.seed,
@@ -248,6 +254,18 @@ impl Stats {
         })?)
     }
 
+    /// A few words for a list of pictures.
+    pub fn short(&self) -> String {
+        let Self { width, height, spp, .. } = self;
+        let error = self
+            .error
+            .map_or(String::new(), |error| format!(", error {:.3} %", 100.0 * error));
+        format!(
+            "{}, {width} x {height}, {spp} spp{error}, {:.2} s",
+            self.scene, self.render_s
+        )
+    }
+
     /// One or two lines for people.
     pub fn summary(&self) -> String {
         format!(
@@ -266,13 +284,29 @@ impl Stats {
             self.render_s,
             self.samples_per_s * 1e-6,
             self.rays_per_s * 1e-6,
-        ) + &self.error.map_or(String::new(), |error| {
-            let asked = self.target_error.unwrap_or(error);
-            format!(
-                "; error {:.3} % of the mean, {:.3} % was asked for",
-                100.0 * error,
-                100.0 * asked
-            )
-        })
+        ) + &self.target_error.map_or(String::new(), |asked| self.error_words(asked))
+    }
+
+    /// What became of the error that was asked for.
+    fn error_words(&self, asked: f64) -> String {
+        let percent = |x: f64| format!("{:.3} %", 100.0 * x);
+        let ended = if self.interrupted {
+            "when it was stopped"
+        } else {
+            "when the time was over"
+        };
+        match (self.error, self.target_reached == Some(true)) {
+            (Some(error), true) => format!(
+                "; error {} of the mean, {} was asked for",
+                percent(error),
+                percent(asked)
+            ),
+            (Some(error), false) => format!(
+                "; error {} of the mean {ended}, {} was asked for",
+                percent(error),
+                percent(asked)
+            ),
+            (None, _) => format!("; the error is not known: there was one picture {ended}, and it takes two"),
+        }
     }
 }

@@ -12,6 +12,7 @@ use super::options::Options;
 use super::{CliError, Exit, report};
 use octolux::film::replace;
 use octolux::scene::{Scene, SceneBuilder};
+use octolux::study::cost::statistics::Figure;
 use octolux::study::cost::{self, Study, StudyError, warnings};
 use octolux::study::page::{self, Circumstances};
 use octolux::{about, machine};
@@ -132,8 +133,33 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
         let given = args.options.given(study.cheapest(error).variant.knob);
         let line = format!("{}{given}{}", command(args), study.recommendation(error));
         report::data(&line)?;
+        if !args.quiet {
+            report::note(&expectation(&study, error));
+        }
     }
     Ok(Exit::Well)
+}
+
+/// How long the recommended command is expected to take, and what could as well be used.
+fn expectation(study: &Study, error: f64) -> String {
+    let Figure { value, low, high } = study.expected_seconds(error);
+    let best = study.cheapest(error);
+    let seconds = |s: f64| if s < 10.0 { format!("{s:.2}") } else { format!("{s:.0}") };
+    let ties: Vec<&str> = study.ties(error).iter().map(|price| price.label.as_str()).collect();
+    let ties = match &ties[..] {
+        [] => String::new(),
+        some => format!(
+            "; {} cannot be told from {} by this budget",
+            some.join(", "),
+            best.label
+        ),
+    };
+    format!(
+        "this is expected to render for {} s on this machine ({} to {}){ties}",
+        seconds(value),
+        seconds(low),
+        seconds(high)
+    )
 }
 
 /// `octolux render SCENE`, with the scene quoted where a shell would take it apart.

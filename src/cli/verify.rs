@@ -20,8 +20,8 @@ const EXAMPLES: &str = "\
 What is checked:
   the scene     energy gain, lights without power, emitters inside out
   bits          1, 8 and 16 lanes through both intersectors, kernels with every
-                effect, 1 to 3 threads, looks on the way: the same bits
-  intersectors  Embree and the line see the same, sample by sample
+                effect, 1 to 3 threads, pictures shown on the way: the same bits
+  intersectors  Embree and the plain list hit the same, sample by sample
   ties          faces that lie in one another or touch: which of them a ray
                 meets is not defined, so they are named, and are no fault
   means         estimators, samplers, seeds and numbers of samples agree with
@@ -47,8 +47,8 @@ pub struct Args {
     /// The scene file
     #[arg(value_name = "SCENE")]
     scene: PathBuf,
-    /// Seconds to spend, to within about a tenth; small budgets see large faults only
-    #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = units::time, allow_negative_numbers = true)]
+    /// Time to spend, to within about a tenth, such as 60s or 5m; small budgets see large faults only
+    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = units::time, allow_negative_numbers = true)]
     budget: f64,
     /// A folder for what fails: both pictures (.exr) and their difference in standard errors (.png, blue where the
     /// first is darker, red where it is brighter); nothing is written if nothing fails

@@ -1,7 +1,8 @@
 //! Sums in a file, to the bit: the checkpoint of a render, or what one shard of it adds.
 //!
 //! `OCTOSUMS`, then in little-endian numbers: the format's version; the length of a JSON object about the render, and the
-//! object; width and height; tile by tile what [`Tile`] keeps; at last the CRC-32 (IEEE) of everything before it. A CRC
+//! object; width and height; tile by tile what [`Tile`] keeps; where the object says so, further films of the same form and
+//! pictures (width and height, then `f32` row by row); at last the CRC-32 (IEEE) of everything before it. A CRC
 //! finds every flipped byte, and a cut file lacks it.
 
 use std::fs::File;
@@ -13,7 +14,7 @@ use serde::de::DeserializeOwned;
 
 use super::sums::{Film, MOST_LEAF, TILE, Tile};
 use super::tree::{Node, TileSum, Tree};
-use super::{PictureError, replace};
+use super::{Picture, PictureError, replace};
 use crate::scene::FilmSize;
 
 const MAGIC: &[u8; 8] = b"OCTOSUMS";
@@ -35,16 +36,35 @@ const LEAST_TILE: u64 = 20;
 /// # Errors
 /// What the system answers; an older file then still stands.
 pub fn write(path: &Path, about: &impl Serialize, film: &Film) -> Result<(), PictureError> {
+    write_all(path, about, &[film], &[])
+}
+
+/// Writes the sums of several films, one at least, and pictures.
+///
+/// # Errors
+/// As for [`write()`].
+pub fn write_all(
+    path: &Path,
+    about: &impl Serialize,
+    films: &[&Film],
+    pictures: &[&Picture],
+) -> Result<(), PictureError> {
     replace::replace(path, |file| {
         let mut to = Checked::new(file);
         let about = serde_json::to_vec(about)?;
-        let FilmSize { width, height } = film.size();
         to.write_all(MAGIC)?;
         to.numbers(&[VERSION, about.len() as u32])?;
         to.write_all(&about)?;
-        to.numbers(&[width, height])?;
-        for tile in film.tiles() {
-            write_tile(&mut to, tile)?;
+        for film in films {
+            let FilmSize { width, height } = film.size();
+            to.numbers(&[width, height])?;
+            for tile in film.tiles() {
+                write_tile(&mut to, tile)?;
+            }
+        }
+        for picture in pictures {
+            to.numbers(&[picture.width, picture.height])?;
+            to.write_all(bytemuck::cast_slice(picture.pixels.as_flattened()))?;
         }
         let sum = to.crc.clone().finalize();
         to.numbers(&[sum])
@@ -56,10 +76,32 @@ pub fn write(path: &Path, about: &impl Serialize, film: &Film) -> Result<(), Pic
 /// # Errors
 /// A sentence about a file that is missing, of another kind or version, cut short or damaged.
 pub fn read<A: DeserializeOwned>(path: &Path) -> Result<(A, Film), PictureError> {
-    let (mut from, about) = open(path)?;
-    let film = from.film().map_err(|error| damaged(path, &error))?;
-    from.end().map_err(|error| damaged(path, &error))?;
+    let (about, films, _) = read_all(path, |_| [1, 0])?;
+    let film = films
+        .into_iter()
+        .next()
+        .ok_or_else(|| damaged(path, &io::ErrorKind::InvalidData.into()))?;
     Ok((about, film))
+}
+
+/// Reads what [`write_all`] wrote: as many films and pictures as what is said about them tells.
+///
+/// # Errors
+/// As for [`read`].
+pub fn read_all<A: DeserializeOwned>(
+    path: &Path,
+    count: impl FnOnce(&A) -> [usize; 2],
+) -> Result<(A, Vec<Film>, Vec<Picture>), PictureError> {
+    let (mut from, about) = open(path)?;
+    let [films, pictures] = count(&about);
+    let mut all = || {
+        let films = (0..films).map(|_| from.film()).collect::<io::Result<Vec<_>>>()?;
+        let pictures = (0..pictures).map(|_| from.picture()).collect::<io::Result<Vec<_>>>()?;
+        Ok((films, pictures))
+    };
+    let (films, pictures) = all().map_err(|error| damaged(path, &error))?;
+    from.end().map_err(|error| damaged(path, &error))?;
+    Ok((about, films, pictures))
 }
 
 /// Reads what a file says about its render, and the CRC of its sums, having looked at all of it.
@@ -198,14 +240,33 @@ impl<F: Read> Checked<F> {
         ))
     }
 
-    fn film(&mut self) -> io::Result<Film> {
+    fn size(&mut self) -> io::Result<FilmSize> {
         let width = within(self.number()?, LONGEST_SIDE)?;
         let height = within(self.number()?, LONGEST_SIDE)?;
-        let tiles = u64::from(width.div_ceil(TILE)) * u64::from(height.div_ceil(TILE));
-        // Before anything is allocated on the word of a file.
         if width == 0 || height == 0 {
             return Err(io::ErrorKind::InvalidData.into());
         }
+        Ok(FilmSize { width, height })
+    }
+
+    fn picture(&mut self) -> io::Result<Picture> {
+        let FilmSize { width, height } = self.size()?;
+        let length = u64::from(width) * u64::from(height) * 12;
+        if length > self.left {
+            return Err(io::ErrorKind::UnexpectedEof.into());
+        }
+        let mut bytes = vec![0; length as usize];
+        self.read_exact(&mut bytes)?;
+        let (numbers, _) = bytes.as_chunks::<4>();
+        let (triples, _) = numbers.as_chunks::<3>();
+        let pixels = triples.iter().map(|triple| triple.map(f32::from_le_bytes)).collect();
+        Ok(Picture { width, height, pixels })
+    }
+
+    fn film(&mut self) -> io::Result<Film> {
+        let FilmSize { width, height } = self.size()?;
+        let tiles = u64::from(width.div_ceil(TILE)) * u64::from(height.div_ceil(TILE));
+        // Before anything is allocated on the word of a file.
         if tiles * LEAST_TILE > self.left {
             return Err(io::ErrorKind::UnexpectedEof.into());
         }
@@ -282,73 +343,4 @@ fn within(number: u32, most: u32) -> io::Result<u32> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// 20 x 17 pixels: four shapes of tiles; a first one with two nodes and an open leaf.
-    fn film() -> Film {
-        let mut film = Film::new(FilmSize { width: 20, height: 17 });
-        for (at, tile) in film.tiles_mut().iter_mut().enumerate() {
-            let mut chunk = tile.empty_sum(1);
-            chunk.add(0, &[0.1, 1.0 / 3.0, at as f32, 0.0]);
-            let leaf = super::super::leaf_passes(FilmSize { width: 20, height: 17 });
-            for passes in [leaf, leaf, leaf, 5] {
-                tile.add(&chunk, passes);
-            }
-        }
-        film
-    }
-
-    fn place() -> (tempfile::TempDir, std::path::PathBuf) {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.acc");
-        (folder, path)
-    }
-
-    #[test]
-    fn sums_come_back_to_the_bit() {
-        let (_folder, path) = place();
-        write(&path, &"about", &film()).unwrap();
-        let (about, back): (String, Film) = read(&path).unwrap();
-        assert_eq!(about, "about");
-        for (tile, same) in film().tiles().iter().zip(back.tiles()) {
-            assert_eq!((tile.sums(), tile.passes()), (same.sums(), same.passes()));
-        }
-        // Deliberately measured while it is open: pilot passes of an adaptive render.
-        let mut film = Film::new(FilmSize { width: 5, height: 1 });
-        film.measure_noise();
-        let chunk = film.tiles()[0].empty_sum(4);
-        film.tiles_mut()[0].add(&chunk, 4);
-        write(&path, &"about", &film).unwrap();
-        let (_, back): (String, Film) = read(&path).unwrap();
-        assert!(back.measures_noise());
-        film.set_goals(&[4, 6, 8, 10, 12]);
-        write(&path, &"about", &film).unwrap();
-        let (_, back): (String, Film) = read(&path).unwrap();
-        assert_eq!((back.most_samples(), back.samples()), (Some(12), film.samples()));
-    }
-
-    #[test]
-    fn every_flipped_byte_and_every_cut_is_found() {
-        let (_folder, path) = place();
-        write(&path, &"about", &film()).unwrap();
-        let whole = std::fs::read(&path).unwrap();
-        let refused = |bytes: &[u8], what: &str| {
-            std::fs::write(&path, bytes).unwrap();
-            assert!(read::<String>(&path).is_err(), "{what}");
-            assert!(read_about::<String>(&path).is_err(), "{what}");
-        };
-        // All of the header and of the end, and each byte of the sums in one place or another.
-        for at in (0..200)
-            .chain((200..whole.len()).step_by(203))
-            .chain(whole.len() - 8..whole.len())
-        {
-            let mut bytes = whole.clone();
-            bytes[at] ^= 1 << (at % 8);
-            refused(&bytes, &format!("byte {at}"));
-            refused(&whole[..at], &format!("cut at {at}"));
-        }
-        refused(&[&whole[..], &[0]].concat(), "a byte too many");
-        assert!(read::<String>(Path::new("nowhere.acc")).is_err());
-    }
-}
+mod tests;

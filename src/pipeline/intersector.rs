@@ -25,8 +25,8 @@ impl Intersector {
         let few = shapes <= IN_LINE;
         let why = match (accel, few) {
             (Some(forced), _) => format!("--accel {} was asked for", forced.name()),
-            (None, true) => format!("{shapes} shapes are few enough to be tested in a line"),
-            (None, false) => format!("{shapes} shapes are more than the {IN_LINE} up to which a line is chosen"),
+            (None, true) => format!("{shapes} shapes are few enough to be tested one by one"),
+            (None, false) => format!("{shapes} shapes are more than {IN_LINE}, up to which all are tested one by one"),
         };
         let accel = accel.unwrap_or(if few { AccelKind::Linear } else { AccelKind::Embree });
         let can_cull = accel == AccelKind::Linear || shapes <= FEW;

@@ -30,6 +30,6 @@ pub use plan::widest_lanes;
 pub use prepared::{Prepared, SetupError};
 pub use progress::{Counters, Progress};
 pub(crate) use renderer::Renderer;
-pub use replay::{Asked, Found, Met, Point, Replay};
+pub use replay::{Asked, Beside, Found, Met, Point, Replay};
 pub use settings::{Settings, all_threads};
 pub use stage::Segment;

@@ -189,7 +189,7 @@ impl Plan {
         let models: Vec<Effect> = rows::MODELS.into_iter().filter(|&model| needs.has(model)).collect();
         let held = in_eye.and(Effects::of(&models));
         let why = format!(
-            "{why}; of the eye stages, this one holds {} and no more",
+            "{why}; camera rays use the smallest compiled program that can do {}",
             listed(*in_eye)
         );
         Ok(Self {

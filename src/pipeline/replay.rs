@@ -3,6 +3,8 @@
 //! The sample goes through the very stages of a render, as a chunk of one pixel and one pass by the kernel of one lane, whose bits are
 //! those of all widths; the steps are read from the streams in between.
 
+mod asked;
+mod beside;
 mod kinds;
 mod told;
 
@@ -29,6 +31,9 @@ use crate::scene::{Effect, EstimatorKind};
 use crate::settings::AccelKind;
 use told::Told;
 
+pub use asked::{Asked, Found};
+pub use beside::Beside;
+
 /// What a sample did.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Replay {
@@ -52,6 +57,8 @@ pub struct Replay {
     /// Whether estimators with a direction for every light also asked for large meshes that emit, which are in the radiance but not told
     /// one by one.
     pub meshes_untold: bool,
+    /// The rays to these that were traced, and what each met.
+    pub beside: Vec<Beside>,
     /// Radiance of the sample: what a render adds to the pixel.
     pub radiance: [f64; 3],
     /// Contributions that were thrown away: NaN, infinite, below 0.
@@ -86,44 +93,6 @@ pub struct Point {
     pub alpha: f32,
     /// The model of reflection; of a blend, Phong's.
     pub model: &'static str,
-}
-
-/// A direction that was asked for light.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct Asked {
-    /// The light that it was drawn for: its place in the order of the render; of a delta light, among the delta lights.
-    pub light: Option<usize>,
-    /// What kind of light that is.
-    pub kind: Option<&'static str>,
-    /// The number of this light among the spheres.
-    pub sphere: Option<u32>,
-    /// `1 - cos` of the half-angle that the light subtends.
-    pub omc: Option<f32>,
-    /// The density of the light's cone, per steradian.
-    pub cone_pdf: Option<f32>,
-    /// How the direction was drawn.
-    pub technique: &'static str,
-    /// What came of it; nothing where it has no chance to bring light.
-    pub found: Option<Found>,
-}
-
-/// A direction that can bring light.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct Found {
-    /// Unit direction.
-    pub wi: [f32; 3],
-    /// Cosine with the shading normal.
-    pub cos_theta: f32,
-    /// `f cos` of red where the reflectance is 1.
-    pub shape: f32,
-    /// Density of the BRDF's own sampling there.
-    pub brdf_pdf: f32,
-    /// Distance to the light.
-    pub distance: f32,
-    /// The contribution where nothing is in the way; by `uniform` and `brdf`, what radiance is multiplied by.
-    pub ld: [f32; 3],
-    /// Whether something else is met before the light; by `uniform` and `brdf`, whether no light is met first.
-    pub occluded: bool,
 }
 
 /// Runs the sample of a pixel in a pass through the stages of `plan`, which must be of one lane. `partly` are the lights that the pixel
@@ -177,6 +146,18 @@ pub(super) fn replay(
         shade(&mut chunk, &mut scratch);
     }
     let rays = chunk.log.take().unwrap_or_default();
+    let untold = !world.mesh_lights.is_empty() && settings.estimator.per_light();
+    let told = |ray: &Segment| {
+        asked
+            .iter()
+            .any(|asked: &Asked| asked.found.is_some_and(|found| found.wi == ray.direction))
+    };
+    let others = rays.iter().filter(|ray| untold && !told(ray));
+    let beside = others.map(|ray| match plan.intersector.accel {
+        AccelKind::Embree => beside::of::<ByEmbree>(world, ray),
+        AccelKind::Linear => beside::of::<InLine>(world, ray),
+    });
+    let beside = beside.collect();
     let key = numbers.key(Word(y * width + x));
     let (u, v) = numbers.pair(key, Word(0), pairs::PIXEL).unit::<f32>();
     let place = (x as f32 + u, y as f32 + v);
@@ -199,7 +180,8 @@ pub(super) fn replay(
         seen,
         point,
         asked,
-        meshes_untold: !world.mesh_lights.is_empty() && settings.estimator.per_light(),
+        meshes_untold: untold,
+        beside,
         radiance: [red, green, blue],
         invalid: [counters.invalid_nan, counters.invalid_inf, counters.invalid_negative],
     }
@@ -330,6 +312,7 @@ fn directions<T: Tracer, M: Told>(
                 Warp::Cone | Warp::ConeOrCap => "cone",
                 Warp::LobeInCap => "lobe",
             },
+            lobe: toss.heads.then(|| per_light::along_lobe(point, toss.pair).lane(0)),
             found: drawn.filter(|drawn| drawn.active).map(|drawn| {
                 let shadow = ray(point.p, drawn.wi, drawn.distance, light.sphere);
                 let occluded = T::occluded::<f32>(world, &set, true, &shadow);
@@ -358,6 +341,7 @@ fn directions<T: Tracer, M: Told>(
         omc: None,
         cone_pdf: None,
         technique: if uniform { "sphere" } else { "brdf" },
+        lobe: (!uniform).then(|| per_light::along_lobe(point, pair).lane(0)),
         found: drawn.filter(|drawn| drawn.active).map(|drawn| {
             let towards = ray(point.p, drawn.wi, f32::INFINITY, NO_SPHERE);
             let hit = T::nearest::<f32>(world, &set, true, &towards, Coherence::Incoherent);

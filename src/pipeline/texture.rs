@@ -6,6 +6,7 @@ use glam::DVec2;
 
 use crate::lane::Lane;
 use crate::math::Vec3;
+use crate::math::elementary::angle;
 use crate::scene::{Texture, Wrap};
 
 /// Texture coordinates of a mesh and the picture on it.
@@ -66,12 +67,30 @@ impl Fetched {
         let Texture {
             width, height, wrap, ..
         } = *on.texture;
-        let (columns, x) = around(u, width, wrap);
-        let (rows, y) = around(1.0 - v, height, wrap);
+        let columns = around(u, width, wrap);
+        self.take(lane, &on.texture, columns, around(1.0 - v, height, wrap));
+    }
+
+    /// Fetches for a lane: the point of a sphere whose outward normal, of any length, is `n`. Columns go round, rows end at the
+    /// poles, whatever the texture says of its outside.
+    pub fn fetch_on_sphere(&mut self, lane: usize, texture: &Texture, n: [f32; 3]) {
+        let [x, y, z] = n;
+        // Brought to about 1: the squares of what is tiny would be 0.
+        let size = x.abs().max(y.abs()).max(z.abs()).max(f32::MIN_POSITIVE);
+        let [x, y, z] = [x / size, y / size, z / size];
+        let longitude = angle::<f32>(x.abs(), z).copysign(x);
+        let from_top = angle::<f32>((x * x + z * z).sqrt(), y);
+        let columns = around(0.5 + longitude / std::f32::consts::TAU, texture.width, Wrap::Repeat);
+        let rows = around(from_top / std::f32::consts::PI, texture.height, Wrap::Clamp);
+        self.take(lane, texture, columns, rows);
+    }
+
+    /// Takes the four texels where two columns and two rows meet.
+    fn take(&mut self, lane: usize, texture: &Texture, (columns, x): ([u32; 2], f32), (rows, y): ([u32; 2], f32)) {
         (self.x[lane], self.y[lane]) = (x, y);
         for (corner, texel) in self.texels.iter_mut().enumerate() {
-            let at = rows[corner / 2] as usize * width as usize + columns[corner % 2] as usize;
-            for (channel, x) in texel.iter_mut().zip(on.texture.texels.at(at)) {
+            let at = rows[corner / 2] as usize * texture.width as usize + columns[corner % 2] as usize;
+            for (channel, x) in texel.iter_mut().zip(texture.texels.at(at)) {
                 channel[lane] = x;
             }
         }

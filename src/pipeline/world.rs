@@ -4,6 +4,7 @@
 //! good as one around it, and what the camera sees close by has the most digits. Their unit is that of [`Space`].
 
 use std::collections::HashSet;
+use std::sync::Arc;
 
 use super::camera::CameraRays;
 use super::emitters::{self, Emitters};
@@ -16,7 +17,7 @@ use crate::embree::{Accel, Device, EmbreeError, SceneBuilder};
 use crate::lane::{Bits, Lane, Mask};
 use crate::light::{DeltaLight, Environment, MeshLight, SphereLight, Sun, TriangleLight};
 use crate::linear::Line;
-use crate::scene::{self, Bsdf, Effect, Effects, FilmSize, Mesh, Scene, Surface};
+use crate::scene::{self, Bsdf, Effect, Effects, FilmSize, Mesh, Scene, Surface, Texture};
 use crate::settings::AccelKind;
 use crate::shape::{Ball, Hit, Sphere};
 
@@ -41,6 +42,8 @@ pub struct World {
     pub corners: Vec<Option<Corners>>,
     /// Texture coordinates of each mesh that has a texture.
     pub textured: Vec<Option<Textured>>,
+    /// The texture of each sphere; empty if there are none.
+    pub sphere_textures: Vec<Option<Arc<Texture>>>,
     /// Spheres that emit something.
     pub lights: Vec<SphereLight>,
     /// Triangles that are lights of their own.
@@ -140,6 +143,13 @@ fn textured(scene: &Scene, mesh: &Mesh) -> Option<Textured> {
     };
     let (texture, uvs) = (scene.material(index).texture.clone()?, mesh.uvs.as_ref()?);
     Some(Textured::new(&mesh.triangles, uvs, texture))
+}
+
+fn sphere_texture(scene: &Scene, sphere: &scene::Sphere) -> Option<Arc<Texture>> {
+    match sphere.surface {
+        Surface::Material(index) => scene.material(index).texture.clone(),
+        Surface::Emission(_) => None,
+    }
 }
 
 /// What orders lights; any order will do that depends on nothing else.
@@ -250,6 +260,10 @@ impl World {
                 .cmp(by_content(b).into_iter().map(f32::to_bits))
         });
         let sphere_geometry = scene.meshes().len() as u32;
+        let sphere_textures: Vec<_> = spheres
+            .iter()
+            .map(|(_, sphere, _)| sphere_texture(scene, sphere))
+            .collect();
         let sphere_numbers = spheres.iter().map(|(number, ..)| *number).collect();
         let spheres: Vec<Sphere> = spheres.into_iter().map(|(.., sphere)| sphere).collect();
         if in_line {
@@ -268,6 +282,11 @@ impl World {
             normals,
             corners: all_corners,
             textured: scene.meshes().iter().map(|mesh| textured(scene, mesh)).collect(),
+            sphere_textures: if sphere_textures.iter().any(Option::is_some) {
+                sphere_textures
+            } else {
+                Vec::new()
+            },
             lights,
             triangle_lights: lamps.triangles,
             mesh_lights: lamps.meshes,

@@ -1,6 +1,6 @@
 //! A scene as the oracle sees it: numbered shapes, what each does, and the tree over them.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::brdf::Shading;
 use super::bvh::Bvh;
@@ -158,7 +158,7 @@ impl<'s> World<'s> {
                 }
                 let ng = facing(outward, wo);
                 let n = facing(self.smooth_normal(body, index, &meeting).unwrap_or(ng), ng);
-                let tint = self.tint(material, body, index, &meeting);
+                let tint = self.tint(material, body, index, &meeting, outward);
                 let bsdf = match self.scene.material(material).bsdf {
                     Bsdf::Diffuse { rho } => Bsdf::Diffuse { rho: rho * tint },
                     Bsdf::Phong { rho, alpha } => Bsdf::Phong { rho: rho * tint, alpha },
@@ -235,30 +235,39 @@ impl<'s> World<'s> {
         self.starts.partition_point(|&start| start <= index) - 1
     }
 
-    /// What the texture of a mesh shows: the mean of the texels whose middles are around the point, each weighted by the area of
-    /// the unit square about the point that falls to it. 1 where there is no texture.
-    fn tint(&self, material: MaterialId, body: usize, index: u32, meeting: &Meeting) -> DVec3 {
-        let (Some(texture), Some(mesh)) = (&self.scene.material(material).texture, self.bodies[body].mesh) else {
+    /// What the texture of a mesh or sphere shows: the mean of the texels whose middles are around the point, each weighted by the
+    /// area of the unit square about the point that falls to it. 1 where there is no texture.
+    fn tint(&self, material: MaterialId, body: usize, index: u32, meeting: &Meeting, outward: DVec3) -> DVec3 {
+        let Some(texture) = &self.scene.material(material).texture else {
             return DVec3::ONE;
         };
-        let mesh = &self.scene.meshes()[mesh];
-        let Some(uvs) = &mesh.uvs else {
-            return DVec3::ONE;
+        let (uv, wraps) = match self.bodies[body].mesh.map(|mesh| &self.scene.meshes()[mesh]) {
+            Some(mesh) => {
+                let Some(uvs) = &mesh.uvs else {
+                    return DVec3::ONE;
+                };
+                let [a, b, c] = mesh.triangles[(index - self.starts[body]) as usize].map(|corner| uvs[corner as usize]);
+                let [v, w] = meeting.weights;
+                ((1.0 - v - w) * a + v * b + w * c, [texture.wrap; 2])
+            }
+            // Longitude from -z by way of -x, +z and +x; latitude from -y to +y, where the picture ends.
+            None => {
+                let east = outward.x.atan2(outward.z) / std::f64::consts::TAU;
+                let north = outward.y.clamp(-1.0, 1.0).acos() / std::f64::consts::PI;
+                (DVec2::new(0.5 + east, 1.0 - north), [Wrap::Repeat, Wrap::Clamp])
+            }
         };
-        let [a, b, c] = mesh.triangles[(index - self.starts[body]) as usize].map(|corner| uvs[corner as usize]);
-        let [v, w] = meeting.weights;
-        let uv = (1.0 - v - w) * a + v * b + w * c;
         let (width, height) = (i64::from(texture.width), i64::from(texture.height));
         let (x, y) = (uv.x * width as f64, (1.0 - uv.y) * height as f64);
         let mut sum = DVec3::ZERO;
         for row in [(y - 0.5).floor(), (y - 0.5).floor() + 1.0] {
             for column in [(x - 0.5).floor(), (x - 0.5).floor() + 1.0] {
                 let share = (1.0 - (x - column - 0.5).abs()) * (1.0 - (y - row - 0.5).abs());
-                let inside = |at: f64, size: i64| match texture.wrap {
+                let inside = |at: f64, size: i64, wrap: Wrap| match wrap {
                     Wrap::Repeat => (at as i64).rem_euclid(size),
                     Wrap::Clamp => (at as i64).clamp(0, size - 1),
                 };
-                let at = inside(row, height) * width + inside(column, width);
+                let at = inside(row, height, wraps[1]) * width + inside(column, width, wraps[0]);
                 sum += share * DVec3::from_array(texture.texels.at(at as usize).map(f64::from));
             }
         }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use super::{Record, Run};
-use crate::film::{Film, PictureError, Value, sums_file};
+use crate::film::{Film, Picture, PictureError, Value, sums_file};
 
 /// A run that was saved: its sums, and what they belong to.
 #[derive(Debug)]
@@ -13,6 +13,8 @@ pub struct Saved {
     pub record: Record,
     /// The sums.
     pub film: Film,
+    /// Of a render to an error, the films of its further replicates, and pictures of all of them.
+    pub others: (Vec<Film>, Vec<Picture>),
 }
 
 impl Saved {
@@ -21,8 +23,17 @@ impl Saved {
     /// # Errors
     /// A sentence about a file that is missing, of another kind or version, cut short or damaged.
     pub fn read(path: &Path) -> Result<Self, PictureError> {
-        let (record, film) = sums_file::read(path)?;
-        Ok(Self { record, film })
+        let count = |record: &Record| match &record.replicates {
+            Some(kept) => [kept.levels.len().max(1), kept.halves.pictures.len()],
+            None => [1, 0],
+        };
+        let (record, mut films, pictures) = sums_file::read_all(path, count)?;
+        let film = films.remove(0);
+        Ok(Self {
+            record,
+            film,
+            others: (films, pictures),
+        })
     }
 }
 
@@ -43,11 +54,14 @@ impl Run {
     /// # Errors
     /// What the system answers; an older file then still stands.
     pub fn save(&self, path: &Path, attributes: Vec<(String, Value)>) -> Result<(), PictureError> {
-        sums_file::write(path, &Record::of(self, attributes), self.film())
+        let mut record = Record::of(self, attributes);
+        let (replicates, films, pictures) = self.kept();
+        record.replicates = replicates;
+        sums_file::write_all(path, &record, &films, &pictures)
     }
 }
 
-/// A file that a run is saved to from time to time. A run of several replicates has none: it holds one film.
+/// A file that a run is saved to from time to time.
 #[derive(Debug)]
 pub struct Checkpoint {
     path: PathBuf,

@@ -23,8 +23,8 @@ pub(super) enum Work {
     Passes(u32, Option<Shard>),
     /// Pilot passes, and what each pixel needs: so many samples a pixel on average.
     Adaptive(u32),
-    /// Replicates of different seeds until their mean has this error.
-    Error(f64),
+    /// Replicates of different seeds until their mean has this error; whether each of them is adaptive.
+    Error(f64, bool),
 }
 
 impl Goal {
@@ -46,7 +46,12 @@ impl Goal {
     /// Until the noise is such a share of the picture: the root of the mean variance of the pixels over the mean of all. Replicates
     /// of different seeds measure it, and their mean is the picture: see [`replicates`](super::replicates).
     pub fn error(error: f64) -> Self {
-        Self::new(Work::Error(error))
+        Self::new(Work::Error(error, false))
+    }
+
+    /// The same, each replicate with more samples where the relative error is larger: see [`Goal::adaptive`].
+    pub fn adaptive_error(error: f64) -> Self {
+        Self::new(Work::Error(error, true))
     }
 
     /// One shard of so many samples of every pixel.
@@ -72,7 +77,7 @@ impl Goal {
         match self.work {
             Work::Passes(spp, _) => (spp < MOST_SPP || self.time.is_none()).then_some(spp),
             Work::Adaptive(spp) => Some(spp),
-            Work::Error(_) => None,
+            Work::Error(..) => None,
         }
     }
 
@@ -91,13 +96,13 @@ impl Goal {
 
     /// Whether samples go where the error is.
     pub fn is_adaptive(&self) -> bool {
-        matches!(self.work, Work::Adaptive(_))
+        matches!(self.work, Work::Adaptive(_) | Work::Error(_, true))
     }
 
     /// The error that is asked for.
     pub fn error_asked(&self) -> Option<f64> {
         match self.work {
-            Work::Error(error) => Some(error),
+            Work::Error(error, _) => Some(error),
             _ => None,
         }
     }
@@ -119,7 +124,7 @@ impl Goal {
         match self.work {
             Work::Passes(spp, Some(shard)) => shard.passes(spp, leaf_passes(film)),
             Work::Passes(spp, None) | Work::Adaptive(spp) => 0..spp,
-            Work::Error(_) => 0..MOST_SPP,
+            Work::Error(..) => 0..MOST_SPP,
         }
     }
 }

@@ -12,8 +12,10 @@
 //! is rendered for the other half's sake is not averaged, and halves are less certain. Eight replicates are the least, which a
 //! Sobol sequence pays for as [`super::replicates`] says.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::SQRT_2;
+
+use serde::{Deserialize, Serialize};
 
 use super::replicates::{self, Work};
 use crate::film::Picture;
@@ -23,12 +25,24 @@ use crate::film::Picture;
 pub struct Halves {
     /// The error that was asked for.
     asked: f64,
+    /// Whether each picture is a render of its own, and not on the way of one with more passes: adaptive ones cannot go on.
+    anew: bool,
     /// The work of each half, up to its next look or at its end.
     work: [Work; 2],
     /// Once a half has ended, the error that the other one showed for it.
     ended: [Option<f64>; 2],
     /// By replicate and passes.
     pictures: BTreeMap<(usize, u32), Picture>,
+}
+
+/// What a file keeps of the two halves, beside the pictures. Numbers are bits, so that all of them come back.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct State {
+    asked: u64,
+    work: [Work; 2],
+    ended: [Option<u64>; 2],
+    /// Replicate and passes of each picture.
+    pub pictures: Vec<(usize, u32)>,
 }
 
 /// The replicate that is number `i` of a half.
@@ -43,12 +57,40 @@ fn judge(half: usize) -> usize {
 
 impl Halves {
     /// Nothing is rendered yet.
-    pub fn new(asked: f64) -> Self {
+    pub fn new(asked: f64, anew: bool) -> Self {
+        let first = if anew {
+            replicates::FIRST_ANEW
+        } else {
+            replicates::FIRST
+        };
         Self {
             asked,
-            work: [replicates::FIRST; 2],
+            anew,
+            work: [first; 2],
             ended: [None; 2],
             pictures: BTreeMap::new(),
+        }
+    }
+
+    /// What is kept of them in a file: all but the pictures, and which pictures there are.
+    pub fn state(&self) -> (State, Vec<&Picture>) {
+        let state = State {
+            asked: self.asked.to_bits(),
+            work: self.work,
+            ended: self.ended.map(|ended| ended.map(f64::to_bits)),
+            pictures: self.pictures.keys().copied().collect(),
+        };
+        (state, self.pictures.values().collect())
+    }
+
+    /// Goes on from what was kept. Halves that had ended for another error go on.
+    pub fn resumed(asked: f64, anew: bool, state: State, pictures: Vec<Picture>) -> Self {
+        let same = state.asked == asked.to_bits();
+        Self {
+            work: state.work,
+            ended: state.ended.map(|ended| ended.filter(|_| same).map(f64::from_bits)),
+            pictures: state.pictures.into_iter().zip(pictures).collect(),
+            ..Self::new(asked, anew)
         }
     }
 
@@ -64,6 +106,13 @@ impl Halves {
                 .flatten()
                 .flat_map(move |of| (0..replicates).map(move |i| (replicate(of, i), passes)))
         });
+        if self.anew {
+            let all: BTreeSet<(usize, u32)> = needed.collect();
+            return all
+                .into_iter()
+                .filter(|wanted| !self.pictures.contains_key(wanted))
+                .collect();
+        }
         let mut furthest: BTreeMap<usize, u32> = BTreeMap::new();
         for (replicate, passes) in needed {
             let most = furthest.entry(replicate).or_default();
@@ -96,7 +145,12 @@ impl Halves {
             }
             let work = self.work[half];
             let shown = replicates::error(&self.of(judge(half), work));
-            match replicates::next(SQRT_2 * self.asked, work, shown) {
+            let goal = SQRT_2 * self.asked;
+            let further = match self.anew {
+                true => replicates::next_anew(goal, work, shown),
+                false => replicates::next(goal, replicates::FIRST, work, shown),
+            };
+            match further {
                 Some(further) => self.work[half] = further,
                 None => self.ended[half] = Some(shown.error),
             }
@@ -125,6 +179,18 @@ impl Halves {
         self.error()?;
         let means = [0, 1].map(|half| replicates::mean(&self.of(half, self.work[half])));
         Some(replicates::mean(&means))
+    }
+
+    /// Of each replicate the picture with the most passes, where these are at least half of the most of any.
+    pub fn latest(&self) -> Vec<Picture> {
+        let latest: BTreeMap<usize, (u32, &Picture)> = self
+            .pictures
+            .iter()
+            .map(|(&(replicate, passes), picture)| (replicate, (passes, picture)))
+            .collect();
+        let most = latest.values().map(|(passes, _)| *passes).max().unwrap_or(0);
+        let kept = latest.into_values().filter(|(passes, _)| passes * 2 >= most);
+        kept.map(|(_, picture)| picture.clone()).collect()
     }
 
     /// The pictures of a half after some work.
@@ -198,7 +264,7 @@ pub(crate) mod tests {
 
     /// The mean of the picture, its error as it is said, and the samples a pixel.
     fn render(light: Light, asked: f64, seed: u64) -> (f64, f64, u64) {
-        let mut halves = Halves::new(asked);
+        let mut halves = Halves::new(asked, false);
         let mut renders: Vec<Rare> = Vec::new();
         loop {
             for (replicate, passes) in halves.wanted() {

@@ -31,7 +31,7 @@ pub struct RenderOptions {
     pub lanes: Option<Lanes>,
     /// Threads; the picture is the same.
     pub threads: Option<usize>,
-    /// Who answers rays; the plan decides otherwise.
+    /// How rays find what they hit; the plan decides otherwise.
     pub accel: Option<AccelKind>,
     /// Whether Embree closes the edges between triangles.
     pub robust: bool,
@@ -80,6 +80,7 @@ impl RenderOptions {
     /// What ends the run.
     pub fn goal(&self) -> Goal {
         let goal = match self.target_error {
+            Some(error) if self.adaptive => Goal::adaptive_error(error),
             Some(error) => Goal::error(error),
             None if self.adaptive => Goal::adaptive(self.spp),
             None => Goal::passes(self.spp),

@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
+use super::halves::State;
 use super::{Goal, Run, Shard};
 use crate::film::{Attributes, Value};
 use crate::pipeline::{Counters, Prepared};
@@ -29,6 +30,18 @@ pub struct Record {
     pub counters: Counters,
     /// Seconds of rendering.
     pub render_s: f64,
+    /// Of a render to an error, what its file holds beside the first film.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub replicates: Option<Replicates>,
+}
+
+/// A render to an error: its films and pictures.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Replicates {
+    /// How many films there are; of each, samples a pixel of its adaptive render, 0 for others.
+    pub levels: Vec<u32>,
+    /// How far the two halves are.
+    pub halves: State,
 }
 
 /// The names under which [`Record::identity`] holds what is asked for by name.
@@ -55,7 +68,13 @@ fn identity(prepared: &Prepared, goal: &Goal) -> BTreeMap<String, String> {
         Some(spp) if goal.is_adaptive() => format!("{spp} samples a pixel"),
         _ => "no".to_owned(),
     };
+    let replicates = match goal.error_asked() {
+        Some(_) if goal.is_adaptive() => "yes, adaptive",
+        Some(_) => "yes",
+        None => "no",
+    };
     let identity = [
+        ("target error", replicates.to_owned()),
         ("scene", prepared.scene_hash().to_owned()),
         ("size", format!("{} x {}", film.width, film.height)),
         ("estimator", settings.estimator.name().to_owned()),
@@ -83,13 +102,14 @@ impl Record {
             cpu: machine::cpu(),
             counters: Counters::default(),
             render_s: 0.0,
+            replicates: None,
         }
     }
 
     /// Of a run as it stands, with what an EXR of its sums is to say.
     pub fn of(run: &Run, attributes: Vec<(String, Value)>) -> Self {
         let mut record = Self::new(run.prepared(), run.goal());
-        if run.goal().spp().is_none() && run.is_complete() {
+        if run.goal().spp().is_none() && run.goal().error_asked().is_none() && run.is_complete() {
             record.passes = run.film().passes();
             record.spp = record.passes.end;
         }

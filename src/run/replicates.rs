@@ -33,6 +33,8 @@
 //! With `independent` nothing. A Sobol sequence of n points split into R parts gives up what its slope p gains over 1: the
 //! variance is R^(p-1) times that of one sequence, for 8 replicates 1.9 times at p = 1.3.
 
+use serde::{Deserialize, Serialize};
+
 use crate::film::Picture;
 use crate::sampling::hash::mix;
 
@@ -46,6 +48,12 @@ pub const MOST: usize = 16;
 pub const FIRST: Work = Work {
     replicates: LEAST,
     passes: 4,
+};
+
+/// The same where replicates are adaptive: with fewer samples none of them is.
+pub const FIRST_ANEW: Work = Work {
+    replicates: LEAST,
+    passes: 16,
 };
 
 /// By this much the error of a half may be above its goal, at two standard errors: that of both together, by the root of 2 less, 0.15.
@@ -135,7 +143,7 @@ pub fn error(pictures: &[Picture]) -> Shown {
 }
 
 /// Replicates, each with so many passes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Work {
     /// How many.
     pub replicates: usize,
@@ -150,8 +158,9 @@ impl Work {
     }
 }
 
-/// The work after which to look again, when `done` has shown so much; `None` once the goal is reached.
-pub fn next(goal: f64, done: Work, shown: Shown) -> Option<Work> {
+/// The work after which to look again, when `done` has shown so much; `None` once the goal is reached. `first` is the work at the
+/// first look.
+pub fn next(goal: f64, first: Work, done: Work, shown: Shown) -> Option<Work> {
     let Shown { error, uncertainty } = shown;
     let (count, most) = (done.replicates as f64, MOST as f64);
     // R times as many replicates divide the error and its uncertainty u by sqrt(R) = 1/t. It is certain where
@@ -160,7 +169,7 @@ pub fn next(goal: f64, done: Work, shown: Shown) -> Option<Work> {
     let t = 2.0 * limit / (error + (error * error + 8.0 * uncertainty * error * limit).sqrt());
     let (short, unsure) = ((error / goal).powi(2), t.powi(-2).min(most / count));
     // One look is no look: four times four samples may all miss the same edge.
-    if done != FIRST && short <= 1.0 && unsure <= 1.0 {
+    if done != first && short <= 1.0 && unsure <= 1.0 {
         return None;
     }
     // How many times as many replicates will be needed where the error is near to the goal.
@@ -171,7 +180,7 @@ pub fn next(goal: f64, done: Work, shown: Shown) -> Option<Work> {
             ..done
         }
     } else {
-        let least = if short <= 1.0 && done == FIRST {
+        let least = if short <= 1.0 && done == first {
             2.0 * count
         } else {
             count + 1.0
@@ -180,6 +189,20 @@ pub fn next(goal: f64, done: Work, shown: Shown) -> Option<Work> {
             replicates: (count * short.max(unsure)).ceil().clamp(least, NEAR * count) as usize,
             ..done
         }
+    })
+}
+
+/// As [`next`] for renders that begin anew for every number of passes, as adaptive ones do: passes then double up to three times
+/// at once, as often as variances that fall with the power 1.3 of the passes allow. So what was rendered for nothing is a seventh.
+pub fn next_anew(goal: f64, done: Work, shown: Shown) -> Option<Work> {
+    let further = next(goal, FIRST_ANEW, done, shown)?;
+    if further.passes == done.passes {
+        return Some(further);
+    }
+    let doublings = ((shown.error / goal).powi(2).log2() / 1.3).clamp(1.0, 3.0) as u32;
+    Some(Work {
+        passes: done.passes << doublings,
+        ..done
     })
 }
 
@@ -251,7 +274,7 @@ mod tests {
                         }
                     };
                     let (mut work, mut looks) = (FIRST, 1);
-                    while let Some(further) = next(goal, work, law(work)) {
+                    while let Some(further) = next(goal, FIRST, work, law(work)) {
                         let more = further.samples() as f64 / work.samples() as f64;
                         assert!(more > 1.0 && more <= NEAR && further.passes.is_power_of_two());
                         (work, looks) = (further, looks + 1);

@@ -42,6 +42,8 @@ impl Prepared {
     /// have, and goes on from there as by [`Run::extend`]: the picture has the bits of a run in one piece where these samples end a
     /// block (1, 2, 4, 8, ... up to a leaf, then every leaf), and otherwise sums the same samples in another order.
     ///
+    /// A render to an error may be taken up with another error or time: time counts all that was rendered.
+    ///
     /// # Errors
     /// [`ResumeError`] where the saved run is of another render, or of another part of it.
     pub fn resume(&self, goal: Goal, saved: Saved) -> Result<Run, ResumeError> {
@@ -53,7 +55,10 @@ impl Prepared {
         if (&own.passes, own.shard) != (&saved.record.passes, saved.record.shard) {
             return Err(ResumeError::OtherShard);
         }
-        let Saved { record, film } = saved;
+        if let Some(replicates) = saved.record.replicates.clone() {
+            return Ok(Run::resumed_replicates(self.clone(), first, saved, replicates));
+        }
+        let Saved { record, film, .. } = saved;
         let run = Run::resumed(self.clone(), first, film, record.counters, record.render_s);
         Ok(run.going_on_to(more))
     }

@@ -1,5 +1,7 @@
 //! One render, step by step.
 
+mod replicated;
+
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -35,8 +37,10 @@ impl Step {
 pub struct Reached {
     /// What was asked for.
     pub asked: f64,
-    /// What the replicates showed at the last look.
+    /// What the replicates showed at the last look, or at the end.
     pub error: f64,
+    /// Whether the run ended before it was sure of the error: its time was over, or it was stopped.
+    pub early: bool,
 }
 
 /// One render of a [`Prepared`] scene towards a [`Goal`]. The picture is unbiased after every step, and no bit of it depends on how
@@ -49,6 +53,12 @@ pub struct Run {
     then: Option<u32>,
     /// One film; further ones of other seeds where an error is the goal. There is one at least.
     films: Vec<Renderer>,
+    /// Of each film the samples a pixel of its adaptive render to an error; 0 in other renders.
+    levels: Vec<u32>,
+    /// What was traced for films that are no longer there.
+    spent: Counters,
+    /// The mean of what there is of the replicates, where the run ended before both halves had.
+    interim: Option<Picture>,
     progress: Arc<Progress>,
     /// The pass at which it began.
     first: u32,
@@ -88,9 +98,12 @@ impl Run {
         let run = Self {
             first: goal.range(prepared.settings().film).start,
             films: vec![film],
+            levels: vec![0],
+            spent: Counters::default(),
+            interim: None,
             progress,
             halves: match goal.work {
-                Work::Error(asked) => Some(Halves::new(asked)),
+                Work::Error(asked, adaptive) => Some(Halves::new(asked, adaptive)),
                 _ => None,
             },
             reached: None,
@@ -104,7 +117,7 @@ impl Run {
             then: None,
         };
         run.expect(match goal.work {
-            Work::Error(_) => run.halves.as_ref().map_or(0, Halves::samples),
+            Work::Error(..) => run.halves.as_ref().map_or(0, Halves::samples),
             _ => goal.spp().map_or(0, |_| run.passes_wanted().into()),
         });
         run
@@ -125,7 +138,7 @@ impl Run {
             let done = match self.goal.work {
                 Work::Passes(..) => self.step_passes(pause, started),
                 Work::Adaptive(spp) => self.step_adaptive(spp, pause, started),
-                Work::Error(asked) => self.step_replicates(asked, pause, started),
+                Work::Error(asked, adaptive) => self.step_replicates(asked, adaptive, pause, started),
             };
             self.render_time += started.elapsed();
             if self.passes() > self.first {
@@ -200,9 +213,10 @@ impl Run {
         if let Some(reached) = self.halves.as_ref().and_then(Halves::picture) {
             return reached;
         }
-        match &self.films[..] {
-            [film] => film.film().picture(),
-            films => replicates::mean(&films.iter().map(|film| film.film().picture()).collect::<Vec<_>>()),
+        match (&self.interim, self.halves.is_some()) {
+            (Some(interim), _) => interim.clone(),
+            (None, true) => replicates::mean(&self.comparable()),
+            (None, false) => self.films[0].film().picture(),
         }
     }
 
@@ -242,7 +256,7 @@ impl Run {
 
     /// What was traced so far.
     pub fn counters(&self) -> Counters {
-        self.films.iter().fold(Counters::default(), |mut sum, film| {
+        self.films.iter().fold(self.spent, |mut sum, film| {
             sum += film.counters();
             sum
         })
@@ -250,7 +264,8 @@ impl Run {
 
     /// How many films of different seeds there are.
     pub fn replicates(&self) -> usize {
-        self.films.len()
+        let begun = self.films.iter().filter(|film| film.passes() > 0).count();
+        begun.max(1)
     }
 
     /// The error at the last look, where one was asked for and there was a look.
@@ -313,36 +328,8 @@ impl Run {
         !more || (self.passes() > 0 && self.time_is_over(started))
     }
 
-    fn step_replicates(&mut self, asked: f64, pause: Option<Instant>, started: Instant) -> bool {
-        let Some(halves) = &mut self.halves else {
-            return true;
-        };
-        if let Some(&(replicate, wanted)) = halves.wanted().first() {
-            let seed = self.prepared.settings().seed;
-            while self.films.len() <= replicate {
-                let prepared = self.prepared.with_seed(replicates::seed(seed, self.films.len()));
-                self.films.push(Renderer::new(prepared, self.progress.clone(), 0));
-            }
-            let film = &mut self.films[replicate];
-            if film.passes() >= wanted || film.block(wanted, pause) >= wanted {
-                halves.take(replicate, wanted, film.film().picture());
-            }
-            if !halves.wanted().is_empty() {
-                return self.time_is_over(started) && self.passes() > 0;
-            }
-        }
-        let done = halves.decide();
-        let (samples, error) = (halves.samples(), halves.error());
-        self.reached = error.map(|error| Reached { asked, error }).or(self.reached);
-        self.expect(samples.min(MOST_SPP.into()));
-        done || samples > MOST_SPP.into() || self.time_is_over(started)
-    }
-
     fn end(&mut self, step: Step) -> Step {
-        // A stop leaves some replicates without a pass, which is no picture.
-        let mut first = true;
-        self.films
-            .retain(|film| std::mem::take(&mut first) || film.passes() > 0);
+        self.sum_up();
         self.ended = Some(step);
         step
     }

@@ -153,6 +153,7 @@ impl SceneBuilder {
         let overlaps = covered::note_overlaps(&mut self.meshes, origin, &mut notes);
         covered::note_reach(&self, &mut notes);
         covered::note_darkness(&self, &mut notes);
+        covered::note_colours(&self, &mut notes);
         Ok(Scene {
             parts: self,
             notes,

@@ -261,15 +261,11 @@ fn surface(scene: &SceneBuilder, surface: Surface, mesh: Option<&Mesh>) -> Check
         let count = scene.materials.len();
         return Err(wrong.of(single("material"), format!("number {} of {count}", id.index() + 1)));
     };
-    if material.texture.is_none() || mesh.is_some_and(|mesh| mesh.uvs.is_some()) {
+    // A sphere has longitude and latitude.
+    if material.texture.is_none() || mesh.is_none_or(|mesh| mesh.uvs.is_some()) {
         return Ok(());
     }
-    let remedy = match mesh {
-        None => "give the sphere a material without a texture, or make it a mesh with uvs",
-        Some(_) => {
-            "add uvs = [[0, 0], ...], one for each vertex; of files .obj (vt), .ply (s, t or u, v) and glTF (TEXCOORD_0) bring them"
-        }
-    };
+    let remedy = "add uvs = [[0, 0], ...], one for each vertex; of files .obj (vt), .ply (s, t or u, v) and glTF (TEXCOORD_0) bring them";
     Err(Wrong::new(
         "has a material with a texture, and no texture coordinates",
         remedy,

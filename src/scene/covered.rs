@@ -112,7 +112,7 @@ pub fn note_overlaps(meshes: &mut Vec<Arc<Mesh>>, origin: DVec3, notes: &mut Vec
     let (mut pairs, all) = coincide::overlaps(meshes, origin);
     notes.extend(coincide::note_overlaps(meshes, &pairs));
     if !all {
-        notes.push("there are too many faces beside each other to ask all of them whether they coincide".to_owned());
+        notes.push("too many faces lie close to each other to test all pairs of them for coincidence".to_owned());
     }
     // Where a mesh will be once those before it that are empty are gone.
     let mut places = Vec::with_capacity(meshes.len());
@@ -166,5 +166,26 @@ pub fn note_darkness(scene: &SceneBuilder, notes: &mut Vec<String>) {
     let lights = scene.lights.iter().any(Light::emits);
     if !sky && !lights && !surfaces.any(|surface| surface.emits()) {
         notes.push("nothing in the scene emits light: the picture will be black".to_owned());
+    }
+}
+
+/// Above this a reflectance is hardly meant: a colour of 8 bits has been taken for one from 0 to 1.
+const BRIGHTEST: f64 = 2.0;
+
+/// Says which materials reflect much more than they receive.
+pub fn note_colours(scene: &SceneBuilder, notes: &mut Vec<String>) {
+    for material in &scene.materials {
+        let largest = material.bsdf.largest();
+        if largest > BRIGHTEST {
+            let bytes = if largest <= 255.0 {
+                ": if it is a colour from 0 to 255, divide it by 255"
+            } else {
+                ""
+            };
+            notes.push(format!(
+                "material {} reflects {largest} times the light that it receives, and nothing real more than 1{bytes}",
+                material.name
+            ));
+        }
     }
 }

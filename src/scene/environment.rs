@@ -12,14 +12,16 @@ use super::rule::POSITIVE;
 use super::table::Table;
 use super::{Environment, LatLong};
 
-pub(super) const KEYS: &[&str] = &["emission", "file", "layer", "scale", "rotate_x", "rotate_y", "rotate_z"];
+pub(super) const KEYS: &[&str] = &[
+    "emission", "file", "layer", "scale", "rotate_x", "rotate_y", "rotate_z", "rotate",
+];
 
 /// An environment, and what should be said of its picture.
 pub(super) fn environment(table: &Table<'_>, files: &Files) -> Result<(Environment, Vec<String>), Fault> {
     let help = "write emission = [r, g, b] for the same light from everywhere, or file = \"sky.exr\"";
     let source = table.one_of("emission", "file", help)?;
     if source.key == "emission" {
-        for key in ["layer", "scale", "rotate_x", "rotate_y", "rotate_z"] {
+        for key in ["layer", "scale", "rotate_x", "rotate_y", "rotate_z", "rotate"] {
             if let Some(value) = table.get(key) {
                 let help = "it belongs to a picture: leave it out, and write the emission as it should be";
                 return Err(value.fault("must not stand beside emission", help));

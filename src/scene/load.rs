@@ -22,6 +22,7 @@ const KEYS: &[&str] = &[
     "materials",
     "spheres",
     "meshes",
+    "boxes",
     "lights",
     "environment",
 ];
@@ -143,6 +144,11 @@ fn scene(text: &str, path: &Path, outside: Outside) -> Result<Scene, Fault> {
             let (mesh, said) = shapes::mesh(&table, &materials, &files)?;
             scene.mesh(mesh);
             scene.notes.extend(said);
+        }
+    }
+    if let Some(value) = root.get("boxes") {
+        for table in value.tables("box", shapes::BOX_KEYS)? {
+            scene.mesh(shapes::cuboid(&table, &materials)?);
         }
     }
     if let Some(value) = root.get("environment") {

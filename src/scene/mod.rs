@@ -12,6 +12,7 @@ mod builder;
 mod check;
 mod coincide;
 mod covered;
+mod cuboid;
 mod effect;
 mod environment;
 mod error;

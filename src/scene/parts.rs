@@ -117,7 +117,8 @@ pub struct Material {
     pub bsdf: Bsdf,
     /// Whether only the front reflects: outside of a sphere, or where the corners of a triangle go round counter-clockwise.
     pub one_sided: bool,
-    /// What the reflectance is multiplied by, of a blend the diffuse one; only on meshes with texture coordinates.
+    /// What the reflectance is multiplied by, of a blend the diffuse one. On spheres, whose outward normal is `(x, y, z)`, the point
+    /// of the picture is `u = 1/2 + atan2(x, z) / (2 pi)`, `v = 1 - acos(y) / pi`; meshes need texture coordinates.
     pub texture: Option<Arc<Texture>>,
 }
 

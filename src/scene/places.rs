@@ -13,6 +13,18 @@ pub(super) fn fault(error: &InvalidScene, root: &Table<'_>) -> Fault {
 
 fn in_table_of(error: &InvalidScene, root: &Table<'_>) -> Result<Fault, Fault> {
     let whole = || Fault::new(error.to_string(), error.remedy()).at(0..0, "in this file");
+    if let Subject::Mesh(index) = error.subject() {
+        // Boxes come behind the meshes.
+        let meshes = root
+            .get("meshes")
+            .map(|value| value.tables("mesh", shapes::MESH_KEYS))
+            .transpose()?;
+        let before = meshes.map_or(0, |meshes| meshes.len());
+        if index >= before {
+            let boxes = root.get("boxes").ok_or_else(whole)?.tables("box", shapes::BOX_KEYS)?;
+            return Ok(in_table(error, boxes.get(index - before).ok_or_else(whole)?));
+        }
+    }
     let (key, thing, keys) = match error.subject() {
         Subject::Camera => ("camera", "camera", view::CAMERA_KEYS),
         Subject::Film => ("film", "film", view::FILM_KEYS),

@@ -1,10 +1,11 @@
-//! `[[spheres]]` and `[[meshes]]`, and what their surfaces do.
+//! `[[spheres]]`, `[[meshes]]` and `[[boxes]]`, and what their surfaces do.
 
 use super::error::Fault;
 use super::files::Files;
 use super::materials::Materials;
 use super::mesh::{self, Normals, Wanted};
 use super::nearest::nearest;
+use super::rule::{FINITE, POSITIVE};
 use super::table::Table;
 use super::value::Value;
 use super::{Mesh, Sphere, Surface};
@@ -21,6 +22,21 @@ pub(super) const MESH_KEYS: &[&str] = &[
     "emission",
     "material",
 ];
+
+pub(super) const BOX_KEYS: &[&str] = &[
+    "center", "size", "rotate_x", "rotate_y", "rotate_z", "rotate", "emission", "material",
+];
+
+/// A box, turned about its middle.
+pub(super) fn cuboid(table: &Table<'_>, materials: &Materials<'_>) -> Result<Mesh, Fault> {
+    let center = table
+        .need("center", "center = [0.0, 0.5, 0.0]")?
+        .ruled_triple(&FINITE)?;
+    let size = table.need("size", "size = [1.0, 1.0, 1.0]")?.ruled_triple(&POSITIVE)?;
+    let mut mesh = Mesh::cuboid(center, size, mesh::rotations(table)?, surface(table, materials)?);
+    mesh.name.clone_from(&table.title);
+    Ok(mesh)
+}
 
 pub(super) fn sphere(table: &Table<'_>, materials: &Materials<'_>) -> Result<Sphere, Fault> {
     Ok(Sphere {

@@ -110,7 +110,7 @@ impl<'t> Table<'t> {
             (Some(value), None) | (None, Some(value)) => Ok(value),
             (Some(_), Some(b_value)) => {
                 let what = format!("{} must have {a} or {b}, got both", self.title);
-                Err(Fault::new(what, help).at(b_value.place().0, "one of the two is too much"))
+                Err(Fault::new(what, help).at(b_value.place().0, "delete one of the two"))
             }
             (None, None) => Err(self.fault(format!("{} must have {a} or {b}, got neither", self.title), help)),
         }

@@ -19,7 +19,7 @@ const BLOCK: usize = 16;
 
 /// The picture is said to be speckled where outliers bring so much of its light and the kurtosis of a pixel is as far above that
 /// of a normal variable: then the error of every second pixel comes from samples that its neighbours do not have.
-const WARNING: (f64, f64) = (0.2, 3.0);
+const WARNING: (f64, f64) = (0.1, 3.0);
 
 /// What the first samples of all pixels were.
 #[derive(Clone, Debug)]

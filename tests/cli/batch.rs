@@ -157,12 +157,17 @@ fn a_manifest_that_makes_no_sense_is_refused() {
             "for a command line alone",
         ),
         (
-            "[[pictures]]\nscene = \"in/small.toml\"\noutputs = [\"nowhere/x.png\"]\n",
-            "there is no folder nowhere",
+            "[[pictures]]\nscene = \"in/small.toml\"\noutputs = [\"in/small.toml/a/x.png\"]\n",
+            "its folder in/small.toml/a cannot be made",
         ),
         (
             "[[pictures]]\nscenes = [\"in/small.toml\", \"in/small.toml\"]\n",
             "small.exr: would be written twice",
+        ),
+        ("[[pictures]]\nscene = \"in/*.tom\"\n", "in/*.tom: no file matches"),
+        (
+            "[[pictures]]\nscene = \"in/small.toml\"\nadaptive = true\ntime = \"1s\"\n",
+            "cannot be used with --time, unless --target-error is given",
         ),
         ("[defaults]\n[[picture]]\n", "has no key \"picture\""),
     ] {
@@ -171,4 +176,52 @@ fn a_manifest_that_makes_no_sense_is_refused() {
         assert!(said.contains(words), "{text}: {said}");
     }
     place.refused("batch nowhere.toml");
+}
+
+#[test]
+fn patterns_stand_for_scenes_folders_are_made_and_the_end_is_summed_up() {
+    let place = Place::new();
+    place.scene("other");
+    fs::write(place.path().join("in/bad.toml"), "[film]\n").unwrap();
+    let text = "[[pictures]]\nscene = \"in/*.toml\"\nspp = 2\noutputs = [\"new/deep/{name}.npy\"]\n";
+    fs::write(place.path().join("jobs.toml"), text).unwrap();
+    let output = place.octolux("batch jobs.toml");
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert_eq!(
+        stdout(&output).lines().count(),
+        2,
+        "a line of JSON for each, as this is no terminal"
+    );
+    let said = stderr(&output);
+    assert!(said.contains("batch: 2 of 3 pictures rendered, 1 failed, "), "{said}");
+    assert!(place.path().join("new/deep/other.npy").exists());
+    let said = stderr(&place.octolux("batch jobs.toml"));
+    assert!(
+        said.contains("batch: 0 of 3 pictures rendered, 2 there already, 1 failed, "),
+        "{said}"
+    );
+    place.succeeds("render in/s*.toml in/ot?er.toml -o {name}.npy");
+    assert!(place.files().contains(&"other.npy".to_owned()));
+    let said = place.refused("render in/nothing-*.toml");
+    assert!(said.contains("in/nothing-*.toml: no file matches"), "{said}");
+}
+
+#[test]
+fn each_note_is_told_once_and_not_where_nothing_is_rendered() {
+    let place = Place::new();
+    let scene = place.path().join("in/small.toml");
+    let text = fs::read_to_string(&scene)
+        .unwrap()
+        .replace("diffuse = [0.5, 0.5, 0.5]", "diffuse = [128, 128, 128]");
+    fs::write(&scene, text).unwrap();
+    let picture =
+        |seed: u32| format!("[[pictures]]\nscene = \"in/small.toml\"\nseed = {seed}\noutputs = [\"{seed}.npy\"]\n");
+    fs::write(place.path().join("jobs.toml"), [1, 2, 3].map(picture).concat()).unwrap();
+    let said = stderr(&place.succeeds("batch jobs.toml"));
+    assert_eq!(said.matches("divide it by 255").count(), 1, "{said}");
+    assert!(
+        said.contains("in/small.toml: material grey reflects 128 times the light"),
+        "{said}"
+    );
+    assert!(!stderr(&place.succeeds("batch jobs.toml")).contains("note:"));
 }

@@ -29,3 +29,115 @@ fn costs_are_measured_where_they_are_asked_for() {
         assert_eq!(cost["same_bits"], true, "{cost}");
     }
 }
+
+/// A lamp that the camera does not see on grey, one far dimmer, and a black ball: all noise is of the first light and at the grey.
+const TWO_LIGHTS: &str = r#"
+[camera]
+origin = [0, 1, 6]
+target = [0, 0, 0]
+up = [0, 1, 0]
+fov_x = 30
+[film]
+width = 24
+height = 16
+[materials.grey]
+diffuse = [0.5, 0.5, 0.5]
+[materials.black]
+diffuse = [0, 0, 0]
+[[spheres]]
+center = [0, 5, 2]
+radius = 1.5
+emission = [10, 10, 10]
+[[spheres]]
+center = [3, 5, 2]
+radius = 0.1
+emission = [0.01, 0.01, 0.01]
+[[spheres]]
+center = [-0.5, 0.3, 0]
+radius = 0.3
+material = "black"
+[[spheres]]
+center = [0.5, 0.3, 0]
+radius = 0.3
+material = "grey"
+[[boxes]]
+center = [0, -0.5, 0]
+size = [20, 1, 20]
+material = "grey"
+"#;
+
+#[test]
+fn noise_is_shared_between_lights_and_materials_and_every_estimator_has_a_price() {
+    let place = Place::new();
+    std::fs::write(place.path().join("in/two.toml"), TWO_LIGHTS).unwrap();
+    let output = place.succeeds("explain in/two.toml --noise=map.npy --json");
+    let object: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let noise = &object["noise"];
+    for kind in ["lights", "materials"] {
+        let parts = noise[kind].as_array().unwrap();
+        for share in ["share", "share_of_relmse"] {
+            let sum: f64 = parts.iter().map(|part| part[share].as_f64().unwrap()).sum();
+            assert!(
+                (sum - 1.0).abs() < 1e-3,
+                "the {share}s of {kind} add up to {sum}: {parts:?}"
+            );
+        }
+    }
+    assert_eq!(noise["lights"][0]["name"], "sphere 1 at 0, 5, 2");
+    assert!(noise["lights"][0]["share"].as_f64().unwrap() > 0.99);
+    assert_eq!(noise["materials"][0]["name"], "material grey");
+    assert!(noise["materials"][0]["share"].as_f64().unwrap() > 0.99);
+    let prices = noise["prices"].as_array().unwrap();
+    // Eight estimators, the other sampler, and adaptive.
+    assert_eq!(prices.len(), 10);
+    let price = |arguments: &str| {
+        let found = prices.iter().find(|price| price["arguments"] == arguments);
+        found.unwrap()["seconds_to_1_percent"].as_f64().unwrap()
+    };
+    assert!(price("--estimator uniform") > 10.0 * price(""), "{prices:?}");
+    let map = octolux::film::read_picture(&place.path().join("map.npy")).unwrap();
+    assert_eq!((map.width, map.height), (24, 16));
+    let text = stdout(&place.succeeds("explain in/two.toml --noise"));
+    assert_eq!(place.files(), ["map.npy", "two-noise.png"]);
+    for words in [
+        "sphere 1 at 0, 5, 2",
+        "material grey",
+        "the largest shares of relMSE",
+        "(as now)",
+    ] {
+        assert!(text.contains(words), "{words}\n{text}");
+    }
+}
+
+/// The parts of a picture by `uniform`, with meshes and an environment that emit, add up too.
+#[test]
+fn shares_add_up_for_every_kind_of_light() {
+    let place = Place::new();
+    for scene in ["mesh-light", "sky"] {
+        for estimator in ["uniform", "mis", "product"] {
+            let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/");
+            let line = format!("explain {path}{scene}.toml --noise=a.npy --json --size 48x32 --estimator {estimator}");
+            let object: serde_json::Value = serde_json::from_slice(&place.succeeds(&line).stdout).unwrap();
+            for kind in ["lights", "materials"] {
+                let parts = object["noise"][kind].as_array().unwrap();
+                let sum: f64 = parts.iter().map(|part| part["share"].as_f64().unwrap()).sum();
+                assert!((sum - 1.0).abs() < 1e-3, "{scene}, {estimator}: {kind} add up to {sum}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_map_that_would_replace_the_scene_or_cannot_be_written_is_refused() {
+    let place = Place::new();
+    assert!(
+        place
+            .refused("explain in/small.toml --noise=in/small.toml")
+            .contains("would replace")
+    );
+    assert!(
+        place
+            .refused("explain in/small.toml --noise=nowhere/a.png")
+            .contains("no folder nowhere")
+    );
+}

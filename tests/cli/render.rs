@@ -62,7 +62,7 @@ fn the_statistics_have_every_key() {
     let keys = "scene width height spp estimator sampler seed lanes threads target_features embree_version commit load_s \
                 build_s render_s write_s samples eye_rays shadow_rays samples_per_s rays_per_s invalid_samples kernel \
                 needs cpu first_pass_s peak_rss_bytes octolux_version interrupted adaptive spp_min spp_mean spp_max robust cull \
-                rays_together";
+                rays_together replicates target_error target_reached error";
     for key in keys.split_whitespace() {
         assert!(printed.get(key).is_some(), "{key}");
     }

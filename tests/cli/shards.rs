@@ -71,11 +71,11 @@ fn parts_that_do_not_fit_are_refused() {
         "robust.acc plain.acc",
         "plain.acc: belongs to another render: rays answered by is embree, not robust here and embree there",
     );
-    says(&halves[1], "no part here holds passes 0 to 384");
-    says(&halves[0], "no part here holds passes 384 to 773");
+    says(&halves[1], "shard 1 of 2 (passes 0 to 383) is missing");
+    says(&halves[0], "shard 2 of 2 (passes 384 to 772) is missing");
     says(
         &format!("{} {}", thirds[0], thirds[2]),
-        "no part here holds passes 256 to 512",
+        "shard 2 of 3 (passes 256 to 511) is missing",
     );
     says("in/small.toml", "holds no sums of Octolux");
     says("nowhere.acc", "cannot be read");

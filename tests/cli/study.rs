@@ -119,6 +119,12 @@ fn a_recommendation_is_a_command_line_and_nothing_else() {
         "{line}"
     );
     assert!(place.files().is_empty());
+    let loud = "study in/small.toml --no-cache --threads 2 --recommend 0.02 --budget 1s --size 24x18";
+    let noted = stderr(&place.succeeds(loud));
+    assert!(
+        noted.contains("note: this is expected to render for ") && noted.contains(" s on this machine ("),
+        "{noted}"
+    );
     // It can be typed.
     place.succeeds(&format!("{} -q -o x.npy", line.strip_prefix("octolux ").unwrap()));
     assert_eq!(place.files(), ["x.npy"]);
@@ -159,10 +165,7 @@ fn wrong_usage_is_told_before_the_work() {
         "render in/small.toml --target-error -1",
         "render in/small.toml --target-error nan",
         "render in/small.toml --target-error 0.1 --spp 4",
-        "render in/small.toml --target-error 0.1 --time 4",
-        "render in/small.toml --target-error 0.1 --adaptive",
         "render in/small.toml --target-error 0.1 --snapshots",
-        "render in/small.toml --target-error 0.1 --checkpoint x.state",
         "render in/small.toml --target-error 0.1 --shard 1/2 -o x.acc",
         "render in/small.toml --target-error 0.1 -o x.acc",
     ] {

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use tungstenite::Message;
 
 use crate::place::{Place, stdout};
-use crate::viewed::{PATIENCE, Server};
+use crate::viewed::Server;
 
 fn in_halves(picture: &Picture) -> Vec<[f16; 3]> {
     picture.pixels.iter().map(|pixel| pixel.map(f16::from_f32)).collect()
@@ -349,52 +349,6 @@ fn four_racers_have_the_same_time_and_their_errors_are_against_the_given_referen
     assert!((0..4).all(|racer| error(racer) > 0.0 && error(racer).is_finite()));
     page.ask(&json!({ "do": "end-race" }));
     page.hear("status", |status| status["race"].is_null());
-}
-
-#[test]
-fn tev_gets_the_picture_of_the_file_in_tiles() {
-    let place = Place::new();
-    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    let at = listener.local_addr().unwrap();
-    let _server = Server::start(&place, &format!("in/small.toml --size 150x140 --spp 4 --tev {at}"));
-    place.succeeds("render in/small.toml --size 150x140 --spp 4 -o b.npy");
-    let file = read_picture(&place.path().join("b.npy")).unwrap();
-    let (mut stream, _) = listener.accept().unwrap();
-    stream.set_read_timeout(Some(PATIENCE)).unwrap();
-    let (mut picture, mut tiles) = (Vec::new(), 0);
-    while picture != file.pixels {
-        let mut length = [0; 4];
-        stream.read_exact(&mut length).unwrap();
-        let mut packet = vec![0; u32::from_le_bytes(length) as usize - 4];
-        stream.read_exact(&mut packet).unwrap();
-        let name = 2 + packet[2..].iter().position(|&byte| byte == 0).unwrap();
-        assert_eq!(&packet[2..name], b"small");
-        let word = |at: usize| u32::from_le_bytes(packet[at..at + 4].try_into().unwrap()) as usize;
-        match packet[0] {
-            // Create: width, height, channels and their names.
-            4 => {
-                assert_eq!([word(name + 1), word(name + 5), word(name + 9)], [150, 140, 3]);
-                assert_eq!(&packet[name + 13..], b"R\0G\0B\0");
-                picture = vec![[0.0; 3]; 150 * 140];
-            }
-            // Update: channels and their names, a rectangle, offsets and strides, values.
-            6 => {
-                assert_eq!(&packet[name + 5..name + 11], b"R\0G\0B\0");
-                let [x, y, w, h] = [11, 15, 19, 23].map(|at| word(name + at));
-                let values = packet[name + 27 + 48..].chunks_exact(4);
-                let values: Vec<f32> = values
-                    .map(|four| f32::from_le_bytes(four.try_into().unwrap()))
-                    .collect();
-                assert_eq!(values.len(), 3 * w * h);
-                for (at, pixel) in values.chunks_exact(3).enumerate() {
-                    picture[(y + at / w) * 150 + x + at % w] = pixel.try_into().unwrap();
-                }
-                tiles += 1;
-            }
-            other => panic!("packet {other}"),
-        }
-    }
-    assert!(tiles >= 4, "150 x 140 pixels are four tiles of 128");
 }
 
 #[test]

@@ -78,6 +78,41 @@ fn brdf_params_are_diffuse_at_one_and_phong_above() {
 }
 
 #[test]
+fn rough_surfaces_have_three_spellings_and_hashes_of_their_own() {
+    let of = |keys: &str| {
+        let scene = scene(&format!(
+            "[materials.s]\n{keys}\n[[spheres]]\ncenter = [0, 0, 0]\nradius = 1\nmaterial = \"s\"\n"
+        ));
+        (scene.materials().last().unwrap().bsdf, scene.hash().to_owned())
+    };
+    let base = DVec3::new(0.1, 0.2, 0.3);
+    let coated = |metallic: f64, roughness: f64| Bsdf::Ggx {
+        base,
+        metallic,
+        roughness,
+    };
+    let found = [
+        of("base_color = [0.1, 0.2, 0.3]\nmetallic = 0\nroughness = 0.5"),
+        of("base_color = [0.1, 0.2, 0.3]\nmetallic = 1\nroughness = 0.5"),
+        of("base_color = [0.1, 0.2, 0.3]\nmetallic = 1\nroughness = 0.25"),
+        of("eta = [0.1, 0.2, 0.3]\nk = [1, 2, 3]\nroughness = 0.25"),
+        of("eta = [0.1, 0.2, 0.3]\nk = [1, 2, 4]\nroughness = 0.25"),
+    ];
+    assert_eq!(found[0].0, coated(0.0, 0.5));
+    assert_eq!(found[1].0, coated(1.0, 0.5));
+    assert_eq!(found[2].0, coated(1.0, 0.25));
+    let metal = Bsdf::Conductor {
+        eta: base,
+        k: DVec3::new(1.0, 2.0, 3.0),
+        roughness: 0.25,
+    };
+    assert_eq!(found[3].0, metal);
+    for (i, (_, hash)) in found.iter().enumerate() {
+        assert!(found[..i].iter().all(|(_, other)| other != hash), "{i}");
+    }
+}
+
+#[test]
 fn materials_may_follow_the_shapes_that_use_them() {
     let sphere =
         "[[spheres]]\ncenter = [0, 0, 0]\nradius = 1\nmaterial = \"late\"\n\n[materials.late]\ndiffuse = [1, 1, 1]\n";
@@ -176,6 +211,38 @@ fn an_environment_is_one_radiance_or_a_picture_that_is_scaled_and_turned() {
         "the middle turns to the left"
     );
     assert_eq!(turned.texels.at(9), plain.texels.at(9).map(|x| 2.0 * x));
+}
+
+/// `rotate` comes after the turns about the axes, and turns about any axis: a third of a turn about the diagonal takes x to y.
+#[test]
+fn a_turn_about_an_axis_comes_after_those_about_the_coordinate_axes() {
+    let near = |points: Vec<DVec3>, expected: [DVec3; 3]| {
+        points
+            .iter()
+            .zip(expected)
+            .for_each(|(a, b)| assert!((*a - b).length() < 1e-15, "{points:?}"));
+    };
+    near(
+        moved("rotate = [1, 1, 1, 120]").to_vec(),
+        [DVec3::Y, DVec3::Z, DVec3::X],
+    );
+    near(
+        moved("rotate = [1, 1, 1, 120], rotate_z = 90").to_vec(),
+        [DVec3::Z, -DVec3::Y, DVec3::X],
+    );
+}
+
+#[test]
+fn boxes_are_meshes_of_twelve_triangles_turned_about_their_middles() {
+    let text = "[[boxes]]\nmaterial = \"a\"\ncenter = [1, 2, 3]\nsize = [2, 4, 6]\nrotate = [0, 1, 0, 90]\n\
+        [[boxes]]\nemission = [1, 1, 1]\ncenter = [9, 0, 0]\nsize = [1, 1, 1]\n";
+    let scene = scene(text);
+    let mesh = &scene.meshes()[0];
+    assert_eq!((mesh.triangles.len(), scene.meshes().len()), (12, 2));
+    let low = mesh.vertices.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+    let high = mesh.vertices.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+    assert_eq!((low, high), (DVec3::new(-2.0, 0.0, 2.0), DVec3::new(4.0, 4.0, 4.0)));
+    assert_eq!(scene.meshes()[1].surface, Surface::Emission(DVec3::ONE));
 }
 
 #[test]

@@ -7,3 +7,4 @@ mod format;
 mod fuzz_corpus;
 mod meshes;
 mod pictures;
+mod radiance;

@@ -5,7 +5,10 @@
 
 use crate::proof::runs::load;
 use crate::proof::{Family, agreement};
-use octolux::scene::{Bsdf, FilmSize, Lens, Light, Scene, SceneBuilder, Surface};
+use octolux::pipeline::{Prepared, Settings};
+use octolux::scene::{Bsdf, FilmSize, Lens, Light, Scene, SceneBuilder, Sphere, Surface};
+use octolux::settings::AccelKind;
+use octolux::study::error::Errors;
 
 const FILM: FilmSize = FilmSize { width: 24, height: 16 };
 const ALPHA: f64 = 1e-6;
@@ -69,6 +72,32 @@ fn backs_of_one_sided_surfaces_are_black_and_still_in_the_way() {
 #[test]
 fn textures_show_what_the_oracle_sees_in_them() {
     agrees("textures.toml", "agree-textures");
+}
+
+/// A globe that is half as wide as the picture, a floor that is a sphere, and a ball of tiles, turned up and down.
+#[test]
+fn textures_on_spheres_show_what_the_oracle_sees_in_them_and_both_intersectors_agree() {
+    let mut scene = softened(&load("textures.toml"));
+    let tiles = scene.material_named("tiles").unwrap();
+    let poster = scene.material_named("poster").unwrap();
+    scene.sphere(Sphere::new([-0.9, 0.9, 1.2], 0.9, tiles));
+    scene.sphere(Sphere::new([1.7, 0.55, 1.0], 0.6, poster));
+    scene.sphere(Sphere::new([0.0, 3.4, -0.5], 1.0, poster));
+    let scene = scene.build().unwrap();
+    let table = "agree-textured-spheres";
+    let family = Family::rarely(table, ALPHA);
+    agreement::judge(family, table, &scene, FILM, 16, [256, 32, 128, 32], 512);
+    // The same rays: but for the rounding of a hit, the same picture.
+    let pictures = AccelKind::ALL.map(|accel| {
+        let settings = Settings {
+            film: FILM,
+            accel: Some(accel),
+            ..Settings::of(&scene)
+        };
+        Prepared::new(&scene, settings).unwrap().passes(64).finish().picture()
+    });
+    let errors = Errors::between(&pictures[0].pixels, &pictures[1].pixels);
+    assert!(errors.relative.abs() < 1e-4 && errors.relmse < 1e-4, "{errors:?}");
 }
 
 #[test]

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use super::{Kept, Writer};
 use crate::cli::outputs::{self, is_sums};
+use crate::cli::overall::Overall;
 use crate::cli::stats::{Stats, Times};
 use crate::cli::{CliError, report};
 use octolux::film::write_picture;
@@ -72,7 +73,10 @@ impl Writer<'_> {
             } else {
                 written.join(", ")
             };
-            report::print(&format!("{}\nwrote {files}\n", stats.summary()));
+            report::print(&match self.job.overall.is_some_and(Overall::is_batch) {
+                true => format!("{files}: {}\n", stats.short()),
+                false => format!("{}\nwrote {files}\n", stats.summary()),
+            });
         }
         Ok(())
     }
@@ -89,10 +93,12 @@ impl Writer<'_> {
         }
     }
 
-    /// Removes the checkpoint of a render that is done, or keeps all of it where that was asked for or its pictures could not be
-    /// written.
+    /// Removes the checkpoint of a render that is done, or keeps all of it where that was asked for, its pictures could not be
+    /// written, or its time was over before its error was reached.
     fn leave_checkpoint(&self, run: &Run, kept: &mut Kept) {
-        if self.job.request.keep || !kept.errors.is_empty() {
+        let early = run.reached().is_some_and(|reached| reached.early)
+            || (run.goal().error_asked().is_some() && run.reached().is_none());
+        if self.job.request.keep || early || !kept.errors.is_empty() {
             self.save(run, kept);
         } else if let Some(checkpoint) = &kept.checkpoint {
             checkpoint.remove();
@@ -121,7 +127,7 @@ impl Writer<'_> {
                 results.push((path, result));
             } else {
                 report::note(&format!(
-                    "{}: not written, as sums are of whole renders",
+                    "{}: not written: a .acc holds the sums of a finished render",
                     path.display()
                 ));
             }

@@ -119,7 +119,7 @@ impl Desk {
             "layer": layer,
             "estimator": settings.estimator.name(),
             "sampler": settings.sampler.name(),
-            "text": replay::text(first, prepared.kernel()),
+            "text": replay::text(first, &scene, prepared.kernel()),
             "caps": point.map_or_else(Vec::new, |point| caps(&scene, point.p)),
             "rays": rays,
             "replays": replays,

@@ -122,9 +122,15 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
         Some(path) => Some(reference(path, (film.width, film.height))?),
         None => None,
     };
-    let tev = args.tev.as_deref().map(tev::connect).transpose().map_err(|error| {
-        CliError::usage(error).with_help("start tev first; it listens at 127.0.0.1:14158 unless it was told otherwise")
-    })?;
+    let tev = args
+        .tev
+        .as_deref()
+        .map(|at| crate::cli::tev::connect(at, None))
+        .transpose()
+        .map_err(|error| {
+            CliError::usage(error)
+                .with_help("start tev first; it listens at 127.0.0.1:14158 unless it was told otherwise")
+        })?;
     let (listener, at) = listen(args)?;
     listen_for_the_end()?;
 

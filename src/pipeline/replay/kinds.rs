@@ -6,6 +6,7 @@ use super::{Asked, found, ray};
 use crate::bsdf::Brdf;
 use crate::estimator::ShadingPoint;
 use crate::estimator::kind::LightKind;
+use crate::estimator::per_light::along_lobe;
 use crate::light::Environment;
 use crate::pipeline::lights::Kind;
 use crate::pipeline::stage::{Chunk, each};
@@ -81,6 +82,10 @@ fn of_kind<T: Tracer, B: Brdf<f32>, K: LightKind>(
                 true => "brdf",
                 false => "light",
             },
+            lobe: chunk
+                .mix
+                .by_brdf::<f32>(toss.heads)
+                .then(|| along_lobe(point, toss.pair).lane(0)),
             found: drawn.filter(|drawn| drawn.active).map(|drawn| {
                 let shadow = ray(point.p, drawn.wi, drawn.distance, light.id());
                 let occluded = T::occluded::<f32>(world, &set, true, &shadow);

@@ -216,6 +216,13 @@ pub fn texels<L: Lane>(world: &World, hit: &Hit<L>, surfaces: &Surfaces<L>) -> V
             fetched.fetch(lane, textured, hit.primitive.lane(lane), weights);
         }
     }
+    if !world.sphere_textures.is_empty() {
+        for lane in (hit.found & surfaces.spheres).lanes() {
+            if let Some(texture) = &world.sphere_textures[hit.primitive.lane(lane) as usize] {
+                fetched.fetch_on_sphere(lane, texture, hit.ng.lane(lane));
+            }
+        }
+    }
     fetched.mean()
 }
 

@@ -1,4 +1,4 @@
-//! `transform = { scale, rotate_x, rotate_y, rotate_z, translate }`: applied in this order, whatever the order of the
+//! `transform = { scale, rotate_x, rotate_y, rotate_z, rotate, translate }`: applied in this order, whatever the order of the
 //! keys.
 
 use glam::{DMat3, DMat4, DVec3};
@@ -9,7 +9,7 @@ use super::super::table::Table;
 use super::super::value::Value;
 use super::RawMesh;
 
-const KEYS: &[&str] = &["scale", "rotate_x", "rotate_y", "rotate_z", "translate"];
+const KEYS: &[&str] = &["scale", "rotate_x", "rotate_y", "rotate_z", "rotate", "translate"];
 
 /// The matrix that takes the points of a mesh to their places in the scene; the identity without a table.
 pub fn transform(value: Option<Value<'_>>) -> Result<DMat4, Fault> {
@@ -30,13 +30,36 @@ pub fn transform(value: Option<Value<'_>>) -> Result<DMat4, Fault> {
     ))
 }
 
-/// The turn of `rotate_x`, `rotate_y` and `rotate_z` in a table, applied in this order.
+/// The turn of `rotate_x`, `rotate_y`, `rotate_z` and `rotate` in a table, applied in this order.
 pub fn rotations(table: &Table<'_>) -> Result<DMat3, Fault> {
     let turn = |key, axis| match table.get(key) {
         None => Ok(DMat3::IDENTITY),
         Some(degrees) => degrees.ruled(&FINITE).map(|degrees| rotation(axis, degrees)),
     };
-    Ok(turn("rotate_z", 2)? * turn("rotate_y", 1)? * turn("rotate_x", 0)?)
+    let about = table
+        .get("rotate")
+        .map_or(Ok(DMat3::IDENTITY), |value| about_axis(&value))?;
+    Ok(about * turn("rotate_z", 2)? * turn("rotate_y", 1)? * turn("rotate_x", 0)?)
+}
+
+/// `rotate = [x, y, z, degrees]`: a turn about the axis `(x, y, z)` through the origin.
+fn about_axis(value: &Value<'_>) -> Result<DMat3, Fault> {
+    let help = "write an axis and degrees, such as rotate = [0, 1, 0, 30], or rotate_y = 30";
+    if value.numbers::<4>().is_err() {
+        return Err(value.fault("must be an axis and degrees", help));
+    }
+    let [x, y, z, degrees] = value.ruled_numbers::<4>(&FINITE)?;
+    let axis = DVec3::new(x, y, z);
+    let size = axis.abs().max_element();
+    if size == 0.0 {
+        return Err(value.fault("must have an axis other than 0", help));
+    }
+    let along: Vec<usize> = (0..3).filter(|&k| axis[k] != 0.0).collect();
+    Ok(match along[..] {
+        // About a coordinate axis quarter turns are exact.
+        [k] => rotation(k, degrees * axis[k].signum()),
+        _ => DMat3::from_axis_angle((axis / size).normalize(), (degrees % 360.0).to_radians()),
+    })
 }
 
 /// A turn about a coordinate axis, counter-clockwise when the axis points at the eye. Quarter turns are exact.
@@ -109,6 +132,19 @@ mod tests {
         assert_eq!(rotation(2, 540.0) * DVec3::X, -DVec3::X);
         let third = rotation(1, 30.0) * DVec3::X;
         assert!((third - DVec3::new(0.75_f64.sqrt(), 0.0, -0.5)).length() < 1e-15);
+    }
+
+    /// The diagonal takes x to y to z to x in thirds of a turn.
+    #[test]
+    fn a_turn_about_the_diagonal_permutes_the_axes_and_about_an_axis_is_that_of_its_key() {
+        let text = "d = { rotate = [2, 2, 2, 120] }\ny = { rotate = [0, -3, 0, -90] }\nn = { rotate = [0, 0, 0, 5] }";
+        let tree = toml::de::DeTable::parse(text).unwrap();
+        let root = Table::root(text, tree.get_ref(), &["d", "y", "n"]).unwrap();
+        let diagonal = transform(root.get("d")).unwrap();
+        assert!((diagonal.transform_point3(DVec3::X) - DVec3::Y).length() < 1e-15);
+        let about_y = transform(root.get("y")).unwrap();
+        assert_eq!(about_y.transform_point3(DVec3::Z), rotation(1, 90.0) * DVec3::Z);
+        assert!(transform(root.get("n")).is_err());
     }
 
     #[test]

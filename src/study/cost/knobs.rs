@@ -64,7 +64,7 @@ pub const KNOBS: [Knob; 8] = [
     },
     Knob {
         name: "accel",
-        what: "who answers rays",
+        what: "how rays find what they hit",
         values: |from| {
             let of = |accel: AccelKind| (accel.name().to_owned(), from.with(|s| s.accel = Some(accel)));
             AccelKind::ALL.into_iter().map(of).collect()

@@ -6,6 +6,7 @@
 
 pub mod bias;
 pub mod curves;
+mod expected;
 pub mod fit;
 pub mod knobs;
 pub mod measure;

@@ -111,7 +111,7 @@ pub struct Price {
 
 /// Samples from the error that `--target-error` means.
 #[derive(Clone, Copy, Debug)]
-pub struct ByError(Power);
+pub struct ByError(pub(super) Power);
 
 impl ByError {
     /// Samples a pixel for an error; at least 1.

@@ -30,8 +30,8 @@ pub fn of(study: &Study, load: Option<f64>) -> Vec<String> {
         let own = study.reference.relative_mse;
         if own > 0.1 * last.relative_mse.value {
             found.push(format!(
-                "The reference's own relative MSE of {own:.1e} is more than a tenth of the smallest error of the defaults. Errors here \
-                 come from the spread over seeds and do not depend on it; the bias of the defaults does, and its interval says so."
+                "The reference's own relative MSE of {own:.1e} is more than a tenth of the smallest error of the defaults. The errors \
+                 on this page are not affected. Only the check for bias is less exact."
             ));
         }
     }

@@ -46,7 +46,7 @@ pub fn check(bench: &mut Bench<'_>, costs: &[Cost], seconds: f64) -> Result<Vec<
         rows.push(threads(bench, base)?);
     }
     if shapes > MOST_IN_LINE {
-        let what = format!("{shapes} shapes are too many to be tested in a line: Embree alone was looked at");
+        let what = format!("{shapes} shapes are too many to be tested one by one: only Embree was checked");
         rows.push(Row::pass("intersectors", "linear").judged(Verdict::Note, what));
     }
     rows.push(looks(bench, film, costs)?);

@@ -1,0 +1,35 @@
+//! The rays of a sample to lights that are not told one by one.
+
+use serde::Serialize;
+
+use super::{Met, met};
+use crate::math::Vec3;
+use crate::pipeline::stage::Segment;
+use crate::pipeline::tracer::Tracer;
+use crate::pipeline::world::World;
+
+/// A ray to a large mesh that emits.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Beside {
+    /// Unit direction.
+    pub wi: [f32; 3],
+    /// How far away the light is; nothing for the environment.
+    pub distance: Option<f32>,
+    /// What is met before it.
+    pub blocked_by: Option<Met>,
+}
+
+/// A ray is taken as blocked where it meets something before this part of its way: its light may be met at its end.
+const WAY: f32 = 0.999;
+
+/// What became of a ray.
+pub fn of<T: Tracer>(world: &World, segment: &Segment) -> Beside {
+    let end = segment.tfar.is_finite().then_some(segment.tfar);
+    let met = met::<T>(world, Vec3::splat(segment.origin), Vec3::splat(segment.direction));
+    let before = |met: &Met| end.is_none_or(|end| met.distance < world.space.in_scene(end * WAY));
+    Beside {
+        wi: segment.direction,
+        distance: end.map(|end| world.space.in_scene(end)),
+        blocked_by: met.filter(before),
+    }
+}

@@ -23,7 +23,7 @@ use octolux::lane::{Bits, F32x8, Lane, Mask};
 use octolux::light::SphereLight;
 use octolux::math::elementary::{exp, expm1, ln, ln_1m, powcos, sin_cos_turn};
 use octolux::math::{Frame, Vec3};
-use octolux::sampling::{Pair, PassBlock, Toss, warp};
+use octolux::sampling::{Pair, PassBlock, TechniqueSample, warp};
 use octolux::settings::SamplerKind;
 
 use common::{mixed, uniform};
@@ -41,13 +41,13 @@ fn columns<const K: usize>(f: impl Fn(usize, usize) -> f32) -> Columns<K> {
     std::array::from_fn(|column| std::array::from_fn(|i| f(column, i)))
 }
 
-/// The inputs of one step; `HELD` keeps LLVM from joining steps. Number by number: an array that went through memory as
+/// The inputs of one step; `COMPILED_IN` keeps LLVM from joining steps. Number by number: an array that went through memory as
 /// a whole may be read back wider than it was written, and the processor would wait for that.
 #[inline(always)]
-fn load<L: Lane, const HELD: bool, const K: usize>(inputs: &Columns<K>, at: usize) -> [L; K] {
+fn load<L: Lane, const COMPILED_IN: bool, const K: usize>(inputs: &Columns<K>, at: usize) -> [L; K] {
     std::array::from_fn(|k| {
         let x = L::load(&inputs[k][at..at + L::N]);
-        if HELD { black_box(x) } else { x }
+        if COMPILED_IN { black_box(x) } else { x }
     })
 }
 
@@ -114,8 +114,13 @@ fn warps(c: &mut Criterion) {
     let pair = |stream| columns::<2>(move |column, i| uniform(i, stream + column as u32).max(1e-7));
     let powers = || columns::<2>(|column, i| if column == 0 { uniform(i, 12) } else { 5000.0 });
     kernel!(g, "sphere", pair(0), L, |[u, _]| [warp::sphere::<L>(u)]);
-    kernel!(g, "cone", pair(2), L, |[u, omc]| [warp::cone::<L>(u, omc)]);
-    kernel!(g, "cone_pdf", pair(4), L, |[omc, _]| [warp::cone_pdf::<L>(omc)]);
+    kernel!(g, "cone", pair(2), L, |[u, one_minus_cos_max]| [warp::cone::<L>(
+        u,
+        one_minus_cos_max
+    )]);
+    kernel!(g, "cone_pdf", pair(4), L, |[one_minus_cos_max, _]| [
+        warp::cone_pdf::<L>(one_minus_cos_max)
+    ]);
     kernel!(g, "cosine", pair(6), L, |[u, _]| [warp::cosine::<L>(u)]);
     kernel!(g, "cosine_pdf", pair(8), L, |[cosine, _]| [warp::cosine_pdf::<L>(
         cosine
@@ -223,7 +228,7 @@ fn geometry(c: &mut Criterion) {
     });
     kernel!(g, "SphereLight::cone", points(0.5), L, |x| {
         let cone = LIGHT.cone(shading(x, diffuse::<L>(x)).0.p);
-        [cone.axis.x, cone.axis.y, cone.axis.z, cone.omc]
+        [cone.axis.x, cone.axis.y, cone.axis.z, cone.one_minus_cos_max]
     });
     kernel!(g, "cone, t, contains, pdf and distance", points(0.5), L, |x| {
         let (point, _) = shading(x, phong::<L>(x));
@@ -268,11 +273,11 @@ fn estimators(c: &mut Criterion) {
             kernel!(g, $name, $inputs, L, |x| {
                 let (point, numbers) = shading(x, $model::<L>(x));
                 let all = <L as Lane>::Mask::splat(true);
-                let toss = Toss {
-                    heads: numbers.0.top_bit(),
+                let technique_sample = TechniqueSample {
+                    by_brdf_lanes: numbers.0.top_bit(),
                     pair: Pair(numbers.0.shl(1), numbers.1),
                 };
-                per_light::sample($density, &point, &LIGHT, toss, all).map_or([L::zero(); 7], |c| {
+                per_light::sample($density, &point, &LIGHT, technique_sample, all).map_or([L::zero(); 7], |c| {
                     [c.wi.x, c.wi.y, c.wi.z, c.distance, c.ld.x, c.ld.y, c.ld.z]
                 })
             })

@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
 use glam::{DVec3, dvec3};
-use octolux::embree::{Accel, Ball, Coherence, Device, NO_SPHERE, Ray, SceneBuilder, TraceLane};
+use octolux::embree::{Accel, Ball, Coherence, Device, NO_SKIP_ID, Ray, SceneBuilder, TraceLane};
 use octolux::lane::{Bits, F32x8, Lane, Mask};
 use octolux::math::Vec3;
 
@@ -24,11 +24,11 @@ const RAYS: usize = WIDTH * HEIGHT;
 /// Rays in columns: origin, direction, end.
 struct Rays {
     columns: [Vec<f32>; 7],
-    aims_at: u32,
+    skip_id: u32,
 }
 
 impl Rays {
-    fn new(rays: impl Iterator<Item = [f32; 7]>, aims_at: u32) -> Self {
+    fn new(rays: impl Iterator<Item = [f32; 7]>, skip_id: u32) -> Self {
         let mut columns: [Vec<f32>; 7] = Default::default();
         for ray in rays {
             columns.iter_mut().zip(ray).for_each(|(column, x)| column.push(x));
@@ -36,7 +36,7 @@ impl Rays {
         // A whole number of packets: what is left over would be another measurement.
         let len = columns[0].len() / 8 * 8;
         columns.iter_mut().for_each(|column| column.truncate(len));
-        Self { columns, aims_at }
+        Self { columns, skip_id }
     }
 
     fn len(&self) -> usize {
@@ -50,7 +50,7 @@ impl Rays {
     fn shuffled(&self) -> Self {
         let mut order: Vec<usize> = (0..self.len()).collect();
         order.sort_by_key(|&i| common::mixed(i as u32));
-        Self::new(order.into_iter().map(|i| self.row(i)), self.aims_at)
+        Self::new(order.into_iter().map(|i| self.row(i)), self.skip_id)
     }
 
     #[inline(always)]
@@ -60,7 +60,7 @@ impl Rays {
             origin: Vec3::new(v[0], v[1], v[2]),
             direction: Vec3::new(v[3], v[4], v[5]),
             tfar: v[6],
-            aims_at: L::Bits::splat(self.aims_at),
+            skip_id: L::Bits::splat(self.skip_id),
         }
     }
 }
@@ -80,7 +80,7 @@ fn eye_rays(origin: DVec3, target: DVec3, fov_x: f64) -> Rays {
         let d = (forward + right * across + down * along).normalize();
         ray(origin, d, f64::INFINITY)
     });
-    Rays::new(rays, NO_SPHERE)
+    Rays::new(rays, NO_SKIP_ID)
 }
 
 fn ray(origin: DVec3, direction: DVec3, tfar: f64) -> [f32; 7] {
@@ -89,7 +89,7 @@ fn ray(origin: DVec3, direction: DVec3, tfar: f64) -> [f32; 7] {
 }
 
 /// Rays from what the eye rays meet to a light, up to just before it, off the surface by a thousandth.
-fn shadow_rays(accel: &Accel, eye: &Rays, light: DVec3, radius: f64, aims_at: u32) -> Rays {
+fn shadow_rays(accel: &Accel, eye: &Rays, light: DVec3, radius: f64, skip_id: u32) -> Rays {
     let rays = (0..eye.len()).filter_map(|at| {
         let packet = eye.packet::<f32>(at);
         let hit = accel.intersect(true, &packet, Coherence::Coherent);
@@ -102,7 +102,7 @@ fn shadow_rays(accel: &Accel, eye: &Rays, light: DVec3, radius: f64, aims_at: u3
         let wanted = hit.found && to_light.dot(facing) > 0.0 && distance > radius * 1.01;
         wanted.then(|| ray(p, to_light / distance, distance - radius))
     });
-    Rays::new(rays, aims_at)
+    Rays::new(rays, skip_id)
 }
 
 struct Place {
@@ -167,7 +167,7 @@ fn waves(device: &Device) -> Place {
     builder.add_mesh(&vertices, &triangles).expect("a mesh");
     let accel = builder.commit().expect("a hierarchy");
     let eye = eye_rays(dvec3(0.0, 0.6, 3.2), DVec3::ZERO, 55.0);
-    let shadow = shadow_rays(&accel, &eye, dvec3(3.0, 4.0, 2.0), 0.0, NO_SPHERE);
+    let shadow = shadow_rays(&accel, &eye, dvec3(3.0, 4.0, 2.0), 0.0, NO_SKIP_ID);
     Place {
         name: "249 000 triangles",
         accel,
@@ -204,7 +204,7 @@ fn queries(c: &mut Criterion, place: &Place) {
             if shuffle {
                 rays.shuffled()
             } else {
-                Rays::new((0..rays.len()).map(|i| rays.row(i)), rays.aims_at)
+                Rays::new((0..rays.len()).map(|i| rays.row(i)), rays.skip_id)
             }
         };
         let (eye, shadow) = (arranged(&place.eye), arranged(&place.shadow));

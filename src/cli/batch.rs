@@ -8,8 +8,8 @@ use clap::builder::RangedU64ValueParser;
 use super::done::Done;
 use super::interrupt::Interrupt;
 use super::manifest;
-use super::reading::Reading;
-use super::several::Crowd;
+use super::reading::LoadOptions;
+use super::several::BatchScheduler;
 use super::{CliError, Exit};
 use octolux::pipeline::all_threads;
 
@@ -46,7 +46,7 @@ pub struct Args {
     #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
     threads: Option<usize>,
     #[command(flatten)]
-    reading: Reading,
+    reading: LoadOptions,
     /// Print a line of JSON for each picture where standard output is a terminal too
     #[arg(long)]
     json: bool,
@@ -70,7 +70,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
             one.reading.allow_outside = true;
         }
     }
-    let crowd = Crowd {
+    let crowd = BatchScheduler {
         name: "batch",
         threads,
         quiet: args.quiet,

@@ -12,12 +12,12 @@ use octolux::pipeline::Progress;
 use octolux::run::Observer;
 
 /// The bar on the terminal, and ctrl-c.
-pub struct Looker {
+pub struct PreviewWriter {
     interrupt: Interrupt,
     bar: ProgressBar,
 }
 
-impl Looker {
+impl PreviewWriter {
     /// Starts the bar of the command `name`; nothing is drawn where standard error is no terminal.
     pub fn new(name: &str, interrupt: Interrupt, quiet: bool) -> Self {
         let bar = if quiet || !io::stderr().is_terminal() {
@@ -44,7 +44,7 @@ impl Looker {
     }
 }
 
-impl Observer for Looker {
+impl Observer for PreviewWriter {
     fn begins(&self, progress: &Arc<Progress>) {
         self.interrupt.watch(progress.clone());
     }

@@ -3,7 +3,7 @@
 use clap::builder::{PossibleValuesParser, RangedU64ValueParser, TypedValueParser};
 
 use super::CliError;
-use super::reading::Reading;
+use super::reading::LoadOptions;
 use octolux::lane::{AVX512, has_avx512};
 use octolux::pipeline::Settings;
 use octolux::run::{MOST_SPP, RenderOptions};
@@ -65,7 +65,7 @@ pub struct Options {
     #[arg(long, value_enum, value_name = "EFFECT", hide = true)]
     pub hold: Vec<Effect>,
     #[command(flatten)]
-    pub reading: Reading,
+    pub reading: LoadOptions,
 }
 
 impl Options {

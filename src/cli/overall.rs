@@ -11,7 +11,7 @@ use octolux::pipeline::Progress;
 
 /// What the pictures share.
 #[derive(Debug)]
-pub struct Overall {
+pub struct TotalProgress {
     done: Option<Done>,
     again: bool,
     /// Samples to render in all; pictures that are there, or fail, are taken off.
@@ -23,7 +23,7 @@ pub struct Overall {
     told: Mutex<HashSet<String>>,
 }
 
-impl Overall {
+impl TotalProgress {
     /// Of pictures with so many samples in all. `done` notes what is done, and `again` is whether to render it all the same.
     pub fn new(done: Option<Done>, again: bool, samples: u64) -> Self {
         Self {

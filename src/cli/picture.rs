@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use super::inputs::Inputs;
 use super::interrupt::Interrupt;
-use super::overall::Overall;
+use super::overall::TotalProgress;
 use super::progress::Bar;
 use super::request::Request;
 use super::tev::Feed;
@@ -26,7 +26,7 @@ pub struct Job<'a> {
     pub request: &'a Request,
     pub interrupt: &'a Interrupt,
     /// What it shares with the other pictures of a batch.
-    pub overall: Option<&'a Overall>,
+    pub overall: Option<&'a TotalProgress>,
 }
 
 impl<'a> Job<'a> {

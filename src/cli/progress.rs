@@ -32,7 +32,7 @@ impl Bar {
                 Some(seconds) => Goal::Seconds(seconds),
                 None => Goal::Passes((progress.expected() / pixels) as u32),
             };
-            let now = Reading {
+            let now = LoadOptions {
                 samples: progress.samples(),
                 resumed: before[0],
                 rays: progress.rays() - before[1],
@@ -96,7 +96,7 @@ enum Goal {
 }
 
 /// The counts at one moment.
-struct Reading {
+struct LoadOptions {
     samples: u64,
     /// Of these, those of before a break.
     resumed: u64,
@@ -104,7 +104,7 @@ struct Reading {
     seconds: f64,
 }
 
-impl Reading {
+impl LoadOptions {
     fn share(&self, goal: Goal, pixels: u64) -> f64 {
         let share = match goal {
             Goal::Passes(passes) => self.samples as f64 / (pixels as f64 * f64::from(passes)),
@@ -152,7 +152,7 @@ mod tests {
 
     #[test]
     fn the_message_tells_passes_speed_and_time() {
-        let now = Reading {
+        let now = LoadOptions {
             samples: 2_500,
             resumed: 0,
             rays: 8_000_000,

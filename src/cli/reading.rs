@@ -8,7 +8,7 @@ use octolux::scene::{Fov, Outside, Scene};
 
 /// What a scene may do, and the camera that looks at it.
 #[derive(clap::Args, Clone, Copy, Debug)]
-pub struct Reading {
+pub struct LoadOptions {
     /// Let scenes name files outside of their own folder
     #[arg(long)]
     pub allow_outside: bool,
@@ -23,7 +23,7 @@ pub struct Reading {
     pub fov: Option<f64>,
 }
 
-impl Reading {
+impl LoadOptions {
     /// Which files a scene may name.
     pub fn outside(self) -> Outside {
         if self.allow_outside {

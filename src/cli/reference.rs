@@ -8,7 +8,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use rayon::ThreadPoolBuilder;
 
 use super::inputs::{Inputs, keeps_checkpoints};
-use super::reading::Reading;
+use super::reading::LoadOptions;
 use super::{CliError, Exit, options, report};
 use octolux::film::{Attributes, Picture, Value, check_output, write_picture};
 use octolux::reference::{Reference, render};
@@ -43,7 +43,7 @@ pub struct Args {
     #[arg(short, long)]
     pub quiet: bool,
     #[command(flatten)]
-    pub reading: Reading,
+    pub reading: LoadOptions,
 }
 
 /// Renders the scene and writes both pictures. Progress (on a terminal) and a summary in one line go to standard

@@ -8,7 +8,7 @@ use super::options::{self, Options};
 use super::outputs::{self, is_sums};
 use super::picture::Job;
 use super::request::Request;
-use super::several::Crowd;
+use super::several::BatchScheduler;
 use super::tev::HOME;
 use super::{CliError, Exit, patterns, replay, report, units};
 use octolux::pipeline::all_threads;
@@ -199,7 +199,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     let interrupt = Interrupt::listen(args.quiet)?;
     let requests = args.requests(targets);
     if requests.len() > 1 && args.options.threads.is_none() {
-        let crowd = Crowd {
+        let crowd = BatchScheduler {
             name: "render",
             threads: all_threads(),
             quiet: args.quiet,

@@ -143,9 +143,11 @@ fn beside(scene: &Scene, ray: &Beside) -> [String; 2] {
 
 fn direction(scene: &Scene, asked: &Asked) -> Vec<String> {
     let mut lines = Vec::new();
-    if let (Some(light), Some(sphere), Some(omc), Some(pdf)) = (asked.light, asked.sphere, asked.omc, asked.cone_pdf) {
+    if let (Some(light), Some(sphere), Some(one_minus_cos_max), Some(pdf)) =
+        (asked.light, asked.sphere, asked.one_minus_cos_max, asked.cone_pdf)
+    {
         lines.push(format!(
-            "light {light:<4} {}, cone 1 - cos = {omc:?}, pdf {pdf:?} per sr",
+            "light {light:<4} {}, cone 1 - cos = {one_minus_cos_max:?}, pdf {pdf:?} per sr",
             ball(scene, sphere as usize)
         ));
     }

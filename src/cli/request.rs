@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use super::CliError;
 use super::outputs::Targets;
-use super::reading::Reading;
+use super::reading::LoadOptions;
 use octolux::pipeline::{Prepared, Settings};
 use octolux::run::{DEFAULT_SPP, Goal, MOST_SPP, Record, RenderOptions, Shard};
 use octolux::scene::{Effects, FilmSize, Scene};
@@ -16,7 +16,7 @@ pub struct Request {
     /// The scene file.
     pub scene: PathBuf,
     /// How it is read.
-    pub reading: Reading,
+    pub reading: LoadOptions,
     /// What is asked of the render, samples and shard aside.
     pub options: RenderOptions,
     /// Samples a pixel, whatever the scene says.

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use super::done::Done;
 use super::interrupt::Interrupt;
-use super::overall::Overall;
+use super::overall::TotalProgress;
 use super::picture::Job;
 use super::progress::{Bar, clock};
 use super::request::Request;
@@ -21,7 +21,7 @@ const SMALL: u64 = 1 << 27;
 const SMALL_PIXELS: u64 = 1 << 21;
 
 /// How the pictures are rendered.
-pub struct Crowd<'a> {
+pub struct BatchScheduler<'a> {
     /// What the bar calls them.
     pub name: &'static str,
     pub threads: usize,
@@ -32,7 +32,7 @@ pub struct Crowd<'a> {
     pub again: bool,
 }
 
-impl Crowd<'_> {
+impl BatchScheduler<'_> {
     /// Renders what is wanted; the errors of each picture are told as they come.
     pub fn render(self, mut requests: Vec<Request>) -> Exit {
         let Self {
@@ -48,7 +48,7 @@ impl Crowd<'_> {
             one.options.threads = Some(if size.is_small() { 1 } else { threads });
         }
         let total = sizes.iter().map(|size| size.samples).sum();
-        let overall = Arc::new(Overall::new(done, again, total));
+        let overall = Arc::new(TotalProgress::new(done, again, total));
         let finished = Arc::new(AtomicUsize::new(0));
         let bar = bar(name, &overall, &finished, requests.len(), quiet);
         let (next, exit, room) = (AtomicUsize::new(0), Mutex::new(Exit::Well), RwLock::new(()));
@@ -139,7 +139,7 @@ impl Size {
 }
 
 /// Pictures that are finished, and the time that the samples of all others will take at the speed so far.
-fn bar(name: &str, overall: &Arc<Overall>, finished: &Arc<AtomicUsize>, pictures: usize, quiet: bool) -> Bar {
+fn bar(name: &str, overall: &Arc<TotalProgress>, finished: &Arc<AtomicUsize>, pictures: usize, quiet: bool) -> Bar {
     let (overall, finished, started) = (overall.clone(), finished.clone(), Instant::now());
     Bar::watch(name, quiet, move || {
         let (done, total) = (overall.samples() as f64, overall.total() as f64);

@@ -193,7 +193,7 @@ impl Stats {
 
     /// What the user has to hear of a picture that rests on few samples.
     pub fn speckles(&self) -> Option<String> {
-        let outliers = self.outliers.filter(|outliers| outliers.speckle(self.spp_mean))?;
+        let outliers = self.outliers.filter(|outliers| outliers.firefly(self.spp_mean))?;
         let Outliers { share, light, kurtosis } = outliers;
         let remedy = match self.estimator {
             EstimatorKind::Uniform | EstimatorKind::Brdf => "--estimator mis or light looks for lights, ",

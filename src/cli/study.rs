@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use super::inputs::{Inputs, keeps_checkpoints};
 use super::interrupt::Interrupt;
-use super::looker::Looker;
+use super::looker::PreviewWriter;
 use super::options::Options;
 use super::{CliError, Exit, report};
 use octolux::film::replace;
@@ -92,7 +92,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
             .map(|folder| folder.join("references")),
         prices_only: args.output.is_none(),
     };
-    let looker = Looker::new("study", interrupt, args.quiet);
+    let looker = PreviewWriter::new("study", interrupt, args.quiet);
     let outcome = cost::run(&scene, &options, &looker);
     looker.clear();
     let mut study = match outcome {

@@ -8,8 +8,8 @@ use clap::builder::RangedU64ValueParser;
 
 use super::inputs::{Inputs, keeps_checkpoints};
 use super::interrupt::Interrupt;
-use super::looker::Looker;
-use super::reading::Reading;
+use super::looker::PreviewWriter;
+use super::reading::LoadOptions;
 use super::verify_report::{self, Circumstances};
 use super::{CliError, Exit, report, units};
 use octolux::film::{Attributes, Value, replace, write_picture};
@@ -70,7 +70,7 @@ pub struct Args {
     #[arg(short, long)]
     quiet: bool,
     #[command(flatten)]
-    reading: Reading,
+    reading: LoadOptions,
 }
 
 /// Verifies and prints the table on standard output.
@@ -87,7 +87,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
         threads: args.threads.unwrap_or_else(octolux::pipeline::all_threads),
         seed: args.seed,
     };
-    let looker = Looker::new("verify", interrupt, args.quiet);
+    let looker = PreviewWriter::new("verify", interrupt, args.quiet);
     let outcome = verify::run(&scene, options, &looker);
     looker.clear();
     let result = match outcome {

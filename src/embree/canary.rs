@@ -13,7 +13,7 @@ use super::device::{Device, EmbreeError};
 use super::ffi;
 use super::packet::Valid;
 use super::scene::{Accel, SceneBuilder};
-use crate::shape::{Aims, Ball, NO_SPHERE};
+use crate::shape::{Ball, NO_SKIP_ID, SkipIds};
 
 const FENCE: u8 = 0xA5;
 const FENCE_BYTES: usize = 64;
@@ -24,8 +24,8 @@ const SPHERES: u32 = TRIANGLE + 1;
 
 /// The sphere that is hit, and what rays call the triangle.
 const SPHERE: u32 = 2;
-const AIM: Aims = Aims {
-    first: Aims::TRIANGLE + 5,
+const AIM: SkipIds = SkipIds {
+    first: SkipIds::TRIANGLE + 5,
     each: true,
 };
 
@@ -100,9 +100,9 @@ const AT_SPHERE: f32 = -3.0;
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Trial {
     /// The triangle, at u = x/2, v = y/4.
-    Triangle { x: f32, aims_at: u32 },
+    Triangle { x: f32, skip_id: u32 },
     /// The sphere.
-    Sphere { aims_at: u32 },
+    Sphere { skip_id: u32 },
     /// Nothing.
     Nothing,
     /// The triangle, but its lane is off.
@@ -112,21 +112,21 @@ enum Trial {
 const TRIALS: [Trial; 8] = [
     Trial::Triangle {
         x: 0.5,
-        aims_at: NO_SPHERE,
+        skip_id: NO_SKIP_ID,
     },
-    Trial::Sphere { aims_at: NO_SPHERE },
+    Trial::Sphere { skip_id: NO_SKIP_ID },
     Trial::Triangle {
         x: 0.25,
-        aims_at: AIM.first,
+        skip_id: AIM.first,
     },
     Trial::Off,
-    Trial::Sphere { aims_at: SPHERE },
+    Trial::Sphere { skip_id: SPHERE },
     Trial::Triangle {
         x: 0.125,
-        aims_at: SPHERE,
+        skip_id: SPHERE,
     },
     Trial::Nothing,
-    Trial::Sphere { aims_at: AIM.first },
+    Trial::Sphere { skip_id: AIM.first },
 ];
 
 impl Trial {
@@ -139,10 +139,10 @@ impl Trial {
         }
     }
 
-    const fn aims_at(self) -> u32 {
+    const fn skip_id(self) -> u32 {
         match self {
-            Self::Triangle { aims_at, .. } | Self::Sphere { aims_at } => aims_at,
-            Self::Nothing | Self::Off => NO_SPHERE,
+            Self::Triangle { skip_id, .. } | Self::Sphere { skip_id } => skip_id,
+            Self::Nothing | Self::Off => NO_SKIP_ID,
         }
     }
 
@@ -173,8 +173,8 @@ impl Trial {
     /// The distance that a visibility query must leave.
     const fn end(self) -> f32 {
         match self {
-            Self::Triangle { aims_at, .. } if aims_at != AIM.first => f32::NEG_INFINITY,
-            Self::Sphere { aims_at } if aims_at != SPHERE => f32::NEG_INFINITY,
+            Self::Triangle { skip_id, .. } if skip_id != AIM.first => f32::NEG_INFINITY,
+            Self::Sphere { skip_id } if skip_id != SPHERE => f32::NEG_INFINITY,
             _ => f32::INFINITY,
         }
     }
@@ -201,7 +201,7 @@ macro_rules! check {
                 before.ray.dir_z = [1.0; $n];
                 before.ray.tfar = [f32::INFINITY; $n];
                 before.ray.mask = [u32::MAX; $n];
-                before.ray.id = trials.map(Trial::aims_at);
+                before.ray.id = trials.map(Trial::skip_id);
                 before.hit.geomID = [ffi::RTC_INVALID_GEOMETRY_ID; $n];
 
                 let mut fenced = Fenced::new(before);

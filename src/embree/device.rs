@@ -9,7 +9,7 @@ use std::ptr::{self, NonNull};
 
 use super::ffi::{self, Functions};
 use super::library::{Embree, embree};
-use crate::shape::AimNames;
+use crate::shape::SkipIdAllocator;
 
 /// The first version with the hit layout that we compile against, as Embree writes it: major · 10000 + minor · 100 +
 /// patch.
@@ -55,7 +55,7 @@ pub enum EmbreeError {
         message: String,
     },
     /// More triangles emit than rays have names for.
-    #[error("meshes that emit have more than {} triangles in all", AimNames::MOST)]
+    #[error("meshes that emit have more than {} triangles in all", SkipIdAllocator::MOST)]
     TooManyLights,
     /// The library reads or writes rays in another layout than ours.
     #[error("Embree {version} does not fit this build: {what}")]

@@ -2,7 +2,6 @@
 //!
 //! The shape is `Device` → [`SceneBuilder`] → [`SceneBuilder::commit`] → [`Accel`], which any thread may query.
 
-mod aims;
 mod canary;
 mod device;
 #[cfg(test)]
@@ -13,9 +12,10 @@ mod nearby;
 mod packet;
 mod prefetch;
 mod scene;
+mod skip_ids;
 mod spheres;
 
-pub use crate::shape::{Ball, Hit, NO_SPHERE, Ray};
+pub use crate::shape::{Ball, Hit, NO_SKIP_ID, Ray};
 pub use canary::layout_canary;
 pub use device::{Device, EmbreeError, Packets};
 pub use packet::{Coherence, LaneWork, TraceLane, in_eight_of_avx512, in_sixteen};

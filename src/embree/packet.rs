@@ -171,7 +171,7 @@ macro_rules! trace_lane {
                 self.direction.y.store(&mut packet.dir_y);
                 self.direction.z.store(&mut packet.dir_z);
                 self.tfar.store(&mut packet.tfar);
-                self.aims_at.store(&mut packet.id);
+                self.skip_id.store(&mut packet.id);
                 packet.mask = [u32::MAX; $n];
             }
         }

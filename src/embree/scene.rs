@@ -3,13 +3,13 @@
 use std::ptr;
 use std::sync::Arc;
 
-use super::aims;
 use super::device::{Device, EmbreeError};
 use super::ffi::{self, Functions};
 use super::nearby::Buffers;
 use super::packet::{Coherence, TraceLane};
+use super::skip_ids;
 use super::spheres::{self, Spheres};
-use crate::shape::{Aims, Hit, Ray, Sphere};
+use crate::shape::{Hit, Ray, SkipIds, Sphere};
 
 /// A scene that takes geometry; [`commit`](Self::commit) makes it one that answers.
 #[derive(Debug)]
@@ -136,11 +136,21 @@ impl SceneBuilder {
     ///
     /// # Errors
     /// As for [`Self::add_mesh`].
-    pub fn add_light(&mut self, vertices: &[[f32; 3]], triangles: &[[u32; 3]], aims: Aims) -> Result<u32, EmbreeError> {
-        self.add(vertices, triangles, Some(aims))
+    pub fn add_light(
+        &mut self,
+        vertices: &[[f32; 3]],
+        triangles: &[[u32; 3]],
+        skip_ids: SkipIds,
+    ) -> Result<u32, EmbreeError> {
+        self.add(vertices, triangles, Some(skip_ids))
     }
 
-    fn add(&mut self, vertices: &[[f32; 3]], triangles: &[[u32; 3]], aims: Option<Aims>) -> Result<u32, EmbreeError> {
+    fn add(
+        &mut self,
+        vertices: &[[f32; 3]],
+        triangles: &[[u32; 3]],
+        skip_ids: Option<SkipIds>,
+    ) -> Result<u32, EmbreeError> {
         assert!(
             triangles.iter().flatten().all(|&i| (i as usize) < vertices.len()),
             "an index is out of range"
@@ -159,9 +169,9 @@ impl SceneBuilder {
             }
             ptr::copy_nonoverlapping(vertices.as_ptr(), v.cast(), vertices.len());
             ptr::copy_nonoverlapping(triangles.as_ptr(), i.cast(), triangles.len());
-            if let Some(aims) = aims {
-                functions.rtcSetGeometryUserData(handle, aims::to_user_data(aims));
-                functions.rtcSetGeometryOccludedFilterFunction(handle, Some(aims::let_pass));
+            if let Some(skip_ids) = skip_ids {
+                functions.rtcSetGeometryUserData(handle, skip_ids::to_user_data(skip_ids));
+                functions.rtcSetGeometryOccludedFilterFunction(handle, Some(skip_ids::let_pass));
             }
             functions.rtcCommitGeometry(handle);
             let id = self.attach(handle);

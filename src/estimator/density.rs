@@ -44,8 +44,12 @@ impl Mix {
 
     /// Of the lanes whose coin shows heads, those that follow their BRDF: all, or none.
     #[inline(always)]
-    pub fn by_brdf<L: Lane>(self, heads: L::Mask) -> L::Mask {
-        if self.mixed() { heads } else { L::Mask::splat(false) }
+    pub fn by_brdf<L: Lane>(self, by_brdf_lanes: L::Mask) -> L::Mask {
+        if self.mixed() {
+            by_brdf_lanes
+        } else {
+            L::Mask::splat(false)
+        }
     }
 
     /// `f_cos` times the weight, over the density, without the colours. `omega` is one over the light's own density, in

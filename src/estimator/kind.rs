@@ -8,11 +8,11 @@ use super::per_light::Contribution;
 use super::{ShadingPoint, per_delta, per_environment, per_sun, per_triangle};
 use crate::bsdf::Brdf;
 use crate::lane::{Lane, Mask};
-use crate::light::environment::Beyond;
+use crate::light::environment::EnvironmentLight;
 use crate::light::{DeltaLight, Reach, Sun, TriangleLight, Triangles, delta, triangle};
 use crate::math::Vec3;
-use crate::sampling::Toss;
-use crate::shape::{Ball, NO_SPHERE};
+use crate::sampling::TechniqueSample;
+use crate::shape::{Ball, NO_SKIP_ID};
 
 /// A kind of light, for estimators that draw a direction for every light.
 pub trait LightKind {
@@ -30,7 +30,7 @@ pub trait LightKind {
 
     /// What its shadow rays skip.
     fn id(&self) -> u32 {
-        NO_SPHERE
+        NO_SKIP_ID
     }
 
     /// Where all its shadow rays go.
@@ -45,14 +45,14 @@ pub trait LightKind {
     /// Lanes where any direction to it may count; never too few.
     fn may_contribute<L: Lane, M: Brdf<L>>(&self, point: &ShadingPoint<L, M>, view: &Self::View<L>) -> L::Mask;
 
-    /// Draws a direction of the light, or of the BRDF where `toss` shows heads and the density mixes both, and weighs it by the
+    /// Draws a direction of the light, or of the BRDF where `technique_sample` shows heads and the density mixes both, and weighs it by the
     /// densities of both; `None` where no lane gets light by it.
     fn sample<L: Lane, D: Density, M: Brdf<L>>(
         &self,
         density: D,
         point: &ShadingPoint<L, M>,
         view: &Self::View<L>,
-        toss: Toss<L::Bits>,
+        technique_sample: TechniqueSample<L::Bits>,
         active: L::Mask,
     ) -> Option<Contribution<L>>;
 }
@@ -62,7 +62,7 @@ impl LightKind for TriangleLight {
     type View<L: Lane> = triangle::View<L>;
 
     fn id(&self) -> u32 {
-        self.aim
+        self.skip_id
     }
 
     fn bounds(&self) -> Reach {
@@ -90,16 +90,16 @@ impl LightKind for TriangleLight {
         density: D,
         point: &ShadingPoint<L, M>,
         view: &Self::View<L>,
-        toss: Toss<L::Bits>,
+        technique_sample: TechniqueSample<L::Bits>,
         active: L::Mask,
     ) -> Option<Contribution<L>> {
         let worth = (Vec3::splat(self.le), L::one());
-        per_triangle::sample(density, point, view, worth, toss.into(), active)
+        per_triangle::sample(density, point, view, worth, technique_sample.into(), active)
     }
 }
 
 /// The environment.
-impl<B: Beyond> LightKind for B {
+impl<B: EnvironmentLight> LightKind for B {
     const ALWAYS: bool = true;
 
     type Spread<L: Lane> = ();
@@ -126,10 +126,10 @@ impl<B: Beyond> LightKind for B {
         density: D,
         point: &ShadingPoint<L, M>,
         (): &(),
-        toss: Toss<L::Bits>,
+        technique_sample: TechniqueSample<L::Bits>,
         active: L::Mask,
     ) -> Option<Contribution<L>> {
-        per_environment::sample(density, point, self, toss, active)
+        per_environment::sample(density, point, self, technique_sample, active)
     }
 }
 
@@ -158,10 +158,10 @@ impl LightKind for Sun {
         density: D,
         point: &ShadingPoint<L, M>,
         (): &(),
-        toss: Toss<L::Bits>,
+        technique_sample: TechniqueSample<L::Bits>,
         active: L::Mask,
     ) -> Option<Contribution<L>> {
-        per_sun::sample(density, point, self, toss, active)
+        per_sun::sample(density, point, self, technique_sample, active)
     }
 }
 
@@ -194,7 +194,7 @@ impl LightKind for DeltaLight {
         _: D,
         point: &ShadingPoint<L, M>,
         view: &Self::View<L>,
-        _: Toss<L::Bits>,
+        _: TechniqueSample<L::Bits>,
         active: L::Mask,
     ) -> Option<Contribution<L>> {
         per_delta::sample(point, self, view, active)

@@ -5,25 +5,25 @@ use super::density::Density;
 use super::per_light::Contribution;
 use crate::bsdf::{Brdf, Tint};
 use crate::lane::{Lane, Mask};
-use crate::light::environment::Beyond;
+use crate::light::environment::EnvironmentLight;
 use crate::math::Vec3;
-use crate::sampling::Toss;
+use crate::sampling::TechniqueSample;
 
 /// Draws one direction at each active point and weighs it; `None` where no lane gets light by it. The light is at an infinite
 /// distance; otherwise as for spheres ([`super::per_light::sample`]).
 #[inline(always)]
-pub fn sample<L: Lane, D: Density, M: Brdf<L>, B: Beyond>(
+pub fn sample<L: Lane, D: Density, M: Brdf<L>, B: EnvironmentLight>(
     density: D,
     point: &ShadingPoint<L, M>,
-    beyond: &B,
-    toss: Toss<L::Bits>,
+    environment: &B,
+    technique_sample: TechniqueSample<L::Bits>,
     active: L::Mask,
 ) -> Option<Contribution<L>> {
     let bsdf = &point.bsdf;
-    let by_brdf = active & density.mix().by_brdf::<L>(toss.heads);
-    let mut wi = beyond.draw(bsdf.normal(), toss.pair, active & !by_brdf);
+    let by_brdf = active & density.mix().by_brdf::<L>(technique_sample.by_brdf_lanes);
+    let mut wi = environment.draw(bsdf.normal(), technique_sample.pair, active & !by_brdf);
     if by_brdf.any() {
-        let (u, v) = toss.pair.unit::<L>();
+        let (u, v) = technique_sample.pair.unit::<L>();
         wi = Vec3::select(by_brdf, bsdf.draw(u, v), wi);
     }
     let (cos_theta, above) = point.above(wi);
@@ -32,7 +32,7 @@ pub fn sample<L: Lane, D: Density, M: Brdf<L>, B: Beyond>(
         return None;
     }
     let lobe = bsdf.eval(wi, cos_theta);
-    let (le, omega) = beyond.meet(wi, active & lobe.shape.lit());
+    let (le, omega) = environment.meet(wi, active & lobe.shape.lit());
     let active = active & (le.x + le.y + le.z).gt(L::zero());
     if active.none() {
         return None;

@@ -11,7 +11,7 @@ use crate::lane::{Lane, Mask};
 use crate::light::{Cap, Cone, Ring, Rings, SphereLight, View};
 use crate::math::elementary::sin_cos_turn;
 use crate::math::{Frame, Vec3};
-use crate::sampling::{Pair, Toss, warp};
+use crate::sampling::{Pair, TechniqueSample, warp};
 
 /// One unoccluded contribution of a light, and what has to be asked before it counts.
 #[derive(Clone, Copy, Debug)]
@@ -65,16 +65,16 @@ pub fn sample<L: Lane, D: Directions<L, B>, B: Brdf<L>>(
     density: D,
     point: &ShadingPoint<L, B>,
     light: &SphereLight,
-    Toss { heads, pair }: Toss<L::Bits>,
+    TechniqueSample { by_brdf_lanes, pair }: TechniqueSample<L::Bits>,
     active: L::Mask,
 ) -> Option<Contribution<L>> {
-    let heads = density.mix().by_brdf::<L>(heads);
+    let by_brdf_lanes = density.mix().by_brdf::<L>(by_brdf_lanes);
     let view = light.seen_from(point.p);
-    let tails = active & !heads & may_contribute(point, &view);
+    let tails = active & !by_brdf_lanes & may_contribute(point, &view);
     let tails = density.toward_light(point, &view, pair, tails);
-    let heads = active & heads & light.may_meet(point.p, along_lobe(point, pair));
-    let heads = by_brdf(density, point, light, along_lobe(point, pair), heads);
-    let found = either(tails, heads)?;
+    let by_brdf_lanes = active & by_brdf_lanes & light.may_meet(point.p, along_lobe(point, pair));
+    let by_brdf_lanes = by_brdf(density, point, light, along_lobe(point, pair), by_brdf_lanes);
+    let found = either(tails, by_brdf_lanes)?;
     Some(Contribution {
         active: found.active,
         wi: found.wi,
@@ -146,7 +146,7 @@ fn either<L: Lane, T: Tint<L>>(a: Option<Weighed<L, T>>, b: Option<Weighed<L, T>
 pub fn draw<L: Lane>(view: &View<L>, numbers: Pair<L::Bits>) -> Drawn<L> {
     let cone = view.cone();
     let (u, v) = numbers.unit::<L>();
-    let t = warp::cone(u, cone.omc);
+    let t = warp::cone(u, cone.one_minus_cos_max);
     let (sin_phi, cos_phi) = sin_cos_turn(v);
     let wi = Frame::about(cone.axis).direction(t, sin_phi, cos_phi);
     Drawn { cone, t, wi }
@@ -318,7 +318,9 @@ fn weigh<L: Lane, D: Density, B: Brdf<L>>(
     if active.none() {
         return None;
     }
-    let omega = warp::cone_solid_angle(mutate!(cone.omc, DoubledDensity => cone.omc * L::splat(0.5)));
+    let omega = warp::cone_solid_angle(
+        mutate!(cone.one_minus_cos_max, DoubledDensity => cone.one_minus_cos_max * L::splat(0.5)),
+    );
     Some(Weighed {
         active,
         wi: *wi,

@@ -7,7 +7,7 @@ use crate::bsdf::{Ball, Brdf, Tint};
 use crate::lane::{Lane, Mask};
 use crate::light::Sun;
 use crate::math::Vec3;
-use crate::sampling::Toss;
+use crate::sampling::TechniqueSample;
 
 /// Lanes where any direction of the disk can have a value that is not 0: it is in a ball about its middle as large as its chord.
 #[inline(always)]
@@ -27,15 +27,15 @@ pub fn sample<L: Lane, D: Density, B: Brdf<L>>(
     density: D,
     point: &ShadingPoint<L, B>,
     sun: &Sun,
-    toss: Toss<L::Bits>,
+    technique_sample: TechniqueSample<L::Bits>,
     active: L::Mask,
 ) -> Option<Contribution<L>> {
     let bsdf = &point.bsdf;
-    let by_brdf = active & density.mix().by_brdf::<L>(toss.heads);
-    let mut wi = sun.draw(toss.pair);
+    let by_brdf = active & density.mix().by_brdf::<L>(technique_sample.by_brdf_lanes);
+    let mut wi = sun.draw(technique_sample.pair);
     let mut active = active;
     if by_brdf.any() {
-        let (u, v) = toss.pair.unit::<L>();
+        let (u, v) = technique_sample.pair.unit::<L>();
         wi = Vec3::select(by_brdf, bsdf.draw(u, v), wi);
         active = active & (!by_brdf | sun.contains(wi));
     }

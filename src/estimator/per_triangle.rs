@@ -7,24 +7,24 @@ use crate::bsdf::{Brdf, Lobe, Tint};
 use crate::lane::{Lane, Mask};
 use crate::light::triangle::View;
 use crate::math::Vec3;
-use crate::sampling::{Pair, Toss};
+use crate::sampling::{Pair, TechniqueSample};
 
 /// What a direction is drawn from.
 #[derive(Clone, Copy, Debug)]
 pub struct Numbers<L: Lane> {
     /// Lanes that follow the BRDF, where the density is an average.
-    pub heads: L::Mask,
+    pub by_brdf_lanes: L::Mask,
     /// First number, in [0, 1).
     pub u: L,
     /// Second number, in [0, 1).
     pub v: L,
 }
 
-impl<L: Lane> From<Toss<L::Bits>> for Numbers<L> {
+impl<L: Lane> From<TechniqueSample<L::Bits>> for Numbers<L> {
     #[inline(always)]
-    fn from(Toss { heads, pair }: Toss<L::Bits>) -> Self {
+    fn from(TechniqueSample { by_brdf_lanes, pair }: TechniqueSample<L::Bits>) -> Self {
         let (u, v) = pair.unit::<L>();
-        Self { heads, u, v }
+        Self { by_brdf_lanes, u, v }
     }
 }
 
@@ -39,11 +39,11 @@ pub fn sample<L: Lane, D: Density, B: Brdf<L>>(
     point: &ShadingPoint<L, B>,
     view: &View<L>,
     (le, share): (Vec3<L>, L),
-    Numbers { heads, u, v }: Numbers<L>,
+    Numbers { by_brdf_lanes, u, v }: Numbers<L>,
     active: L::Mask,
 ) -> Option<Contribution<L>> {
     let bsdf = &point.bsdf;
-    let by_brdf = active & density.mix().by_brdf::<L>(heads);
+    let by_brdf = active & density.mix().by_brdf::<L>(by_brdf_lanes);
     let mut wi = view.draw(u, v);
     let mut met = view.met(wi);
     if by_brdf.any() {

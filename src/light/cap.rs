@@ -27,7 +27,7 @@ pub struct Cap<L: Lane> {
     /// To the middle of the light; towards the normal across the axis; along the horizon.
     axes: [Vec3<L>; 3],
     /// `1 - cos` of the half-angle, its cosine and its sine.
-    omc: L,
+    one_minus_cos_max: L,
     cosine: L,
     sine: L,
     /// Of the axis: height over the plane, and length of its shadow in it.
@@ -79,9 +79,9 @@ impl<L: Lane> Cap<L> {
         let (zero, one, two) = (L::zero(), L::one(), L::splat(2.0));
         let inside = cone.inside;
         let axis = Vec3::select(inside, n, cone.axis);
-        let omc = L::select(inside, one, cone.omc);
-        let sine = (omc * (two - omc)).sqrt();
-        let cosine = one - omc;
+        let one_minus_cos_max = L::select(inside, one, cone.one_minus_cos_max);
+        let sine = (one_minus_cos_max * (two - one_minus_cos_max)).sqrt();
+        let cosine = one - one_minus_cos_max;
         let frame = Frame::about(axis);
         let (a, b) = (n.dot(frame.tangent), n.dot(frame.bitangent));
         let high = n.dot(axis);
@@ -110,7 +110,7 @@ impl<L: Lane> Cap<L> {
         let horizon = horizon.or_zero(cut);
         let mut cap = Self {
             axes: [axis, up, across],
-            omc,
+            one_minus_cos_max,
             cosine,
             sine,
             high,
@@ -192,7 +192,7 @@ impl<L: Lane> Cap<L> {
         let squared = self.sine * self.sine * (L::one() - v);
         let height = below.mul_add(below, squared).sqrt();
         let over = squared / (height + below);
-        let t = self.omc - self.high * over;
+        let t = self.one_minus_cos_max - self.high * over;
         (
             height,
             Vec3::new(t, radius.mul_add(cos, self.level * over), radius * sin),

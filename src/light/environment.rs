@@ -14,7 +14,7 @@ use crate::sampling::{Discrete, Pair, warp};
 use crate::texels::Texels;
 
 /// Light from beyond the scene.
-pub trait Beyond {
+pub trait EnvironmentLight {
     /// Draws unit directions for points with the unit normal `n`; lanes that are not active hold nothing of use.
     fn draw<L: Lane>(&self, n: Vec3<L>, numbers: Pair<L::Bits>, active: L::Mask) -> Vec3<L>;
     /// Radiance from unit directions, and one over the density of [`Self::draw`] there, in steradians, for directions above the
@@ -49,7 +49,7 @@ pub struct Constant {
     pub le: [f32; 3],
 }
 
-impl Beyond for Constant {
+impl EnvironmentLight for Constant {
     /// Uniform over the hemisphere above the surface: nothing else can count.
     #[inline(always)]
     fn draw<L: Lane>(&self, n: Vec3<L>, numbers: Pair<L::Bits>, _: L::Mask) -> Vec3<L> {
@@ -179,7 +179,7 @@ impl LatLong {
     }
 }
 
-impl Beyond for LatLong {
+impl EnvironmentLight for LatLong {
     #[inline(always)]
     fn draw<L: Lane>(&self, _: Vec3<L>, Pair(first, second): Pair<L::Bits>, active: L::Mask) -> Vec3<L> {
         let (mut t, mut sign, mut turn) = ([0.0_f32; 16], [1.0_f32; 16], [0.0_f32; 16]);

@@ -17,7 +17,7 @@ pub struct MeshLight {
     /// The geometry that rays meet.
     pub geometry: u32,
     /// What shadow rays to each triangle aim at.
-    pub aims: Vec<u32>,
+    pub skip_ids: Vec<u32>,
     /// Centre of a ball around it.
     pub center: [f32; 3],
     /// Radius of that ball.
@@ -32,7 +32,7 @@ pub struct Picked<L: Lane> {
     /// The chance with which it is picked, in (0, 1].
     pub share: L,
     /// What shadow rays to it aim at.
-    pub aim: L::Bits,
+    pub skip_id: L::Bits,
     /// Two uniform numbers, independent of the choice.
     pub numbers: (L, L),
 }
@@ -41,16 +41,16 @@ impl MeshLight {
     /// Picks a triangle in each active lane; the first one in the others.
     #[inline(always)]
     pub fn pick<L: Lane>(&self, Pair(first, second): Pair<L::Bits>, active: L::Mask) -> Picked<L> {
-        let (mut index, mut place, mut aim) = ([0_u32; 16], [0.0_f32; 16], [0_u32; 16]);
+        let (mut index, mut place, mut skip_id) = ([0_u32; 16], [0.0_f32; 16], [0_u32; 16]);
         for lane in active.lanes() {
             (index[lane], place[lane]) = self.shares.pick(first.lane(lane));
-            aim[lane] = self.aims[index[lane] as usize];
+            skip_id[lane] = self.skip_ids[index[lane] as usize];
         }
         let (triangles, share) = self.gather(&index);
         Picked {
             triangles,
             share,
-            aim: L::Bits::load(&aim),
+            skip_id: L::Bits::load(&skip_id),
             numbers: (L::load(&place), sampler::unit(second)),
         }
     }

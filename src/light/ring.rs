@@ -33,7 +33,7 @@ pub struct Rings<L: Lane> {
     /// See [`Self::nearest`]. Not negative.
     pub width: L,
     /// `1 - cos` of the cap's half-angle.
-    pub omc: L,
+    pub one_minus_cos_max: L,
     /// Share of the lobe nearer than the farthest ring, of what is beyond the first ring that has any of the cap; in [0, 1].
     pub share: L,
     /// Share of the whole lobe between the rings, in [0, 1].
@@ -55,13 +55,13 @@ impl<L: Lane> Rings<L> {
     #[inline(always)]
     pub fn of(wr: Vec3<L>, alpha: L, cone: &Cone<L>) -> Self {
         let (zero, one, two) = (L::zero(), L::one(), L::splat(2.0));
-        let omc = cone.omc;
+        let one_minus_cos_max = cone.one_minus_cos_max;
         // From the chord: true to its last digits where the axes nearly coincide.
         let apart = cone.t(wr);
         // sin(d) sin(tl); a rounded `apart` may exceed 2.
-        let sines = (apart * (two - apart) * omc * (two - omc)).safe_sqrt();
-        let farthest = apart + omc - apart * omc + sines;
-        let gap = apart - omc;
+        let sines = (apart * (two - apart) * one_minus_cos_max * (two - one_minus_cos_max)).safe_sqrt();
+        let farthest = apart + one_minus_cos_max - apart * one_minus_cos_max + sines;
+        let gap = apart - one_minus_cos_max;
         let nearest = (gap * gap).div_or_zero(farthest, farthest.gt(zero));
         let width = sines + sines;
         let outside = gap.gt(zero) & !cone.inside;
@@ -75,21 +75,21 @@ impl<L: Lane> Rings<L> {
         let power = alpha + one;
         let share = -expm1(power * ln_1m(part.min(L::splat(BELOW_ONE))));
         let share = L::select(whole, one, mutate!(share, FarRingForgotten => one));
-        let beyond = exp(power * ln_1m(first.min(L::splat(BELOW_ONE))));
+        let environment = exp(power * ln_1m(first.min(L::splat(BELOW_ONE))));
         Self {
             apart,
             nearest,
             width,
-            omc,
+            one_minus_cos_max,
             share,
-            mass: mutate!(beyond * share, MassBetweenRingsForgotten => beyond).or_zero(lit),
+            mass: mutate!(environment * share, MassBetweenRingsForgotten => environment).or_zero(lit),
         }
     }
 
     /// Lanes where the lobe's axis is outside of the cap.
     #[inline(always)]
     fn outside(&self) -> L::Mask {
-        self.apart.gt(self.omc) & self.omc.le(L::one())
+        self.apart.gt(self.one_minus_cos_max) & self.one_minus_cos_max.le(L::one())
     }
 
     /// Draws a ring from `u` in [0, 1).
@@ -97,7 +97,7 @@ impl<L: Lane> Rings<L> {
     pub fn draw(&self, alpha: L, u: L) -> Ring<L> {
         let (zero, one) = (L::zero(), L::one());
         let outside = self.outside();
-        let inside_light = self.omc.gt(one);
+        let inside_light = self.one_minus_cos_max.gt(one);
         let first = self.nearest.or_zero(outside);
         let part = (u * self.share).min(L::splat(BELOW_ONE));
         let r = -expm1(ln_1m(part) / (alpha + one));
@@ -106,7 +106,7 @@ impl<L: Lane> Rings<L> {
         // Rings past the nearest one of the rim.
         let g = L::select(outside, past, t - self.nearest);
         let sine = (g * (self.width - g)).safe_sqrt();
-        let cosine = t + self.apart - t * self.apart - self.omc;
+        let cosine = t + self.apart - t * self.apart - self.one_minus_cos_max;
         let arc = angle(sine, cosine);
         let half_arc = L::select(inside_light, L::splat(PI), mutate!(arc, ArcTakenAsPi => L::splat(PI)));
         Ring {

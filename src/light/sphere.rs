@@ -1,7 +1,7 @@
 //! A sphere that emits, sampled uniformly in the cone that it subtends.
 //!
-//! Everything is said in terms of `omc = 1 - cos(theta_max)` and `t = 1 - cos(theta)`: a light of sin 1e-7 has
-//! `omc = 5e-15`, far below what a cosine can hold.
+//! Everything is said in terms of `one_minus_cos_max = 1 - cos(theta_max)` and `t = 1 - cos(theta)`: a light of sin 1e-7 has
+//! `one_minus_cos_max = 5e-15`, far below what a cosine can hold.
 
 use crate::lane::{Lane, Mask};
 use crate::math::Vec3;
@@ -29,7 +29,7 @@ pub struct Cone<L: Lane> {
     /// To the centre; unit.
     pub axis: Vec3<L>,
     /// `1 - cos(theta_max)` in (0, 1], or 2 inside the light, where every direction meets it.
-    pub omc: L,
+    pub one_minus_cos_max: L,
     /// Lanes inside the light or on it.
     pub inside: L::Mask,
     /// Distance to the centre.
@@ -118,7 +118,7 @@ impl<L: Lane> View<L> {
         let sum = d + tangent;
         let both = L::one() / (d * sum);
         let inverse = both * sum;
-        let omc = L::select(inside, L::splat(2.0), radius * (radius * both));
+        let one_minus_cos_max = L::select(inside, L::splat(2.0), radius * (radius * both));
         let axis = self.to_center * inverse;
         // At the very centre any axis will do.
         let apart = self.squared.gt(L::zero());
@@ -129,7 +129,7 @@ impl<L: Lane> View<L> {
         );
         Cone {
             axis,
-            omc,
+            one_minus_cos_max,
             center_distance: d,
             radius,
             power: self.power,
@@ -143,7 +143,7 @@ impl<L: Lane> Cone<L> {
     /// Density of directions drawn in the cone, per steradian.
     #[inline(always)]
     pub fn pdf(&self) -> L {
-        warp::cone_pdf(self.omc)
+        warp::cone_pdf(self.one_minus_cos_max)
     }
 
     /// `1 - cos` between the axis and `wi`, from the chord: true to its last digits close to the axis.
@@ -155,18 +155,18 @@ impl<L: Lane> Cone<L> {
     /// Whether directions at `t` from the axis meet the light.
     #[inline(always)]
     pub fn contains(&self, t: L) -> L::Mask {
-        t.le(self.omc)
+        t.le(self.one_minus_cos_max)
     }
 
-    /// Distance to the light along a direction at `t <= omc` from the axis.
+    /// Distance to the light along a direction at `t <= one_minus_cos_max` from the axis.
     ///
     /// From `D cos - sqrt(R^2 - D^2 sin^2) = (D^2 - R^2) / (D cos + sqrt(…))` and
-    /// `R^2 - D^2 sin^2 = D^2 (omc - t)(2 - omc - t)`: only sums of positive terms.
+    /// `R^2 - D^2 sin^2 = D^2 (one_minus_cos_max - t)(2 - one_minus_cos_max - t)`: only sums of positive terms.
     #[inline(always)]
     pub fn distance(&self, t: L) -> L {
         let (d, r) = (self.center_distance, self.radius);
         let two = L::splat(2.0);
-        let chord = ((self.omc - t) * (two - self.omc - t)).safe_sqrt();
+        let chord = ((self.one_minus_cos_max - t) * (two - self.one_minus_cos_max - t)).safe_sqrt();
         let outside = self.power / (d * (L::one() - t + chord));
         if self.inside.none() {
             return outside;
@@ -175,8 +175,8 @@ impl<L: Lane> Cone<L> {
             // Of the two roots one is a sum without cancellation; their product is the power.
             let along = d * (L::one() - t);
             let root = (along * along - self.power).safe_sqrt();
-            let beyond = L::select(along.ge(L::zero()), along + root, self.power / (along - root));
-            return L::select(self.inside, beyond, outside);
+            let environment = L::select(along.ge(L::zero()), along + root, self.power / (along - root));
+            return L::select(self.inside, environment, outside);
         }
         let half_chord = (r * r - d * d * t * (two - t)).safe_sqrt();
         L::select(self.inside, d.mul_add(L::one() - t, half_chord), outside)

@@ -47,7 +47,7 @@ pub struct TriangleLight {
     /// Radiance.
     pub le: [f32; 3],
     /// What shadow rays to it aim at: it never blocks these.
-    pub aim: u32,
+    pub skip_id: u32,
 }
 
 /// A triangle in every lane.

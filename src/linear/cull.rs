@@ -3,10 +3,10 @@
 //! the processor guessed wrong cost more than the tests. How many changes no answer; nothing here is inlined into kernels, so lanes
 //! that need AVX-512 send [`Lane::Plain`].
 
-use super::{Candidates, Line};
+use super::{Candidates, LinearScene};
 use crate::lane::{Lane, Mask};
 use crate::math::Vec3;
-use crate::shape::{Ball, NO_SPHERE};
+use crate::shape::{Ball, NO_SKIP_ID};
 
 /// A plane's share of rounding: what is nearer to it than this part of the largest number involved counts as both sides.
 pub(super) const MARGIN: f32 = 1e-5;
@@ -56,7 +56,7 @@ impl Plane {
     }
 }
 
-impl Line {
+impl LinearScene {
     /// The shapes that rays from the origin between four unit directions may meet; `corners` go round the tile. Of a triangle, no
     /// plane through the origin and a side of the tile may part it from the tile, nor one through a side of its own: where there is
     /// neither, they overlap.
@@ -110,15 +110,15 @@ impl Line {
         }
     }
 
-    /// The shapes that may stand between points and the ball `light`; the sphere or the triangles that `aimed_at` names block none
+    /// The shapes that may stand between points and the ball `light`; the sphere or the triangles that `skip_id` names block none
     /// of the rays there.
     ///
     /// The segments lie in the convex hull of both. It is bounded by planes along one axis through a corner of one box
     /// and the same corner of the other, wherever both boxes lie on one side (the shafts of Haines and Wallace 1994), and
     /// by the box around both. A triangle with points and light strictly on one side of its plane stands between none:
-    /// where only its plane could tell and [`Points`] were not measured against it yet, it is kept for [`Self::beside`].
+    /// where only its plane could tell and [`Points`] were not measured against it yet, it is kept for [`Self::separated_by_plane`].
     #[inline(never)]
-    pub fn in_shaft<L: Lane>(&self, points: &Points, light: &Ball, aimed_at: u32, set: &mut Candidates) {
+    pub fn in_shaft<L: Lane>(&self, points: &Points, light: &Ball, skip_id: u32, set: &mut Candidates) {
         let shapes = &self.shapes;
         let target = Bounds::of_ball(light);
         let around = points.bounds.around(&target);
@@ -127,11 +127,11 @@ impl Line {
         set.clear();
         for (at, lanes) in shapes.triangles.packets::<L>() {
             let mut kept = lanes & !shapes.outside::<L>(at, &around);
-            if aimed_at != NO_SPHERE {
-                kept = kept & !shapes.aimed_at::<L>(at, aimed_at);
+            if skip_id != NO_SKIP_ID {
+                kept = kept & !shapes.skip_id::<L>(at, skip_id);
             }
             let (low, high) = (L::load(&points.low[at..]), L::load(&points.high[at..]));
-            kept = kept & !shapes.beside(at, light, low, high);
+            kept = kept & !shapes.separated_by_plane(at, light, low, high);
             for plane in planes {
                 if kept.none() {
                     break;
@@ -149,15 +149,17 @@ impl Line {
                 kept = kept & !self.shapes.balls_behind::<L>(at, plane);
             }
             let kept = kept.lanes().map(|lane| (at + lane) as u32);
-            set.balls.extend(kept.filter(|&ball| ball != aimed_at));
+            set.balls.extend(kept.filter(|&ball| ball != skip_id));
         }
     }
 
     /// Leaves out the triangles that have all points, as measured, and the light on one side.
-    pub fn beside(&self, points: &Points, light: &Ball, set: &mut Candidates) {
+    pub fn separated_by_plane(&self, points: &Points, light: &Ball, set: &mut Candidates) {
         set.triangles.retain(|&i| {
             let i = i as usize;
-            !self.shapes.beside::<f32>(i, light, points.low[i], points.high[i])
+            !self
+                .shapes
+                .separated_by_plane::<f32>(i, light, points.low[i], points.high[i])
         });
     }
 
@@ -222,11 +224,11 @@ impl Bounds {
 
     /// Which boxes are outside of this one.
     pub(super) fn apart<L: Lane>(&self, low: Vec3<L>, high: Vec3<L>) -> L::Mask {
-        let beyond = |k: usize, low: L, high: L| {
+        let environment = |k: usize, low: L, high: L| {
             let margin = MARGIN * (self.low[k].abs() + self.high[k].abs());
             high.lt(L::splat(self.low[k] - margin)) | low.gt(L::splat(self.high[k] + margin))
         };
-        beyond(0, low.x, high.x) | beyond(1, low.y, high.y) | beyond(2, low.z, high.z)
+        environment(0, low.x, high.x) | environment(1, low.y, high.y) | environment(2, low.z, high.z)
     }
 }
 

@@ -11,7 +11,7 @@ use shapes::Shapes;
 
 use crate::lane::{Bits, Lane, Mask};
 use crate::math::Vec3;
-use crate::shape::{Aims, Ball, FromOrigin, Hit, NO_SPHERE, Ray, Sphere, Triangle};
+use crate::shape::{Ball, FromOrigin, Hit, NO_SKIP_ID, Ray, SkipIds, Sphere, Triangle};
 
 /// So few shapes are worth a look one by one before rays are asked for, whoever answers them.
 pub const FEW: usize = 32;
@@ -25,13 +25,13 @@ struct Member {
     unit: [f32; 3],
     /// The mesh, and the place in it.
     name: [u32; 2],
-    /// What rays call it that aim at it; [`NO_SPHERE`] where none does.
-    aim: u32,
+    /// What rays call it that aim at it; [`NO_SKIP_ID`] where none does.
+    skip_id: u32,
 }
 
 /// All shapes of a scene.
 #[derive(Clone, Debug, Default)]
-pub struct Line {
+pub struct LinearScene {
     triangles: Vec<Member>,
     spheres: Vec<Sphere>,
     /// The same for [`cull`].
@@ -72,7 +72,7 @@ impl Candidates {
     }
 }
 
-impl Line {
+impl LinearScene {
     /// Sets the spheres; hits name them as primitives of `sphere_geometry`.
     pub fn set_spheres(&mut self, spheres: Vec<impl Into<Sphere>>, sphere_geometry: u32) {
         self.spheres = spheres.into_iter().map(Into::into).collect();
@@ -81,19 +81,25 @@ impl Line {
         self.sphere_geometry = sphere_geometry;
     }
 
-    /// Adds the triangles of a mesh; `aims` are their names for rays that aim at them, if any do.
-    pub fn add_mesh(&mut self, geometry: u32, vertices: &[[f32; 3]], triangles: &[[u32; 3]], aims: Option<Aims>) {
+    /// Adds the triangles of a mesh; `skip_ids` are their names for rays that aim at them, if any do.
+    pub fn add_mesh(
+        &mut self,
+        geometry: u32,
+        vertices: &[[f32; 3]],
+        triangles: &[[u32; 3]],
+        skip_ids: Option<SkipIds>,
+    ) {
         for (primitive, corners) in (0..).zip(triangles) {
             let triangle = Triangle::new(corners.map(|i| vertices[i as usize]));
             let from_origin = triangle.from_origin();
-            let aim = aims.map_or(NO_SPHERE, |aims| aims.of(primitive));
-            self.shapes.add(&triangle, &from_origin, aim);
+            let skip_id = skip_ids.map_or(NO_SKIP_ID, |skip_ids| skip_ids.of(primitive));
+            self.shapes.add(&triangle, &from_origin, skip_id);
             self.triangles.push(Member {
                 unit: Vec3::<f32>::splat(triangle.normal).unit().lane(0),
                 triangle,
                 from_origin,
                 name: [geometry, primitive],
-                aim,
+                skip_id,
             });
         }
     }
@@ -111,7 +117,7 @@ impl Line {
     /// Takes triangles of a packet among the candidates.
     fn take<L: Lane>(&self, at: usize, kept: L::Mask, set: &mut Candidates) {
         for i in kept.lanes().map(|lane| at + lane) {
-            let list = if self.triangles[i].aim == NO_SPHERE {
+            let list = if self.triangles[i].skip_id == NO_SKIP_ID {
                 &mut set.triangles
             } else {
                 &mut set.lights
@@ -231,8 +237,8 @@ impl Line {
             }
         }
         for &i in &set.lights {
-            let Member { triangle, aim, .. } = &self.triangles[i as usize];
-            let aimed = ray.aims_at.eq(L::Bits::splat(*aim));
+            let Member { triangle, skip_id, .. } = &self.triangles[i as usize];
+            let aimed = ray.skip_id.eq(L::Bits::splat(*skip_id));
             open = open & (!triangle.intersect(ray).found | aimed);
             if open.none() {
                 return active;
@@ -240,7 +246,7 @@ impl Line {
         }
         for &i in &set.balls {
             let (met, _) = self.spheres[i as usize].intersect(ray.origin, ray.direction, L::zero(), ray.tfar);
-            open = open & (!met | ray.aims_at.eq(L::Bits::splat(i)));
+            open = open & (!met | ray.skip_id.eq(L::Bits::splat(i)));
             if open.none() {
                 return active;
             }

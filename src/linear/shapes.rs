@@ -36,7 +36,7 @@ const RADIUS: usize = 3;
 
 impl Shapes {
     /// Adds a triangle, and what rays call it that aim at it.
-    pub fn add(&mut self, triangle: &Triangle, from_origin: &FromOrigin, aim: u32) {
+    pub fn add(&mut self, triangle: &Triangle, from_origin: &FromOrigin, skip_id: u32) {
         let corners = triangle.corners;
         let mut all = [0.0; 33];
         for k in 0..3 {
@@ -52,7 +52,7 @@ impl Shapes {
         all[OFFSET] = dot(triangle.normal, corners[0]);
         all[LENGTH] = length(triangle.normal);
         all[REACH] = corners.map(norm1).into_iter().fold(0.0, f32::max);
-        all[AIM] = f32::from_bits(aim);
+        all[AIM] = f32::from_bits(skip_id);
         let offset = from_origin.offset;
         all[SIGN] = if offset == 0.0 { 0.0 } else { offset.signum() };
         all[WIDEST] = from_origin.sides.map(norm1).into_iter().fold(0.0, f32::max);
@@ -78,9 +78,9 @@ impl Shapes {
     }
 
     /// Which triangles are called that by rays that aim at them.
-    pub fn aimed_at<L: Lane>(&self, at: usize, name: u32) -> L::Mask {
-        let aim: L = self.triangles.get(AIM, at);
-        aim.to_bits().eq(L::Bits::splat(name))
+    pub fn skip_id<L: Lane>(&self, at: usize, name: u32) -> L::Mask {
+        let skip_id: L = self.triangles.get(AIM, at);
+        skip_id.to_bits().eq(L::Bits::splat(name))
     }
 
     /// Which triangles are outside of a box, as far as their own boxes tell.
@@ -131,7 +131,7 @@ impl Shapes {
     }
 
     /// Which triangles have a light, and points between `low` and `high` from their planes, strictly on one side.
-    pub fn beside<L: Lane>(&self, at: usize, light: &Ball, low: L, high: L) -> L::Mask {
+    pub fn separated_by_plane<L: Lane>(&self, at: usize, light: &Ball, low: L, high: L) -> L::Mask {
         let (length, offset): (L, L) = (self.triangles.get(LENGTH, at), self.triangles.get(OFFSET, at));
         let center = self.triangles.get3::<L>(NORMAL, at).dot(Vec3::splat(light.center)) - offset;
         let radius = mutate!(light.radius, LightAsPoint => 0.0) * (1.0 + MARGIN);

@@ -11,7 +11,7 @@ use crate::light::falloff::Falloff;
 use crate::light::{DeltaLight, Environment, MeshLight, Sun, Triangle, TriangleLight};
 use crate::sampling::Discrete;
 use crate::scene::{self, Features, Light, LightClass, Mesh, Scene, Surface};
-use crate::shape::{AimNames, Aims, Ball};
+use crate::shape::{Ball, SkipIdAllocator, SkipIds};
 
 /// The lights that meshes are.
 #[derive(Debug, Default)]
@@ -23,7 +23,7 @@ pub struct Emitters {
     /// For every mesh of the scene, the place of its first triangle among [`Self::triangles`]; `u32::MAX` where they are not there.
     pub first_triangles: Vec<u32>,
     /// For every mesh of the scene, what rays call its triangles; `None` where it is no light.
-    pub aims: Vec<Option<Aims>>,
+    pub skip_ids: Vec<Option<SkipIds>>,
 }
 
 /// A mesh is flat if no corner is farther from its plane than this part of its size: rays cannot tell.
@@ -36,22 +36,22 @@ impl Emitters {
     /// [`EmbreeError::TooManyLights`] if there are more triangles than rays have names for.
     pub fn of(scene: &Scene, space: &Space, each: bool) -> Result<Self, EmbreeError> {
         let mut found = Self::default();
-        let mut names = AimNames::default();
+        let mut names = SkipIdAllocator::default();
         for (geometry, mesh) in (0..).zip(scene.meshes()) {
             let first = found.triangles.len() as u32;
             found.first_triangles.push(u32::MAX);
             let Surface::Emission(le) = mesh.surface else {
-                found.aims.push(None);
+                found.skip_ids.push(None);
                 continue;
             };
             if le.max_element() <= 0.0 {
-                found.aims.push(None);
+                found.skip_ids.push(None);
                 continue;
             }
-            let aims = names.next(mesh.triangles.len(), !is_flat(mesh));
-            let aims = aims.ok_or(EmbreeError::TooManyLights)?;
-            found.aims.push(Some(aims));
-            found.add(mesh, space, aims, narrow(le), (geometry, each));
+            let skip_ids = names.next(mesh.triangles.len(), !is_flat(mesh));
+            let skip_ids = skip_ids.ok_or(EmbreeError::TooManyLights)?;
+            found.skip_ids.push(Some(skip_ids));
+            found.add(mesh, space, skip_ids, narrow(le), (geometry, each));
             if found.triangles.len() as u32 > first {
                 found.first_triangles[geometry as usize] = first;
             }
@@ -59,12 +59,12 @@ impl Emitters {
         Ok(found)
     }
 
-    fn add(&mut self, mesh: &Mesh, space: &Space, aims: Aims, le: [f32; 3], (geometry, each): (u32, bool)) {
+    fn add(&mut self, mesh: &Mesh, space: &Space, skip_ids: SkipIds, le: [f32; 3], (geometry, each): (u32, bool)) {
         let corners = |t: &[u32; 3]| t.map(|i| mesh.vertices[i as usize]);
         let triangles: Vec<Triangle> = mesh.triangles.iter().map(|t| triangle(corners(t), space)).collect();
-        let named = (0..).zip(&triangles).map(|(i, t)| (aims.of(i), *t));
+        let named = (0..).zip(&triangles).map(|(i, t)| (skip_ids.of(i), *t));
         if each || Features::samples_each_triangle(mesh) {
-            let lights = named.map(|(aim, triangle)| TriangleLight { triangle, le, aim });
+            let lights = named.map(|(skip_id, triangle)| TriangleLight { triangle, le, skip_id });
             self.triangles.extend(lights);
             return;
         }
@@ -79,7 +79,7 @@ impl Emitters {
         let points: Vec<[f32; 3]> = triangles.iter().flat_map(|t| t.corners).collect();
         let Ball { center, radius } = Ball::around(&points);
         self.meshes.push(MeshLight {
-            aims: named.map(|(aim, _)| aim).collect(),
+            skip_ids: named.map(|(skip_id, _)| skip_id).collect(),
             triangles,
             shares,
             le,
@@ -91,7 +91,7 @@ impl Emitters {
 }
 
 /// What lies beyond the scene, if any light comes from it.
-pub fn beyond(scene: &Scene) -> Option<Environment> {
+pub fn environment(scene: &Scene) -> Option<Environment> {
     match scene.environment().filter(|sky| sky.emits())? {
         scene::Environment::Constant(le) => Some(Environment::Constant(Constant { le: narrow(*le) })),
         scene::Environment::Picture(picture) => {
@@ -123,7 +123,7 @@ pub fn suns(scene: &Scene) -> Vec<Sun> {
         let angle = angular_radius.to_radians();
         // The irradiance of a disk of radiance 1 on what faces it.
         let facing = std::f64::consts::PI * angle.sin().powi(2);
-        Some(Sun::new(toward(direction), angle, narrow(irradiance / facing)))
+        Some(Sun::new(sample_light(direction), angle, narrow(irradiance / facing)))
     });
     suns.collect()
 }
@@ -148,12 +148,16 @@ pub fn delta_lights(scene: &Scene, space: &Space) -> Vec<DeltaLight> {
             outer_angle,
         } => {
             let angles = [inner_angle, outer_angle].map(f64::to_radians);
-            at(position, intensity, Some(Falloff::new(toward(-direction), angles)))
+            at(
+                position,
+                intensity,
+                Some(Falloff::new(sample_light(-direction), angles)),
+            )
         }
         Light::Directional {
             direction, irradiance, ..
         } => DeltaLight {
-            place: Place::Toward(toward(direction)),
+            place: Place::Toward(sample_light(direction)),
             le: narrow(irradiance),
         },
     });
@@ -161,7 +165,7 @@ pub fn delta_lights(scene: &Scene, space: &Space) -> Vec<DeltaLight> {
 }
 
 /// Against a direction of any length but 0; unit. Its squares may leave `f64` only where it was not brought to about 1.
-fn toward(direction: DVec3) -> [f32; 3] {
+fn sample_light(direction: DVec3) -> [f32; 3] {
     narrow(-(direction / direction.abs().max_element()).normalize())
 }
 

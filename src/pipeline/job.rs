@@ -108,15 +108,15 @@ impl Job<'_> {
         let mut sum = tile.empty_sum(range.len() as u32);
         let mut counters = Counters::default();
         // A panic elsewhere leaves whole scratch pads behind: they hold nothing between chunks.
-        let pads = || self.scratch.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut scratch = pads().pop().unwrap_or_default();
+        let scratches = || self.scratch.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut scratch = scratches().pop().unwrap_or_default();
         let mut chunk = Chunk {
             world: self.world,
             numbers: self.numbers,
             tile,
             film_width: self.film.width,
             first: range.start,
-            turns: &self.numbers.by_coin(range.clone()),
+            pass_order: &self.numbers.by_technique(range.clone()),
             order: self.plan.order,
             mix: self.plan.mix,
             answers: self.plan.answers,
@@ -132,7 +132,7 @@ impl Job<'_> {
         for shade in &self.plan.shade {
             shade(&mut chunk, &mut scratch);
         }
-        pads().push(scratch);
+        scratches().push(scratch);
         // Embree keeps the errors of queries for the thread that asked: here is the last place to hear of them.
         if let Err(error) = self.world.accel.check() {
             self.progress.fail(error);

@@ -33,11 +33,11 @@ pub fn partly(prepared: &Prepared) -> Partly {
     let goal = |y: u32| (0..size.width).map(move |x| if own_ray(x) && own_ray(y) { u32::MAX } else { 0 });
     film.set_goals(&(0..size.height).flat_map(goal).collect::<Vec<_>>());
     let of_tile = |tile: &Tile| {
-        let Some(survey) = prepared.plan.survey else {
+        let Some(bound_points) = prepared.plan.bound_points else {
             return Vec::new();
         };
         let marks = look(prepared, tile, |chunk, scratch| {
-            survey(chunk, scratch);
+            bound_points(chunk, scratch);
             std::mem::take(&mut scratch.partly)
         });
         if marks.iter().all(|&mark| mark == 0) {
@@ -56,7 +56,7 @@ pub fn partly(prepared: &Prepared) -> Partly {
 
 /// What one ray through a pixel has met.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Seen {
+struct Traced {
     position: [f32; 3],
     normal: [f32; 3],
     /// Nothing, something that shines, or a surface: then which model it has, and its exponent or roughness.
@@ -65,7 +65,7 @@ struct Seen {
 
 const SHINES: f32 = -1.0;
 
-impl Seen {
+impl Traced {
     /// Whether both may belong to one smooth surface: one model, normals less than 26 degrees apart, and neither 12 degrees out of the
     /// other's plane.
     fn joins(&self, other: &Self) -> bool {
@@ -83,9 +83,9 @@ pub fn kinds(prepared: &Prepared) -> Vec<Kind> {
     let film = Film::new(prepared.settings.film);
     let of_tile = |tile: &Tile| look(prepared, tile, |chunk, scratch| seen(chunk, &scratch.hits));
     let tiles = film.tiles();
-    let of_tiles: Vec<Vec<Seen>> = prepared.pool.install(|| tiles.par_iter().map(of_tile).collect());
+    let of_tiles: Vec<Vec<Traced>> = prepared.pool.install(|| tiles.par_iter().map(of_tile).collect());
     let at = |x: u32, y: u32| y as usize * width as usize + x as usize;
-    let mut all = vec![Seen::default(); width as usize * height as usize];
+    let mut all = vec![Traced::default(); width as usize * height as usize];
     for (tile, seen) in tiles.iter().zip(of_tiles) {
         for ([x, y], seen) in tile.pixels().zip(seen) {
             all[at(x, y)] = seen;
@@ -115,13 +115,13 @@ pub fn kinds(prepared: &Prepared) -> Vec<Kind> {
 }
 
 /// What the pixels of a chunk of one pass have met.
-fn seen(chunk: &Chunk, hits: &Streams) -> Vec<Seen> {
+fn seen(chunk: &Chunk, hits: &Streams) -> Vec<Traced> {
     let shines = |sum: &[f64; 4]| if *sum == [0.0; 4] { 0.0 } else { SHINES };
-    let nothing = |sum| Seen {
+    let nothing = |sum| Traced {
         what: shines(sum),
-        ..Seen::default()
+        ..Traced::default()
     };
-    let mut all: Vec<Seen> = chunk.sum.0.iter().map(nothing).collect();
+    let mut all: Vec<Traced> = chunk.sum.0.iter().map(nothing).collect();
     note::<Diffuse>(hits, &mut all, |_| 1.0);
     note::<Phong>(hits, &mut all, |bsdf| 1.0 + bsdf.alpha);
     note::<Ggx>(hits, &mut all, |bsdf| -1.5 - bsdf.facets.alpha);
@@ -130,11 +130,11 @@ fn seen(chunk: &Chunk, hits: &Streams) -> Vec<Seen> {
 }
 
 /// Notes the points of a model; `what` is a number of each surface's own.
-fn note<M: Model>(hits: &Streams, all: &mut [Seen], what: fn(&M::Of<f32>) -> f32) {
+fn note<M: Model>(hits: &Streams, all: &mut [Traced], what: fn(&M::Of<f32>) -> f32) {
     let stream = M::stream(hits);
     for at in 0..stream.len() {
         let (_, point, address) = stream.packet::<f32>(at);
-        all[address.index.0 as usize] = Seen {
+        all[address.index.0 as usize] = Traced {
             position: [point.p.x, point.p.y, point.p.z],
             normal: [point.ng.x, point.ng.y, point.ng.z],
             what: what(&point.bsdf),
@@ -154,7 +154,7 @@ fn look<T>(prepared: &Prepared, tile: &Tile, of: impl Fn(&mut Chunk, &mut Scratc
         tile,
         film_width: prepared.settings.film.width,
         first: 0,
-        turns: &[0],
+        pass_order: &[0],
         order: plan.order,
         mix: plan.mix,
         answers: plan.answers,

@@ -3,7 +3,7 @@
 use std::sync::LazyLock;
 
 use super::intersector::{IN_LINE, Intersector};
-use super::rows::{self, Run};
+use super::kernels::{self, Run};
 use super::settings::Settings;
 use super::stage::{Answers, Order};
 use crate::embree::{Device, Packets};
@@ -118,7 +118,7 @@ pub struct Plan {
     /// every light, each kind of light that there is.
     pub shade: Vec<Run>,
     /// Finds where lights are seen in part, where the estimator takes two directions there.
-    pub survey: Option<Run>,
+    pub bound_points: Option<Run>,
     /// What the intersector answers to the shading stages.
     pub answers: Answers,
     /// Which directions are drawn for each light and how they are weighed.
@@ -162,7 +162,7 @@ impl Plan {
             _ => lanes.count(),
         };
         let why = note.into_iter().fold(why, |why, note| format!("{why}; {note}"));
-        let needs = features.effects().and(forced);
+        let needs = features.effects().union(forced);
         let lists = lights
             .list_of(features.emitters)
             .filter(|_| !features.nothing_in_sight());
@@ -197,21 +197,21 @@ impl Plan {
                 together,
                 pairs,
                 order,
-                eye: rows::blank().run(lanes),
+                eye: kernels::blank().run(lanes),
                 shade: Vec::new(),
-                survey: None,
+                bound_points: None,
                 answers: Answers::of(accel, lanes),
                 mix: Mix::default(),
                 lists: None,
                 held: Effects::default(),
             });
         }
-        let (in_eye, eye) = rows::eye(needs);
-        let models: Vec<Effect> = rows::MODELS.into_iter().filter(|&model| needs.has(model)).collect();
-        let held = in_eye.and(Effects::of(&models));
+        let (in_camera, eye) = kernels::camera(needs);
+        let models: Vec<Effect> = kernels::MODELS.into_iter().filter(|&model| needs.has(model)).collect();
+        let held = in_camera.union(Effects::of(&models));
         let why = format!(
             "{why}; camera rays use the smallest compiled program that can do {}",
-            listed(*in_eye)
+            listed(*in_camera)
         );
         Ok(Self {
             name,
@@ -224,16 +224,16 @@ impl Plan {
             eye: eye.run(accel, lanes),
             shade: models
                 .iter()
-                .flat_map(|&model| rows::shade(estimator, needs, lists.is_some(), model))
+                .flat_map(|&model| kernels::shade(estimator, needs, lists.is_some(), model))
                 .map(|row| row.run(lanes))
                 .collect(),
             // With more shapes rays are dear: on `knot` second directions save 5 % of the error.
-            survey: rows::survey(estimator, needs)
+            bound_points: kernels::bound_points(estimator, needs)
                 .filter(|_| lists.is_none())
                 .filter(|_| features.shapes <= IN_LINE)
                 .map(|row| row.run(lanes)),
             answers: Answers::of(accel, lanes),
-            mix: rows::mix(estimator),
+            mix: kernels::mix(estimator),
             lists,
             held,
         })

@@ -116,8 +116,8 @@ impl Prepared {
     /// Something for a thread to work with; to be [put back](Self::put_back).
     pub(super) fn scratch(&self) -> Scratch {
         // A panic elsewhere leaves whole scratch pads behind: they hold nothing between chunks.
-        let mut pads = self.scratch.lock().unwrap_or_else(PoisonError::into_inner);
-        pads.pop().unwrap_or_default()
+        let mut scratches = self.scratch.lock().unwrap_or_else(PoisonError::into_inner);
+        scratches.pop().unwrap_or_default()
     }
 
     /// Keeps it for the next who asks.
@@ -130,7 +130,7 @@ impl Prepared {
 
     /// Where lights are seen in part, if the estimator sends more rays there: found when it is asked for first.
     pub(super) fn partly(&self) -> Option<&Partly> {
-        self.plan.survey?;
+        self.plan.bound_points?;
         Some(self.partly.get_or_init(|| outlook::partly(self)))
     }
 

@@ -32,9 +32,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::prepared::Prepared;
-use super::tracer::{ByEmbree, InLine, Tracer};
+use super::tracer::{BruteForce, ByEmbree, Tracer};
 use super::world::World;
-use crate::embree::{LaneWork, NO_SPHERE, TraceLane, in_eight_of_avx512, in_sixteen};
+use crate::embree::{LaneWork, NO_SKIP_ID, TraceLane, in_eight_of_avx512, in_sixteen};
 use crate::lane::{Bits, F32x8, Lane, Mask, has_avx512};
 use crate::linear::Candidates;
 use crate::math::Vec3;
@@ -149,7 +149,7 @@ impl RayQueries {
         };
         let [one, eight, eight_of_avx512, sixteen] = match self.prepared.plan.intersector.accel {
             AccelKind::Embree => kernels::<ByEmbree>(),
-            AccelKind::Linear => kernels::<InLine>(),
+            AccelKind::Linear => kernels::<BruteForce>(),
         };
         match self.prepared.plan.lanes {
             Lanes::One => one(&mut task),
@@ -199,7 +199,7 @@ impl<T: Tracer> LaneWork for OfTask<'_, '_, T> {
 fn run<L: TraceLane, T: Tracer>(task: &mut Task) {
     let (world, coherence) = (task.world, task.rays.coherence);
     let mut set = Candidates::default();
-    T::face_all(world, &mut set);
+    T::keep_all(world, &mut set);
     let length = match &task.answers {
         Answers::Hits(hits) => hits.t.len(),
         Answers::Occluded(occluded) => occluded.len(),
@@ -254,7 +254,7 @@ fn packet<L: TraceLane>(task: &Task, at: usize, count: usize) -> (L::Mask, Ray<L
         origin: vector(&origin),
         direction: vector(&direction),
         tfar: L::load(&tfar),
-        aims_at: L::Bits::splat(NO_SPHERE),
+        skip_id: L::Bits::splat(NO_SKIP_ID),
     };
     (L::Mask::from_bitmask(active), ray)
 }

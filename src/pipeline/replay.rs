@@ -17,16 +17,16 @@ use super::progress::Counters;
 use super::settings::Settings;
 use super::stage::{Chunk, MARKS, Scratch, Segment, pairs};
 use super::stream::Address;
-use super::tracer::{ByEmbree, InLine, Tracer};
+use super::tracer::{BruteForce, ByEmbree, Tracer};
 use super::world::World;
 use crate::bsdf::Brdf;
-use crate::embree::{Coherence, NO_SPHERE, Ray};
+use crate::embree::{Coherence, NO_SKIP_ID, Ray};
 use crate::estimator::density::{Density, Mix, Warp};
 use crate::estimator::{ShadingPoint, per_light, per_point};
 use crate::film::Tile;
 use crate::lane::Word;
 use crate::math::Vec3;
-use crate::sampling::{PassBlock, Toss, warp};
+use crate::sampling::{PassBlock, TechniqueSample, warp};
 use crate::scene::{Effect, EstimatorKind};
 use crate::settings::AccelKind;
 use told::{Told, found, of_spheres, technique};
@@ -114,7 +114,7 @@ pub(super) fn replay(
         tile,
         film_width: width,
         first: 0,
-        turns: &[0],
+        pass_order: &[0],
         order: plan.order,
         mix: plan.mix,
         answers: plan.answers,
@@ -163,7 +163,7 @@ pub(super) fn replay(
     let others = rays.iter().filter(|ray| untold && !told(ray));
     let beside = others.map(|ray| match plan.intersector.accel {
         AccelKind::Embree => beside::of::<ByEmbree>(world, ray),
-        AccelKind::Linear => beside::of::<InLine>(world, ray),
+        AccelKind::Linear => beside::of::<BruteForce>(world, ray),
     });
     let beside = beside.collect();
     let key = numbers.key(Word(y * width + x));
@@ -182,7 +182,7 @@ pub(super) fn replay(
         direction: direction.lane(0),
         hit: match plan.intersector.accel {
             AccelKind::Embree => met::<ByEmbree>(world, origin, direction),
-            AccelKind::Linear => met::<InLine>(world, origin, direction),
+            AccelKind::Linear => met::<BruteForce>(world, origin, direction),
         },
         rays,
         seen,
@@ -195,23 +195,23 @@ pub(super) fn replay(
     }
 }
 
-fn ray(origin: Vec3<f32>, direction: Vec3<f32>, tfar: f32, aims_at: u32) -> Ray<f32> {
+fn ray(origin: Vec3<f32>, direction: Vec3<f32>, tfar: f32, skip_id: u32) -> Ray<f32> {
     Ray {
         origin,
         direction,
         tfar,
-        aims_at: Word(aims_at),
+        skip_id: Word(skip_id),
     }
 }
 
 fn met<T: Tracer>(world: &World, origin: Vec3<f32>, direction: Vec3<f32>) -> Option<Met> {
     let mut set = Default::default();
-    T::face_all(world, &mut set);
+    T::keep_all(world, &mut set);
     let hit = T::nearest::<f32>(
         world,
         &set,
         true,
-        &ray(origin, direction, f32::INFINITY, NO_SPHERE),
+        &ray(origin, direction, f32::INFINITY, NO_SKIP_ID),
         Coherence::Coherent,
     );
     hit.found.then_some(Met {
@@ -257,9 +257,9 @@ impl Sample<'_> {
         };
         let asked = match accel {
             AccelKind::Embree if lists => listed::directions::<ByEmbree, M>(self, &at, &address),
-            AccelKind::Linear if lists => listed::directions::<InLine, M>(self, &at, &address),
+            AccelKind::Linear if lists => listed::directions::<BruteForce, M>(self, &at, &address),
             AccelKind::Embree => directions::<ByEmbree, M>(chunk, settings, &at, &address),
-            AccelKind::Linear => directions::<InLine, M>(chunk, settings, &at, &address),
+            AccelKind::Linear => directions::<BruteForce, M>(chunk, settings, &at, &address),
         };
         Some((point, asked))
     }
@@ -274,62 +274,68 @@ fn directions<T: Tracer, M: Told>(
 ) -> Vec<Asked> {
     let (world, numbers, tile) = (chunk.world, chunk.numbers, chunk.tile);
     let mut set = Default::default();
-    T::face_all(world, &mut set);
+    T::keep_all(world, &mut set);
     let told =
         |wi: Vec3<f32>, distance: f32, ld: Vec3<f32>, occluded: bool| found(world, point, (wi, distance), ld, occluded);
     let (mix, warp) = of_spheres::<M>(settings.estimator);
     let split =
         |i: usize| warp == Warp::ConeOrCap && i < MARKS && chunk.partly.iter().any(|lights| lights >> i & 1 == 1);
-    let shared = |toss: bool| {
+    let shared = |technique_sample: bool| {
         // All lights share the direction of the BRDF.
-        let of = if toss { PassBlock::after_toss } else { PassBlock::pair };
+        let of = if technique_sample {
+            PassBlock::after_toss
+        } else {
+            PassBlock::pair
+        };
         of(numbers, address.key, address.pass, pairs::DIRECTION)
     };
     let for_light = |i: usize| {
         let pair = pairs::light(i);
-        let mut tosses = vec![numbers.toss(address.key, address.pass, pair, tile.number())];
+        let mut tosses = vec![numbers.technique_sample(address.key, address.pass, pair, tile.number())];
         if mix.both() || warp != Warp::Cone {
             tosses[0].pair = numbers.pair(address.key, address.pass, pair);
         }
-        tosses[0].heads &= mix == Mix::Average;
-        if tosses[0].heads {
+        tosses[0].by_brdf_lanes &= mix == Mix::Average;
+        if tosses[0].by_brdf_lanes {
             tosses[0].pair = shared(true);
         }
         if mix.both() {
-            let (heads, pair) = (true, shared(false));
-            tosses.push(Toss { heads, pair });
+            let (by_brdf_lanes, pair) = (true, shared(false));
+            tosses.push(TechniqueSample { by_brdf_lanes, pair });
         }
         if split(i) {
-            let (heads, pair) = (false, tosses[0].pair.opposite());
-            tosses.push(Toss { heads, pair });
+            let (by_brdf_lanes, pair) = (false, tosses[0].pair.opposite());
+            tosses.push(TechniqueSample { by_brdf_lanes, pair });
         }
-        tosses.into_iter().map(move |toss| (i, toss))
+        tosses.into_iter().map(move |technique_sample| (i, technique_sample))
     };
-    let asked = |(i, toss): (usize, Toss<Word>)| {
+    let asked = |(i, technique_sample): (usize, TechniqueSample<Word>)| {
         let light = &world.lights[i];
-        let drawn = match settings.estimator {
-            EstimatorKind::Projected => per_light::sample(M::Projected::of(mix), point, light, toss, true),
-            EstimatorKind::Product => per_light::sample(M::Product::of(mix), point, light, toss, true),
-            _ => per_light::sample(mix, point, light, toss, true),
+        let sampled = match settings.estimator {
+            EstimatorKind::Projected => per_light::sample(M::Projected::of(mix), point, light, technique_sample, true),
+            EstimatorKind::Product => per_light::sample(M::Product::of(mix), point, light, technique_sample, true),
+            _ => per_light::sample(mix, point, light, technique_sample, true),
         };
         let cone = light.cone(point.p);
         Asked {
             light: Some(i),
             kind: Some("sphere"),
             sphere: Some(light.sphere),
-            omc: Some(cone.omc),
+            one_minus_cos_max: Some(cone.one_minus_cos_max),
             cone_pdf: Some(cone.pdf()),
-            technique: if toss.heads {
+            technique: if technique_sample.by_brdf_lanes {
                 "brdf"
             } else {
                 technique(warp, point, light)
             },
-            lobe: toss.heads.then(|| per_light::along_lobe(point, toss.pair).lane(0)),
-            found: drawn.filter(|drawn| drawn.active).map(|drawn| {
-                let shadow = ray(point.p, drawn.wi, drawn.distance, light.sphere);
+            lobe: technique_sample
+                .by_brdf_lanes
+                .then(|| per_light::along_lobe(point, technique_sample.pair).lane(0)),
+            found: sampled.filter(|sampled| sampled.active).map(|sampled| {
+                let shadow = ray(point.p, sampled.wi, sampled.distance, light.sphere);
                 let occluded = T::occluded::<f32>(world, &set, true, &shadow);
                 let share = if split(i) { 0.5 } else { 1.0 };
-                told(drawn.wi, drawn.distance, drawn.ld * share, occluded)
+                told(sampled.wi, sampled.distance, sampled.ld * share, occluded)
             }),
         }
     };
@@ -341,7 +347,7 @@ fn directions<T: Tracer, M: Told>(
     }
     let uniform = settings.estimator == EstimatorKind::Uniform;
     let pair = numbers.pair(address.key, address.pass, pairs::DIRECTION);
-    let drawn = if uniform {
+    let sampled = if uniform {
         per_point::sample::<f32, per_point::Sphere>(point, pair, true)
     } else {
         per_point::sample::<f32, per_point::Lobe>(point, pair, true)
@@ -350,20 +356,20 @@ fn directions<T: Tracer, M: Told>(
         light: None,
         kind: None,
         sphere: None,
-        omc: None,
+        one_minus_cos_max: None,
         cone_pdf: None,
         technique: if uniform { "sphere" } else { "brdf" },
         lobe: (!uniform).then(|| per_light::along_lobe(point, pair).lane(0)),
-        found: drawn.filter(|drawn| drawn.active).map(|drawn| {
-            let towards = ray(point.p, drawn.wi, f32::INFINITY, NO_SPHERE);
+        found: sampled.filter(|sampled| sampled.active).map(|sampled| {
+            let towards = ray(point.p, sampled.wi, f32::INFINITY, NO_SKIP_ID);
             let hit = T::nearest::<f32>(world, &set, true, &towards, Coherence::Incoherent);
             let surface = |()| world.surfaces[world.surface_index(hit.geometry.0, hit.primitive.0) as usize];
-            let beyond = || world.environment.is_some() || world.suns.iter().any(|sun| sun.contains(drawn.wi));
+            let environment = || world.environment.is_some() || world.suns.iter().any(|sun| sun.contains(sampled.wi));
             let lit = match hit.found {
                 true => surface(()).le.is_some(),
-                false => beyond(),
+                false => environment(),
             };
-            told(drawn.wi, hit.t, drawn.throughput, !lit)
+            told(sampled.wi, hit.t, sampled.throughput, !lit)
         }),
     };
     std::iter::once(asked)

@@ -202,20 +202,21 @@ impl HitStream {
 
     /// Notes which points of the packet at `at` follow their BRDF, and the direction that it gave them.
     #[inline(always)]
-    pub fn set_drawn<L: Lane>(&mut self, at: usize, heads: L::Mask, wi: Vec3<L>) {
-        self.0.set(column::FOLLOWS, at, L::select(heads, -L::zero(), L::zero()));
+    pub fn set_drawn<L: Lane>(&mut self, at: usize, by_brdf_lanes: L::Mask, wi: Vec3<L>) {
+        self.0
+            .set(column::FOLLOWS, at, L::select(by_brdf_lanes, -L::zero(), L::zero()));
         self.0.set3(column::DRAWN, at, wi);
     }
 
     /// The points of the packet at `at` that follow their BRDF.
     #[inline(always)]
-    pub fn heads<L: Lane>(&self, at: usize) -> L::Mask {
+    pub fn by_brdf_lanes<L: Lane>(&self, at: usize) -> L::Mask {
         self.0.get::<L>(column::FOLLOWS, at).to_bits().top_bit()
     }
 
     /// The directions of the BRDF for the packet at `at`.
     #[inline(always)]
-    pub fn drawn<L: Lane>(&self, at: usize) -> Vec3<L> {
+    pub fn sampled<L: Lane>(&self, at: usize) -> Vec3<L> {
         self.0.get3(column::DRAWN, at)
     }
 

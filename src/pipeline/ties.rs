@@ -43,7 +43,7 @@ pub fn next_to_edge<L: TraceLane>(hit: &Hit<L>) -> L::Mask {
 
 /// Has the faces around a hit asked again where it is next to an `edge`; `doubtful` are further lanes to look at.
 #[inline(always)]
-pub fn settle<L: TraceLane>(
+pub fn resolve<L: TraceLane>(
     hit: &mut Hit<L>,
     ray: &Ray<L>,
     sphere_geometry: u32,
@@ -172,18 +172,18 @@ fn decide(origin: [f32; 3], direction: [f32; 3], met: Met, nearby: &dyn Nearby) 
 /// The direction of a ray that is moved towards the middles of faces, by what rounding does to the smallest of them.
 fn inward(faces: &[Face], d: DVec3, t: f64) -> DVec3 {
     let to_middle = |face: &Face| (face.corners[0] + face.corners[1] + face.corners[2]) / 3.0 - t * d;
-    let toward: DVec3 = faces.iter().map(|face| to_middle(face).normalize_or_zero()).sum();
+    let sample_light: DVec3 = faces.iter().map(|face| to_middle(face).normalize_or_zero()).sum();
     let steps = faces.iter().map(|face| 4.0 * face.slack * to_middle(face).length());
     let step = steps.fold(f64::INFINITY, f64::min);
-    d + step / t * toward.normalize_or_zero()
+    d + step / t * sample_light.normalize_or_zero()
 }
 
 /// The nearest of the faces that a ray meets, and whether no other is as near; of those in its plane the one that looks at the
 /// ray, then the first in the file.
 fn nearest(faces: &[Face], d: DVec3) -> Option<(Face, bool)> {
     let strictly = || faces.iter().filter(|face| face.inside(d) >= 0.0);
-    let first = strictly().min_by(|a, b| a.along(d).total_cmp(&b.along(d)))?;
-    let as_near = |face: &&Face| face.along(d) <= first.along(d) * (1.0 + SAME);
+    let first = strictly().min_by(|a, b| a.sample_brdf(d).total_cmp(&b.sample_brdf(d)))?;
+    let as_near = |face: &&Face| face.sample_brdf(d) <= first.sample_brdf(d) * (1.0 + SAME);
     let looks_away = |face: &Face| face.normal.dot(d) > 0.0;
     let alone = strictly().filter(as_near).all(|face| face.parallel(first));
     let won = strictly()
@@ -204,7 +204,7 @@ impl Face {
             t: 0.0,
             slack: 0.0,
         };
-        face.t = face.along(d);
+        face.t = face.sample_brdf(d);
         let total = face.sides(d).iter().sum::<f64>().abs();
         let terms = |from: DVec3, to: DVec3| (from + to).length() * (to - from).length();
         let largest = terms(a, b).max(terms(b, c)).max(terms(c, a)) * d.length();
@@ -219,7 +219,7 @@ impl Face {
     }
 
     /// Where a ray meets its plane.
-    fn along(&self, d: DVec3) -> f64 {
+    fn sample_brdf(&self, d: DVec3) -> f64 {
         self.normal.dot(self.corners[0]) / self.normal.dot(d)
     }
 
@@ -299,8 +299,8 @@ mod tests {
         let faces = [[p, q, [-1.0, -0.5, 3.1]], [q, p, [1.5, 1.0, 2.9]]];
         for i in 1..2000 {
             let s = i as f32 / 2000.0;
-            let aim: [f32; 3] = std::array::from_fn(|k| p[k] + s * (q[k] - p[k]));
-            let won = [0, 1].map(|met| winner(&faces, aim, met, 1.0));
+            let skip_id: [f32; 3] = std::array::from_fn(|k| p[k] + s * (q[k] - p[k]));
+            let won = [0, 1].map(|met| winner(&faces, skip_id, met, 1.0));
             assert!(won[0].is_some());
             assert_eq!(won[0], won[1], "at {s}");
         }

@@ -17,19 +17,19 @@ pub trait Tracer {
     /// Whether the normals of triangles that were met are unit: the line knows them beforehand.
     const UNIT_NORMALS: bool;
     /// Packets of eye rays whose hits wait until the next packet is traced: what belongs to them is fetched meanwhile.
-    const WAITING: usize;
+    const PREFETCH_DISTANCE: usize;
     /// Points that are shaded for all lights before the next points are.
     const BLOCK: usize;
     /// Prepares for the eye rays of a tile.
-    fn face_tile<L: Lane>(world: &World, tile: &Tile, set: &mut Candidates);
+    fn cull_for_tile<L: Lane>(world: &World, tile: &Tile, set: &mut Candidates);
     /// Looks at the points of a stream, which must not be empty.
     #[inline(always)]
-    fn survey<L: Lane>(world: &World, stream: &HitStream, points: &mut Points) {
+    fn bound_points<L: Lane>(world: &World, stream: &HitStream, points: &mut Points) {
         if world.culls {
-            survey::<L>(world, stream, points);
+            bound_points::<L>(world, stream, points);
         }
     }
-    /// Prepares for rays from the points of a surveyed stream into a ball; what `aimed_at` names blocks none of them. Whether nothing
+    /// Prepares for rays from the points of a surveyed stream into a ball; what `skip_id` names blocks none of them. Whether nothing
     /// at all can be in their way: then they need not be asked for.
     #[inline(always)]
     fn face_ball<L: Lane>(
@@ -37,18 +37,18 @@ pub trait Tracer {
         stream: &HitStream,
         points: &mut Points,
         ball: &Ball,
-        aimed_at: u32,
+        skip_id: u32,
         set: &mut Candidates,
     ) -> bool {
         // Where there are few shapes the line knows them, whoever answers rays.
         if world.culls {
-            return cull::<L>(world, stream, points, ball, aimed_at, set);
+            return cull::<L>(world, stream, points, ball, skip_id, set);
         }
-        Self::face_all(world, set);
+        Self::keep_all(world, set);
         false
     }
     /// Prepares for any rays.
-    fn face_all(world: &World, set: &mut Candidates);
+    fn keep_all(world: &World, set: &mut Candidates);
     /// What active rays meet first.
     fn nearest<L: TraceLane>(
         world: &World,
@@ -67,18 +67,18 @@ pub trait Tracer {
 pub struct ByEmbree;
 
 /// One shape after the other.
-pub struct InLine;
+pub struct BruteForce;
 
 impl Tracer for ByEmbree {
     const UNIT_NORMALS: bool = false;
-    const WAITING: usize = 1;
+    const PREFETCH_DISTANCE: usize = 1;
     // A light's rays of a whole stream make the most full packets.
     const BLOCK: usize = CAPACITY;
 
     #[inline(always)]
-    fn face_tile<L: Lane>(_: &World, _: &Tile, _: &mut Candidates) {}
+    fn cull_for_tile<L: Lane>(_: &World, _: &Tile, _: &mut Candidates) {}
     #[inline(always)]
-    fn face_all(_: &World, _: &mut Candidates) {}
+    fn keep_all(_: &World, _: &mut Candidates) {}
 
     #[inline(always)]
     fn nearest<L: TraceLane>(
@@ -92,7 +92,7 @@ impl Tracer for ByEmbree {
         let mut hit = mutate!(hit, BarycentricsLost => Hit { u: L::zero(), v: L::zero(), ..hit });
         let covered = world.covered(&hit);
         let edge = ties::next_to_edge(&hit);
-        ties::settle(
+        ties::resolve(
             &mut hit,
             ray,
             world.sphere_geometry,
@@ -122,13 +122,13 @@ impl Tracer for ByEmbree {
     }
 }
 
-impl Tracer for InLine {
+impl Tracer for BruteForce {
     const UNIT_NORMALS: bool = true;
-    const WAITING: usize = 0;
+    const PREFETCH_DISTANCE: usize = 0;
     // What 256 points and their rays take, 38 kB, stays in the first cache.
     const BLOCK: usize = 256;
 
-    fn face_tile<L: Lane>(world: &World, tile: &Tile, set: &mut Candidates) {
+    fn cull_for_tile<L: Lane>(world: &World, tile: &Tile, set: &mut Candidates) {
         if !world.culls {
             return world.line.all(set);
         }
@@ -141,7 +141,7 @@ impl Tracer for InLine {
         world.line.in_frustum::<L::Plain>(corners, set);
     }
 
-    fn face_all(world: &World, set: &mut Candidates) {
+    fn keep_all(world: &World, set: &mut Candidates) {
         world.line.all(set);
     }
 
@@ -149,7 +149,7 @@ impl Tracer for InLine {
     fn nearest<L: TraceLane>(world: &World, set: &Candidates, active: L::Mask, ray: &Ray<L>, _: Coherence) -> Hit<L> {
         let (mut hit, edge) = world.line.intersect(set, active, ray);
         let covered = world.covered(&hit);
-        ties::settle(&mut hit, ray, world.sphere_geometry, edge, covered, |_, _, visit| {
+        ties::resolve(&mut hit, ray, world.sphere_geometry, edge, covered, |_, _, visit| {
             world.line.visit(set, visit)
         });
         hit
@@ -159,7 +159,7 @@ impl Tracer for InLine {
     fn nearest_from_origin<L: TraceLane>(world: &World, set: &Candidates, active: L::Mask, ray: &Ray<L>) -> Hit<L> {
         let (mut hit, edge) = world.line.intersect_from_origin(set, active, ray);
         let covered = world.covered(&hit);
-        ties::settle(&mut hit, ray, world.sphere_geometry, edge, covered, |_, _, visit| {
+        ties::resolve(&mut hit, ray, world.sphere_geometry, edge, covered, |_, _, visit| {
             world.line.visit(set, visit)
         });
         hit
@@ -184,7 +184,7 @@ fn least<L: Lane>(v: Vec3<L>) -> [f32; 3] {
 
 /// Looks at the box around the points of a stream.
 #[inline(always)]
-fn survey<L: Lane>(world: &World, stream: &HitStream, points: &mut Points) {
+fn bound_points<L: Lane>(world: &World, stream: &HitStream, points: &mut Points) {
     let far: Vec3<L> = Vec3::splat([f32::INFINITY; 3]);
     let (mut low, mut high) = (far, -far);
     for at in (0..stream.len()).step_by(L::N) {
@@ -206,17 +206,17 @@ fn cull<L: Lane>(
     stream: &HitStream,
     points: &mut Points,
     ball: &Ball,
-    aimed_at: u32,
+    skip_id: u32,
     set: &mut Candidates,
 ) -> bool {
-    world.line.in_shaft::<L::Plain>(points, ball, aimed_at, set);
+    world.line.in_shaft::<L::Plain>(points, ball, skip_id, set);
     for &triangle in set.triangles() {
         if !points.measured(triangle) {
             let (normal, offset) = world.line.plane(triangle);
             points.measure(triangle, sides::<L>(stream, normal, offset));
         }
     }
-    world.line.beside(points, ball, set);
+    world.line.separated_by_plane(points, ball, set);
     set.is_empty()
 }
 

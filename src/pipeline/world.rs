@@ -17,7 +17,7 @@ use crate::bsdf::phong;
 use crate::embree::{Accel, Device, EmbreeError, SceneBuilder};
 use crate::lane::{Bits, Lane, Mask};
 use crate::light::{DeltaLight, Environment, MeshLight, SphereLight, Sun, TriangleLight};
-use crate::linear::Line;
+use crate::linear::LinearScene;
 use crate::scene::{self, Bsdf, Effect, Effects, FilmSize, Mesh, Scene, Surface, Texture};
 use crate::settings::AccelKind;
 use crate::shape::{Ball, Hit, Sphere};
@@ -28,7 +28,7 @@ pub struct World {
     /// Answers rays, unless the line does.
     pub accel: Accel,
     /// The shapes in a line; empty unless it answers rays or culls.
-    pub line: Line,
+    pub line: LinearScene,
     /// Whether the line says for all rays of a tile at once what may be in their way.
     pub culls: bool,
     /// What surfaces do, meshes first, then spheres.
@@ -73,7 +73,7 @@ pub struct SurfaceRecord {
     /// Reflectance; 0 where it emits.
     pub rho: [f32; 3],
     /// Reflectance of the Phong lobe of a blend; its diffuse one is `rho`.
-    pub gloss: Option<[f32; 3]>,
+    pub specular: Option<[f32; 3]>,
     /// What it is if it has microfacets.
     pub facets: Option<Facets>,
     /// Above 1 for Phong and blends, 1 for all others.
@@ -199,19 +199,19 @@ impl World {
     ) -> Result<Self, EmbreeError> {
         let (space, accel) = (Space::of(scene), intersector.accel);
         let mut builder = SceneBuilder::new(device, robust)?;
-        let mut line = Line::default();
+        let mut line = LinearScene::default();
         let in_line = intersector.lists_shapes();
         let lamps = Emitters::of(scene, &space, listed.is_some())?;
         let mut surfaces = Vec::with_capacity(scene.meshes().len() + scene.spheres().len());
         let mut normals = Vec::with_capacity(scene.meshes().len());
         let mut all_corners = Vec::with_capacity(scene.meshes().len());
-        for (mesh, &aims) in scene.meshes().iter().zip(&lamps.aims) {
+        for (mesh, &skip_ids) in scene.meshes().iter().zip(&lamps.skip_ids) {
             let vertices: Vec<[f32; 3]> = mesh.vertices.iter().map(|&v| space.point(v)).collect();
             if in_line {
-                line.add_mesh(normals.len() as u32, &vertices, &mesh.triangles, aims);
+                line.add_mesh(normals.len() as u32, &vertices, &mesh.triangles, skip_ids);
             }
-            match (accel, aims) {
-                (AccelKind::Embree, Some(aims)) => _ = builder.add_light(&vertices, &mesh.triangles, aims)?,
+            match (accel, skip_ids) {
+                (AccelKind::Embree, Some(skip_ids)) => _ = builder.add_light(&vertices, &mesh.triangles, skip_ids)?,
                 (AccelKind::Embree, None) => _ = builder.add_mesh(&vertices, &mesh.triangles)?,
                 (AccelKind::Linear, _) => {}
             }
@@ -301,7 +301,7 @@ impl World {
             lists,
             suns: emitters::suns(scene),
             delta_lights: emitters::delta_lights(scene, &space),
-            environment: emitters::beyond(scene),
+            environment: emitters::environment(scene),
             camera: CameraRays::of(scene.camera(), film, &space),
             overlaps: overlaps(scene),
             space,
@@ -343,7 +343,7 @@ impl SurfaceRecord {
     fn new(scene: &Scene, surface: &Surface, shape: Effects, ball: Ball, extent: [f32; 3]) -> Self {
         let mut record = Self {
             rho: [0.0; 3],
-            gloss: None,
+            specular: None,
             facets: None,
             alpha: 1.0,
             reach: phong::reach(1.0),
@@ -357,13 +357,13 @@ impl SurfaceRecord {
         match *surface {
             Surface::Emission(le) => record.le = Some(narrow(le)),
             Surface::Material(i) => {
-                record.effects = shape.and(scene.material(i).effects());
+                record.effects = shape.union(scene.material(i).effects());
                 match scene.material(i).bsdf {
                     Bsdf::Diffuse { rho } => record.rho = narrow(rho),
                     Bsdf::Phong { rho, alpha } => (record.rho, record.alpha) = (narrow(rho), exponent(alpha)),
-                    Bsdf::Blend { rho, gloss, alpha } => {
+                    Bsdf::Blend { rho, specular, alpha } => {
                         (record.rho, record.alpha) = (narrow(rho), exponent(alpha));
-                        record.gloss = Some(narrow(gloss));
+                        record.specular = Some(narrow(specular));
                     }
                     Bsdf::Ggx {
                         base,

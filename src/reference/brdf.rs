@@ -34,7 +34,7 @@ impl Shading {
             * match self.bsdf {
                 Bsdf::Diffuse { rho } => rho / PI,
                 Bsdf::Phong { rho, alpha } => rho * self.lobe(alpha, wi),
-                Bsdf::Blend { rho, gloss, alpha } => rho / PI + gloss * self.lobe(alpha, wi),
+                Bsdf::Blend { rho, specular, alpha } => rho / PI + specular * self.lobe(alpha, wi),
                 Bsdf::Ggx {
                     base,
                     metallic,

@@ -162,9 +162,9 @@ impl<'s> World<'s> {
                 let bsdf = match self.scene.material(material).bsdf {
                     Bsdf::Diffuse { rho } => Bsdf::Diffuse { rho: rho * tint },
                     Bsdf::Phong { rho, alpha } => Bsdf::Phong { rho: rho * tint, alpha },
-                    Bsdf::Blend { rho, gloss, alpha } => Bsdf::Blend {
+                    Bsdf::Blend { rho, specular, alpha } => Bsdf::Blend {
                         rho: rho * tint,
-                        gloss,
+                        specular,
                         alpha,
                     },
                     Bsdf::Ggx {

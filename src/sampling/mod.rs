@@ -8,4 +8,4 @@ mod table;
 pub mod warp;
 
 pub use discrete::Discrete;
-pub use sampler::{Pair, PassBlock, Toss};
+pub use sampler::{Pair, PassBlock, TechniqueSample};

@@ -33,9 +33,9 @@ impl<B: Bits> Pair<B> {
 
 /// A fair coin and two uniform numbers, independent of each other.
 #[derive(Clone, Copy, Debug)]
-pub struct Toss<B: Bits> {
+pub struct TechniqueSample<B: Bits> {
     /// Lanes where it fell on heads.
-    pub heads: B::Mask,
+    pub by_brdf_lanes: B::Mask,
     /// The numbers.
     pub pair: Pair<B>,
 }
@@ -119,17 +119,17 @@ impl PassBlock {
     /// a `group` share the coin, so that packets seldom mix techniques. (The first two passes do without: a picture of one
     /// pass would show the groups.) A coin is fair and independent of the numbers.
     #[inline(always)]
-    pub fn toss<B: Bits>(&self, key: B, pass: B, pair: u32, group: u32) -> Toss<B> {
-        Toss {
-            heads: self.heads(key, pass, pair, group),
+    pub fn technique_sample<B: Bits>(&self, key: B, pass: B, pair: u32, group: u32) -> TechniqueSample<B> {
+        TechniqueSample {
+            by_brdf_lanes: self.by_brdf_lanes(key, pass, pair, group),
             pair: self.after_toss(key, pass, pair),
         }
     }
 
-    /// The coin of [`Self::toss`].
+    /// The coin of [`Self::technique_sample`].
     #[inline(always)]
-    pub fn heads<B: Bits>(&self, key: B, pass: B, pair: u32, group: u32) -> B::Mask {
-        let heads = if self.table.is_empty() {
+    pub fn by_brdf_lanes<B: Bits>(&self, key: B, pass: B, pair: u32, group: u32) -> B::Mask {
+        let by_brdf_lanes = if self.table.is_empty() {
             self.independent(key, pass, pair).0.top_bit()
         } else {
             let flip = if self.first < 2 {
@@ -141,10 +141,10 @@ impl PassBlock {
             let [coin, _] = self.table.get(self.row(pass), 1);
             (coin ^ flip).top_bit()
         };
-        mutate!(heads, AlwaysHeads => crate::lane::Mask::splat(true))
+        mutate!(by_brdf_lanes, AlwaysHeads => crate::lane::Mask::splat(true))
     }
 
-    /// The numbers of [`Self::toss`].
+    /// The numbers of [`Self::technique_sample`].
     #[inline(always)]
     pub fn after_toss<B: Bits>(&self, key: B, pass: B, pair: u32) -> Pair<B> {
         let Pair(a, b) = if self.table.is_empty() {
@@ -157,7 +157,7 @@ impl PassBlock {
 
     /// Passes, counted from the block's first, in the order in which to take them: those whose coin shows the same come after each
     /// other, so that packets of few pixels and many passes mix techniques as little as others.
-    pub fn by_coin(&self, passes: Range<u32>) -> Vec<u32> {
+    pub fn by_technique(&self, passes: Range<u32>) -> Vec<u32> {
         let mut passes: Vec<u32> = passes.collect();
         if self.one_coin() {
             passes.sort_by_key(|&pass| self.table.point(self.row(Word(pass)).0 as usize, 1)[0] >> 31);
@@ -256,13 +256,13 @@ mod tests {
             let block = PassBlock::new(SamplerKind::Sobol, 5, first, 16, 6);
             for pixel in 0..100 {
                 for pass in (0..16).step_by(2) {
-                    let toss = |p| {
+                    let technique_sample = |p| {
                         block
-                            .toss(block.key(U32x8::splat(pixel)), U32x8::splat(p), 4, pixel / 7)
-                            .heads
+                            .technique_sample(block.key(U32x8::splat(pixel)), U32x8::splat(p), 4, pixel / 7)
+                            .by_brdf_lanes
                             .to_bitmask()
                     };
-                    assert_eq!(toss(pass) ^ toss(pass + 1), 0xff);
+                    assert_eq!(technique_sample(pass) ^ technique_sample(pass + 1), 0xff);
                 }
             }
         }
@@ -276,14 +276,14 @@ mod tests {
             let key = block.key(Word(pixel));
             for pair in 1..5 {
                 for side in [false, true] {
-                    let of_side = |pass: &u32| block.heads(key, Word(*pass), 1, 8) == side;
+                    let of_side = |pass: &u32| block.by_brdf_lanes(key, Word(*pass), 1, 8) == side;
                     let passes: Vec<u32> = (0..64).filter(of_side).collect();
                     for cut in 0..=5 {
                         let mut cells = [0; 32];
                         for &pass in &passes {
-                            let toss = block.toss(key, Word(pass), pair, 8);
-                            assert_eq!(toss.heads, side);
-                            let Pair(a, b) = toss.pair;
+                            let technique_sample = block.technique_sample(key, Word(pass), pair, 8);
+                            assert_eq!(technique_sample.by_brdf_lanes, side);
+                            let Pair(a, b) = technique_sample.pair;
                             let (x, y) = (u64::from(a.0) << cut >> 32, u64::from(b.0) << (5 - cut) >> 32);
                             cells[(x << (5 - cut) | y) as usize] += 1;
                         }
@@ -303,8 +303,10 @@ mod tests {
                 let block = PassBlock::new(kind, 11, if pass == 0 { 0 } else { 8 }, 8, 3);
                 let mut counts = [0_u32; 8];
                 for group in 0..80_000 {
-                    let toss = block.toss(block.key(Word(group * 31)), Word(pass), 2, group);
-                    let cell = (u32::from(toss.heads) << 2) | ((toss.pair.0.0 >> 31) << 1) | (toss.pair.1.0 >> 31);
+                    let technique_sample = block.technique_sample(block.key(Word(group * 31)), Word(pass), 2, group);
+                    let cell = (u32::from(technique_sample.by_brdf_lanes) << 2)
+                        | ((technique_sample.pair.0.0 >> 31) << 1)
+                        | (technique_sample.pair.1.0 >> 31);
                     counts[cell as usize] += 1;
                 }
                 let chi2: f64 = counts.iter().map(|&c| (f64::from(c) - 1e4).powi(2) / 1e4).sum();

@@ -32,22 +32,22 @@ pub fn disk<L: Lane>(u: L, v: L) -> (L, L) {
     (L::select(wide, along, across), L::select(wide, across, along))
 }
 
-/// Uniform in the cone with `omc = 1 - cos(theta_max)`: `t` in [0, omc].
+/// Uniform in the cone with `one_minus_cos_max = 1 - cos(theta_max)`: `t` in [0, omc].
 #[inline(always)]
-pub fn cone<L: Lane>(u: L, omc: L) -> L {
-    mutate!(u, ConeTowardsTheAxis => u * u) * omc
+pub fn cone<L: Lane>(u: L, one_minus_cos_max: L) -> L {
+    mutate!(u, ConeTowardsTheAxis => u * u) * one_minus_cos_max
 }
 
 /// Density of [`cone`] per steradian, inside the cone.
 #[inline(always)]
-pub fn cone_pdf<L: Lane>(omc: L) -> L {
-    L::one() / cone_solid_angle(omc)
+pub fn cone_pdf<L: Lane>(one_minus_cos_max: L) -> L {
+    L::one() / cone_solid_angle(one_minus_cos_max)
 }
 
 /// Solid angle of the cone, in steradians.
 #[inline(always)]
-pub fn cone_solid_angle<L: Lane>(omc: L) -> L {
-    L::splat(2.0 * PI) * omc
+pub fn cone_solid_angle<L: Lane>(one_minus_cos_max: L) -> L {
+    L::splat(2.0 * PI) * one_minus_cos_max
 }
 
 /// Proportional to the cosine over the hemisphere: `t = 1 - sqrt(1 - u)`, written without cancellation.

@@ -190,9 +190,9 @@ fn material(material: &Material) -> Checked {
             vector("phong", rho, &NOT_NEGATIVE)?;
             number("exponent", alpha, &EXPONENT)?;
         }
-        Bsdf::Blend { rho, gloss, alpha } => {
+        Bsdf::Blend { rho, specular, alpha } => {
             vector("diffuse", rho, &NOT_NEGATIVE)?;
-            vector("phong", gloss, &NOT_NEGATIVE)?;
+            vector("phong", specular, &NOT_NEGATIVE)?;
             number("exponent", alpha, &EXPONENT)?;
         }
         Bsdf::Ggx {

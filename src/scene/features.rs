@@ -65,7 +65,7 @@ impl Features {
         self.unseen += usize::from(!seen);
         let effects = match surface {
             Surface::Emission(_) => shape,
-            Surface::Material(i) if seen => shape.and(scene.material(*i).effects()),
+            Surface::Material(i) if seen => shape.union(scene.material(*i).effects()),
             Surface::Material(_) => return,
         };
         for effect in effects.iter() {

@@ -102,9 +102,9 @@ fn material(material: &Material) -> [u8; 32] {
             hash.variant(1, &rho.to_array());
             hash.numbers(&[alpha]);
         }
-        Bsdf::Blend { rho, gloss, alpha } => {
+        Bsdf::Blend { rho, specular, alpha } => {
             hash.variant(2, &rho.to_array());
-            hash.numbers(&gloss.to_array());
+            hash.numbers(&specular.to_array());
             hash.numbers(&[alpha]);
         }
         Bsdf::Ggx {

@@ -88,7 +88,7 @@ fn material(name: &str, table: &Table<'_>, files: &Files) -> Result<(Material, V
     let model = models
         .next()
         .ok_or_else(|| table.fault(format!("{} says nothing of reflection", table.title), MODELS))?;
-    let mut gloss = None;
+    let mut specular = None;
     if let Some(second) = models.next() {
         if second.key != "phong" || model.key != "diffuse" {
             return Err(second.fault(&format!("must not stand beside {}", model.key), MODELS));
@@ -96,12 +96,12 @@ fn material(name: &str, table: &Table<'_>, files: &Files) -> Result<(Material, V
         if let Some(third) = models.next() {
             return Err(third.fault("must not stand beside diffuse", MODELS));
         }
-        gloss = Some(second);
+        specular = Some(second);
     }
     for (key, of, instead) in PARAMETERS {
         let belongs = |value: &Value| of.contains(&value.key);
         if !belongs(&model)
-            && !gloss.as_ref().is_some_and(belongs)
+            && !specular.as_ref().is_some_and(belongs)
             && let Some(value) = table.get(key)
         {
             let help = format!("leave the {key} out, or write `{instead}` instead of `{}`", model.key);
@@ -111,10 +111,10 @@ fn material(name: &str, table: &Table<'_>, files: &Files) -> Result<(Material, V
     let bsdf = match model.key {
         "diffuse" => {
             let rho = model.triple()?;
-            match gloss {
+            match specular {
                 Some(phong) => Bsdf::Blend {
                     rho,
-                    gloss: phong.triple()?,
+                    specular: phong.triple()?,
                     alpha: exponent(table)?,
                 },
                 None => Bsdf::Diffuse { rho },

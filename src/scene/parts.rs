@@ -177,7 +177,7 @@ pub enum Bsdf {
         /// Diffuse reflectance.
         rho: DVec3,
         /// Specular reflectance.
-        gloss: DVec3,
+        specular: DVec3,
         /// The exponent, finite and above 1.
         alpha: f64,
     },
@@ -207,7 +207,7 @@ impl Bsdf {
     pub fn largest(&self) -> f64 {
         match *self {
             Self::Diffuse { rho } | Self::Phong { rho, .. } => rho.max_element(),
-            Self::Blend { rho, gloss, .. } => (rho + gloss).max_element(),
+            Self::Blend { rho, specular, .. } => (rho + specular).max_element(),
             Self::Ggx { base, .. } => base.max_element().max(1.0),
             Self::Conductor { .. } => 1.0,
         }

@@ -6,6 +6,6 @@ mod sphere;
 mod triangle;
 
 pub use ball::Ball;
-pub use ray::{AimNames, Aims, Hit, NO_SPHERE, Ray};
+pub use ray::{Hit, NO_SKIP_ID, Ray, SkipIdAllocator, SkipIds};
 pub use sphere::Sphere;
 pub use triangle::{EDGE, FromOrigin, Triangle};

@@ -3,20 +3,20 @@
 use crate::lane::Lane;
 use crate::math::Vec3;
 
-/// For [`Ray::aims_at`]: no sphere in particular.
-pub const NO_SPHERE: u32 = u32::MAX;
+/// For [`Ray::skip_id`]: no sphere in particular.
+pub const NO_SKIP_ID: u32 = u32::MAX;
 
-/// Names of triangles for [`Ray::aims_at`], so that a light never blocks the rays to it. They differ from those of spheres
+/// Names of triangles for [`Ray::skip_id`], so that a light never blocks the rays to it. They differ from those of spheres
 /// by their top bit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Aims {
+pub struct SkipIds {
     /// The name of the first triangle of a mesh.
     pub first: u32,
     /// Whether each has its own; else, in a flat mesh, where none can hide another, all have the same.
     pub each: bool,
 }
 
-impl Aims {
+impl SkipIds {
     /// The bit that tells triangles from spheres.
     pub const TRIANGLE: u32 = 1 << 31;
 
@@ -29,21 +29,21 @@ impl Aims {
 
 /// Gives meshes the names of their triangles.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct AimNames {
+pub struct SkipIdAllocator {
     given: u32,
 }
 
-impl AimNames {
-    /// How many names there are. All but the last number with the top bit, which is [`NO_SPHERE`].
-    pub const MOST: u32 = Aims::TRIANGLE - 1;
+impl SkipIdAllocator {
+    /// How many names there are. All but the last number with the top bit, which is [`NO_SKIP_ID`].
+    pub const MOST: u32 = SkipIds::TRIANGLE - 1;
 
     /// The names of the next mesh, which has so many triangles; `each` says whether each gets its own. `None` where there are not
     /// as many left.
-    pub fn next(&mut self, triangles: usize, each: bool) -> Option<Aims> {
+    pub fn next(&mut self, triangles: usize, each: bool) -> Option<SkipIds> {
         let more = if each { u32::try_from(triangles).ok()? } else { 1 };
-        let first = Aims::TRIANGLE + self.given;
+        let first = SkipIds::TRIANGLE + self.given;
         self.given = self.given.checked_add(more).filter(|&given| given <= Self::MOST)?;
-        Some(Aims { first, each })
+        Some(SkipIds { first, each })
     }
 }
 
@@ -56,8 +56,8 @@ pub struct Ray<L: Lane> {
     pub direction: Vec3<L>,
     /// Where they end.
     pub tfar: L,
-    /// A sphere or triangle that does not block visibility queries, or [`NO_SPHERE`].
-    pub aims_at: L::Bits,
+    /// A sphere or triangle that does not block visibility queries, or [`NO_SKIP_ID`].
+    pub skip_id: L::Bits,
 }
 
 /// What rays meet first. Lanes outside `found` hold nothing of use.
@@ -87,17 +87,17 @@ mod tests {
     #[test]
     fn names_of_triangles_end_before_they_mean_something_else() {
         let half = 1_usize << 30;
-        let mut names = AimNames::default();
+        let mut names = SkipIdAllocator::default();
         let first = names.next(half, true).unwrap();
         let second = names.next(half - 2, true).unwrap();
         let flat = names.next(half, false).unwrap();
-        assert_eq!(first.of(0), Aims::TRIANGLE);
+        assert_eq!(first.of(0), SkipIds::TRIANGLE);
         assert_eq!(first.of((half - 1) as u32) + 1, second.of(0));
         assert_eq!(second.of((half - 3) as u32) + 1, flat.of(7));
-        assert_eq!(flat.of(7), NO_SPHERE - 1);
+        assert_eq!(flat.of(7), NO_SKIP_ID - 1);
         assert_eq!(names.next(1, true), None);
-        assert_eq!(AimNames::default().next(2 * half, true), None);
-        assert_eq!(AimNames::default().next(8 * half, true), None);
-        assert!(AimNames::default().next(8 * half, false).is_some());
+        assert_eq!(SkipIdAllocator::default().next(2 * half, true), None);
+        assert_eq!(SkipIdAllocator::default().next(8 * half, true), None);
+        assert!(SkipIdAllocator::default().next(8 * half, false).is_some());
     }
 }

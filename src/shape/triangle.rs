@@ -166,14 +166,14 @@ impl Triangle {
 mod tests {
     use super::*;
     use crate::lane::Word;
-    use crate::shape::NO_SPHERE;
+    use crate::shape::NO_SKIP_ID;
 
     fn ray(origin: [f32; 3], direction: [f32; 3]) -> Ray<f32> {
         Ray {
             origin: Vec3::splat(origin),
             direction: Vec3::splat(direction),
             tfar: f32::INFINITY,
-            aims_at: Word(NO_SPHERE),
+            skip_id: Word(NO_SKIP_ID),
         }
     }
 
@@ -182,9 +182,9 @@ mod tests {
         let triangle = Triangle::new([[1.0, 0.0, 5.0], [4.0, 1.0, 6.0], [2.0, 3.0, 4.0]]);
         let [a, b, c] = triangle.corners;
         for (u, v) in [(0.2, 0.3), (0.7, 0.1), (0.05, 0.9)] {
-            let aim: [f32; 3] = std::array::from_fn(|k| (1.0 - u - v) * a[k] + u * b[k] + v * c[k]);
+            let skip_id: [f32; 3] = std::array::from_fn(|k| (1.0 - u - v) * a[k] + u * b[k] + v * c[k]);
             let origin = [0.3, -0.2, 0.1];
-            let met = triangle.intersect(&ray(origin, minus(aim, origin)));
+            let met = triangle.intersect(&ray(origin, minus(skip_id, origin)));
             assert!(met.found && (met.t - 1.0).abs() < 1e-6, "{met:?}");
             let (met_u, met_v) = met.barycentrics();
             assert!(
@@ -202,8 +202,8 @@ mod tests {
         let right = Triangle::new([q, p, [1.5, 1.0, 2.9]]);
         for i in 0..200_000 {
             let s = i as f32 / 200_000.0;
-            let aim: [f32; 3] = std::array::from_fn(|k| p[k] + s * (q[k] - p[k]));
-            let ray = ray([0.0; 3], aim);
+            let skip_id: [f32; 3] = std::array::from_fn(|k| p[k] + s * (q[k] - p[k]));
+            let ray = ray([0.0; 3], skip_id);
             assert!(
                 left.intersect(&ray).found || right.intersect(&ray).found,
                 "a ray at {s} of the edge slips through"

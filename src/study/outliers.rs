@@ -110,7 +110,7 @@ impl FirstSamples {
 
 impl Outliers {
     /// Whether a picture of so many samples a pixel is speckled.
-    pub fn speckle(&self, spp: f64) -> bool {
+    pub fn firefly(&self, spp: f64) -> bool {
         self.light > WARNING.0 && (self.kurtosis - 3.0) / spp > WARNING.1
     }
 }
@@ -179,7 +179,7 @@ mod tests {
                 "{outliers:?}, not {share} and {kurtosis}"
             );
             assert!(outliers.light > 0.7, "{outliers:?}");
-            assert!(outliers.speckle(8.0) && !outliers.speckle(400.0));
+            assert!(outliers.firefly(8.0) && !outliers.firefly(400.0));
         }
     }
 
@@ -187,7 +187,7 @@ mod tests {
     fn what_half_of_all_samples_find_is_no_outlier() {
         let outliers = found(2.0, 16).unwrap();
         assert_eq!((outliers.share, outliers.light), (0.0, 0.0));
-        assert!(!outliers.speckle(1.0));
+        assert!(!outliers.firefly(1.0));
     }
 
     #[test]

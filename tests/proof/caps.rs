@@ -8,7 +8,7 @@ use octolux::estimator::density::Projected;
 use octolux::estimator::{ShadingPoint, per_light};
 use octolux::lane::{Bits, F32x8, Lane, Mask, Word};
 use octolux::light::{Cap, SphereLight};
-use octolux::sampling::{PassBlock, Toss};
+use octolux::sampling::{PassBlock, TechniqueSample};
 use octolux::scene::SamplerKind;
 
 use super::Family;
@@ -148,11 +148,11 @@ pub fn every_sample_is_the_answer() -> Vec<[f64; 3]> {
             worst[2] = worst[2].max(error / overhead);
             let (mut seen, mut none) = (None, 0);
             for pixel in 0..512 {
-                let toss = Toss {
-                    heads: false,
+                let technique_sample = TechniqueSample {
+                    by_brdf_lanes: false,
                     pair: numbers.pair(Word(pixel), Word(0), 2),
                 };
-                let Some(found) = per_light::sample(Projected, &point, &light, toss, true) else {
+                let Some(found) = per_light::sample(Projected, &point, &light, technique_sample, true) else {
                     none += 1;
                     continue;
                 };

@@ -8,7 +8,7 @@
 use octolux::estimator::density::{Average, Mix};
 use octolux::estimator::per_light;
 use octolux::lane::Word;
-use octolux::sampling::{Pair, PassBlock, Toss};
+use octolux::sampling::{Pair, PassBlock, TechniqueSample};
 use octolux::scene::SamplerKind;
 
 use super::Family;
@@ -31,9 +31,9 @@ pub fn directions_count_the_same() -> usize {
         let point = point::<f32>(alpha, 0.5);
         let light = light(&point, sine, off, dip);
         for pixel in 0..4096 {
-            let toss = numbers.toss(Word(pixel), Word(0), 0, 0);
-            let one = per_light::sample(Average, &point, &light, toss, true);
-            let two = per_light::sample(Mix::Balance, &point, &light, toss, true);
+            let technique_sample = numbers.technique_sample(Word(pixel), Word(0), 0, 0);
+            let one = per_light::sample(Average, &point, &light, technique_sample, true);
+            let two = per_light::sample(Mix::Balance, &point, &light, technique_sample, true);
             assert_eq!(one.is_some(), two.is_some());
             let (Some(one), Some(two)) = (one, two) else { continue };
             assert_eq!(one.wi.lane(0), two.wi.lane(0));
@@ -52,14 +52,14 @@ pub fn means_agree_and_variances_differ_by_the_coin(family: &mut Family) {
     for (place, (sine, alpha, off, dip)) in PLACES.into_iter().enumerate() {
         let point = point::<f32>(alpha, 0.5);
         let light = light(&point, sine, off, dip);
-        let green = |mix: Mix, heads: bool, pair: Pair<Word>| {
-            let found = per_light::sample(mix, &point, &light, Toss { heads, pair }, true);
+        let green = |mix: Mix, by_brdf_lanes: bool, pair: Pair<Word>| {
+            let found = per_light::sample(mix, &point, &light, TechniqueSample { by_brdf_lanes, pair }, true);
             found.map_or(0.0, |found| f64::from(found.ld.lane(0)[1]))
         };
         let middle = |i: u32| Word((i << 23) | (1 << 22));
         let cells = (0..512).flat_map(|i| (0..512).map(move |j| Pair(middle(i), middle(j))));
-        let moments = |heads| {
-            let values = cells.clone().map(|pair| green(Mix::Balance, heads, pair));
+        let moments = |by_brdf_lanes| {
+            let values = cells.clone().map(|pair| green(Mix::Balance, by_brdf_lanes, pair));
             let (sum, squares) = values.fold((0.0, 0.0), |(a, b), x| (a + x, b + x * x));
             (sum / 262_144.0, squares / 262_144.0)
         };
@@ -67,7 +67,7 @@ pub fn means_agree_and_variances_differ_by_the_coin(family: &mut Family) {
         let stratified = p2 - p * p + q2 - q * q;
         let expected = [stratified + (p - q).powi(2) / 2.0, stratified];
         let pair = |pixel: u32, i: u32| numbers.pair(Word(pixel), Word(0), i);
-        let coin = |pixel: u32, i: u32| numbers.heads(Word(pixel), Word(0), i, 0);
+        let coin = |pixel: u32, i: u32| numbers.by_brdf_lanes(Word(pixel), Word(0), i, 0);
         let one = |pixel: u32, i: u32| green(Mix::Average, coin(pixel, i + 2), pair(pixel, i));
         let two = |mix, pixel| green(mix, false, pair(pixel, 0)) + green(mix, true, pair(pixel, 1));
         let draws: [Vec<f64>; 3] = [

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 use octolux::lane::{Bits, Lane, Mask};
-use octolux::light::environment::{Beyond, LatLong};
+use octolux::light::environment::{EnvironmentLight, LatLong};
 use octolux::sampling::PassBlock;
 use octolux::scene::{SamplerKind, Texels};
 

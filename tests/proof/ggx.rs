@@ -254,13 +254,13 @@ pub fn every_sample_is_the_answer() {
             let numbers = PassBlock::new(SamplerKind::Sobol, 15, 0, 1, 2);
             let mut samples = 0;
             for pixel in 0..2048 {
-                let toss = numbers.toss(numbers.key(Word(pixel)), Word(0), 0, pixel);
-                let Some(found) = per_light::sample(density, &point, &light, toss, true) else {
+                let technique_sample = numbers.technique_sample(numbers.key(Word(pixel)), Word(0), 0, pixel);
+                let Some(found) = per_light::sample(density, &point, &light, technique_sample, true) else {
                     continue;
                 };
                 let wi = wide(found.wi.lane(0)).normalize();
                 let ([tinted, white], pdf) = tints(&bsdf, wi, share(&bsdf));
-                let weight = weight_over_f(density.mix(), cone, pdf, toss.heads);
+                let weight = weight_over_f(density.mix(), cone, pdf, technique_sample.by_brdf_lanes);
                 let error = error(alpha, wi.dot(normal())) + 1e-6;
                 for (channel, ld) in found.ld.lane(0).into_iter().enumerate() {
                     let rho = f64::from(bsdf.rho.lane(0)[channel]);

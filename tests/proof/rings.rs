@@ -54,7 +54,10 @@ fn angle_of(one_minus_cos: f64) -> f64 {
 impl Region {
     fn of(point: &ShadingPoint<f32, Bsdf<f32>>, cone: &Cone<f32>) -> Self {
         let chord = (wide(point.bsdf.wr.lane(0)) - wide(cone.axis.lane(0))).length();
-        let (apart, half) = (2.0 * (chord / 2.0).min(1.0).asin(), angle_of(f64::from(cone.omc)));
+        let (apart, half) = (
+            2.0 * (chord / 2.0).min(1.0).asin(),
+            angle_of(f64::from(cone.one_minus_cos_max)),
+        );
         let power = f64::from(point.bsdf.alpha) + 1.0;
         let (first, last) = ((apart - half).max(0.0), apart + half);
         let (beyond, share) = if first >= FRAC_PI_2 {

@@ -120,16 +120,19 @@ pub fn mixtures<L: Lane, D: Directions<L, Bsdf<L>>>(
         let point = point::<L>(alpha, 0.5);
         let light = light(&point, sine, off, dip);
         let cone = light.cone(point.p);
-        let (omc, polar) = (f64::from(cone.omc.lane(0)), Polar::about(cone.axis.lane(0)));
+        let (one_minus_cos_max, polar) = (
+            f64::from(cone.one_minus_cos_max.lane(0)),
+            Polar::about(cone.axis.lane(0)),
+        );
         let numbers = PassBlock::new(SamplerKind::Independent, seed, 0, 1, lights.len() as u32);
-        let quantile = |s: f64| s * omc;
+        let quantile = |s: f64| s * one_minus_cos_max;
         let edges: Vec<f64> = (0..=ROWS).map(|i| quantile(i as f64 / ROWS as f64)).collect();
         let mut counts = vec![0.0; ROWS * COLUMNS];
         let all = L::Mask::splat(true);
         for first in (0..draws).step_by(L::N) {
             let pixel = L::Bits::from_fn(|lane| first + lane as u32);
-            let toss = numbers.toss(numbers.key(pixel), L::Bits::splat(0), i as u32, first);
-            if let Some(found) = per_light::sample(density, &point, &light, toss, all) {
+            let technique_sample = numbers.technique_sample(numbers.key(pixel), L::Bits::splat(0), i as u32, first);
+            if let Some(found) = per_light::sample(density, &point, &light, technique_sample, all) {
                 let directions = found.active.lanes().map(|lane| wide(found.wi.lane(lane)));
                 directions.for_each(|wi| counts[cell(&edges, polar.of(wi))] += 1.0);
             }
@@ -141,7 +144,7 @@ pub fn mixtures<L: Lane, D: Directions<L, Bsdf<L>>>(
             if (above & lobe.shape.gt(L::zero())).none() {
                 return 0.0;
             }
-            let cone = 1.0 / (TAU * omc);
+            let cone = 1.0 / (TAU * one_minus_cos_max);
             if mixed {
                 (cone + f64::from(lobe.pdf.lane(0))) / 2.0
             } else {

@@ -198,9 +198,16 @@ pub fn weights<D: Density>(density: D) {
             let share = 0.25_f32;
             for pixel in 0..512 {
                 let key = numbers.key(Word(pixel));
-                let toss = Numbers::from(numbers.toss(key, Word(0), 1, pixel));
+                let technique_sample = Numbers::from(numbers.technique_sample(key, Word(0), 1, pixel));
                 let worth = (narrow(wide(le)), share);
-                let Some(found) = sample(density, &point, &view, worth, toss, view.rises_above(point.bsdf.n)) else {
+                let Some(found) = sample(
+                    density,
+                    &point,
+                    &view,
+                    worth,
+                    technique_sample,
+                    view.rises_above(point.bsdf.n),
+                ) else {
                     continue;
                 };
                 let wi = wide(found.wi.lane(0)).normalize();
@@ -225,7 +232,7 @@ pub fn weights<D: Density>(density: D) {
                     (lobe * cosine, lobe)
                 };
                 let by_light = f64::from(share) / inverse;
-                let pdf = 1.0 / weight_over_f(density.mix(), by_light, lobe, toss.heads);
+                let pdf = 1.0 / weight_over_f(density.mix(), by_light, lobe, technique_sample.by_brdf_lanes);
                 // Grazing directions feel the rounding of the direction itself; a lobe feels it `alpha ln cos` times.
                 let depth = if alpha == 1.0 {
                     0.0

@@ -59,7 +59,7 @@ pub fn samples_of_lights() {
             let light = light(&point, sine, off, dip);
             let numbers = PassBlock::new(SamplerKind::Sobol, 5, 0, 1, LIGHTS.len() as u32);
             let ratio = f64::from(light.radius) / wide(light.center).length();
-            let omc = if ratio < 1.0 {
+            let one_minus_cos_max = if ratio < 1.0 {
                 ratio * ratio / (1.0 + (1.0 - ratio * ratio).sqrt())
             } else {
                 2.0
@@ -68,20 +68,20 @@ pub fn samples_of_lights() {
             let rim = if ratio < 1.0 { 3e-7 / (1.0 - ratio) } else { 0.0 };
             let mut samples = 0;
             for pixel in 0..4096 {
-                let toss = numbers.toss(numbers.key(Word(pixel)), Word(0), i as u32, pixel);
-                let Some(found) = per_light::sample(density, &point, &light, toss, true) else {
+                let technique_sample = numbers.technique_sample(numbers.key(Word(pixel)), Word(0), i as u32, pixel);
+                let Some(found) = per_light::sample(density, &point, &light, technique_sample, true) else {
                     continue;
                 };
                 let wi = wide(found.wi.lane(0));
                 let cos_theta = wi.dot(wide(point.bsdf.n.lane(0)));
                 let (lobe, error) = lobe_and_error(&point, wi);
-                let cone = 1.0 / (TAU * omc);
+                let cone = 1.0 / (TAU * one_minus_cos_max);
                 let (shape, lobe) = if alpha == 1.0 {
                     (cos_theta / PI, cos_theta / PI)
                 } else {
                     (lobe * cos_theta, lobe)
                 };
-                let weight = shape * weight_over_f(density.mix(), cone, lobe, toss.heads);
+                let weight = shape * weight_over_f(density.mix(), cone, lobe, technique_sample.by_brdf_lanes);
                 let error = error + rim + 2e-7 / cos_theta;
                 for (channel, ld) in found.ld.lane(0).into_iter().enumerate() {
                     let truth = f64::from(light.le[channel]) * f64::from(RHO[channel]) * weight;
@@ -176,14 +176,14 @@ pub fn nothing_is_dropped() {
             (180.0 / alpha).sqrt().min(1.6)
         };
         let light = light(&point, sine, 4.0 * rng.random::<f64>() - 2.0, edge);
-        let toss = numbers.toss(Word(pixel), Word(0), 0, pixel);
+        let technique_sample = numbers.technique_sample(Word(pixel), Word(0), 0, pixel);
         let cone = light.cone(point.p);
-        let ((u, v), frame) = (toss.pair.unit::<f32>(), Frame::about(cone.axis));
+        let ((u, v), frame) = (technique_sample.pair.unit::<f32>(), Frame::about(cone.axis));
         let (sin_phi, cos_phi) = sin_cos_turn(v);
-        let wi = frame.direction(warp::cone(u, cone.omc), sin_phi, cos_phi);
+        let wi = frame.direction(warp::cone(u, cone.one_minus_cos_max), sin_phi, cos_phi);
         let (cos_theta, above) = point.above(wi);
         let counts = above && point.bsdf.eval(wi, cos_theta).shape > 0.0;
-        let found = per_light::sample(ConeOnly, &point, &light, toss, true);
+        let found = per_light::sample(ConeOnly, &point, &light, technique_sample, true);
         match found {
             Some(found) => assert_eq!(found.wi.lane(0), wi.lane(0)),
             None => assert!(

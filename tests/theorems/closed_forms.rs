@@ -70,9 +70,9 @@ fn plate(alpha: f64, tilt: f64, light: Sphere) -> Scene {
     scene.build().unwrap()
 }
 
-/// `rho Le` times the integral over a cone (`1 - cos` up to `omc`, about `axis`) of the lobe about `wr` and the cosine,
+/// `rho Le` times the integral over a cone (`1 - cos` up to `one_minus_cos_max`, about `axis`) of the lobe about `wr` and the cosine,
 /// above the horizon: polar coordinates about the lobe, so that it is resolved whatever its exponent.
-fn lobe_in_cone(alpha: f64, wr: DVec3, axis: DVec3, omc: f64) -> f64 {
+fn lobe_in_cone(alpha: f64, wr: DVec3, axis: DVec3, one_minus_cos_max: f64) -> f64 {
     let (a, b) = wr.any_orthonormal_pair();
     // In the variable s = 1 - cos^(alpha + 1) the lobe is flat: the integrand is what it is tested against.
     let over = |s: f64| {
@@ -81,7 +81,7 @@ fn lobe_in_cone(alpha: f64, wr: DVec3, axis: DVec3, omc: f64) -> f64 {
         integrate(0.0, 1.0, 400, |turn| {
             let (y, x) = (TAU * turn).sin_cos();
             let wi = wr * (1.0 - t) + (a * x + b * y) * sine;
-            let inside = (wi - axis).length_squared() / 2.0 <= omc;
+            let inside = (wi - axis).length_squared() / 2.0 <= one_minus_cos_max;
             if inside { wi.z.max(0.0) } else { 0.0 }
         })
     };
@@ -104,9 +104,13 @@ fn phong_lobes_have_the_integral_that_quadrature_finds() {
             let axis = (wr + DVec3::Y * (0.5 * width).tan() + DVec3::X * 0.3 * width).normalize();
             let (distance, sine) = (3.0, (1.2 * width).sin());
             let sphere = |center: DVec3, radius: f64| Sphere::new(center, radius, Surface::emission(le));
-            let omc = sine * sine / (1.0 + (1.0 - sine * sine).sqrt());
+            let one_minus_cos_max = sine * sine / (1.0 + (1.0 - sine * sine).sqrt());
             let light = sphere(distance * axis, distance * sine);
-            quadratures.push((plate(alpha, tilt, light), alpha, lobe_in_cone(alpha, wr, axis, omc)));
+            quadratures.push((
+                plate(alpha, tilt, light),
+                alpha,
+                lobe_in_cone(alpha, wr, axis, one_minus_cos_max),
+            ));
             let around = sphere(DVec3::new(0.5, 0.2, 0.1), 9.0);
             quadratures.push((plate(alpha, tilt, around), alpha, lobe_in_cone(alpha, wr, wr, 2.0)));
         }

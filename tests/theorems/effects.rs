@@ -66,8 +66,8 @@ const TAKEN: [Taking; 10] = [
     }),
     ("blend.toml", Effect::Blend, |scene| {
         for material in &mut scene.materials {
-            if let Bsdf::Blend { gloss, alpha, .. } = material.bsdf {
-                material.bsdf = Bsdf::Phong { rho: gloss, alpha };
+            if let Bsdf::Blend { specular, alpha, .. } = material.bsdf {
+                material.bsdf = Bsdf::Phong { rho: specular, alpha };
             }
         }
     }),
@@ -83,7 +83,7 @@ fn without_its_only_user_an_effect_is_in_no_kernel() {
         take(&mut changed);
         let after = held(&changed.build().unwrap());
         assert!(
-            !after.has(effect) && before.hold(after),
+            !after.has(effect) && before.contains(after),
             "{name} without {}",
             effect.name()
         );

@@ -6,7 +6,7 @@
 //! triangles are met at one distance and the first to be tested wins. Lanes that are off must come back without a hit.
 
 use crate::proof::lanes::{InLanes, in_all_widths};
-use octolux::embree::{Accel, Ball, Coherence, Device, Hit, NO_SPHERE, Ray, SceneBuilder, TraceLane};
+use octolux::embree::{Accel, Ball, Coherence, Device, Hit, NO_SKIP_ID, Ray, SceneBuilder, TraceLane};
 use octolux::lane::{Bits, Lane, Mask};
 use octolux::math::Vec3;
 use rand::{Rng, RngExt, SeedableRng};
@@ -18,7 +18,7 @@ struct Single {
     origin: [f32; 3],
     direction: [f32; 3],
     tfar: f32,
-    aims_at: u32,
+    skip_id: u32,
 }
 
 /// What a ray met: geometry and primitive, then the bits of `t`, `u`, `v` and of the normal.
@@ -48,7 +48,7 @@ impl InLanes for Queries<'_> {
             origin: vector(|r| r.origin),
             direction: vector(|r| r.direction),
             tfar: L::from_fn(|i| self.rays[first + i].tfar),
-            aims_at: L::Bits::from_fn(|i| self.rays[first + i].aims_at),
+            skip_id: L::Bits::from_fn(|i| self.rays[first + i].skip_id),
         };
         let active = L::Mask::from_bitmask(self.mask >> first & ((1 << L::N) - 1));
         let hit = self.accel.intersect(active, &rays, self.coherence);
@@ -194,7 +194,7 @@ fn towards(origin: [f32; 3], target: [f32; 3]) -> Single {
         origin,
         direction,
         tfar: f32::INFINITY,
-        aims_at: NO_SPHERE,
+        skip_id: NO_SKIP_ID,
     }
 }
 
@@ -231,7 +231,7 @@ fn packets_answer_random_rays_with_the_bits_of_single_rays() {
         Single {
             // Short rays, long ones and endless ones; some aim at a sphere that must not block them.
             tfar: [0.3, 2.0, f32::INFINITY][rng.random_range(0..3)],
-            aims_at: [NO_SPHERE, 0, rng.random_range(0..61)][rng.random_range(0..3)],
+            skip_id: [NO_SKIP_ID, 0, rng.random_range(0..61)][rng.random_range(0..3)],
             ..towards(origin, std::array::from_fn(|_| 1.5 * unit(rng)))
         }
     });

@@ -171,10 +171,10 @@ fn cones_of_lights_give_the_bits_of_one_lane() {
             };
             let cone = light.cone(vector(x));
             let t = cone.t(vector(&x[3..]).normalize());
-            let inner = warp::cone(x[6], cone.omc);
+            let inner = warp::cone(x[6], cone.one_minus_cos_max);
             let mut results = flat(&[cone.axis]);
             results.extend([
-                cone.omc,
+                cone.one_minus_cos_max,
                 indicator(cone.inside),
                 t,
                 indicator(cone.contains(t)),

@@ -9,7 +9,7 @@ use octolux::estimator::{ShadingPoint, per_light, per_point, per_triangle};
 use octolux::lane::{Bits, Lane, Mask};
 use octolux::light::{SphereLight, Triangle};
 use octolux::math::Vec3;
-use octolux::sampling::{Pair, PassBlock, Toss};
+use octolux::sampling::{Pair, PassBlock, TechniqueSample};
 use octolux::scene::SamplerKind;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64;
@@ -19,7 +19,7 @@ struct Case {
     columns: [[f32; 16]; 13],
     bits: [[u32; 16]; 2],
     mask: u32,
-    heads: u32,
+    by_brdf_lanes: u32,
 }
 
 impl Case {
@@ -39,12 +39,12 @@ impl Case {
         let bits = std::array::from_fn(|_| std::array::from_fn(|_| bits(rng)));
         let mask = [0, 0xffff, 1, 0x8000, rng.next_u32() & 0xffff][rng.random_range(0..5)];
         // All tails, all heads, a mixture.
-        let heads = [0, 0xffff, rng.next_u32() & 0xffff][rng.random_range(0..3)];
+        let by_brdf_lanes = [0, 0xffff, rng.next_u32() & 0xffff][rng.random_range(0..3)];
         Self {
             columns,
             bits,
             mask,
-            heads,
+            by_brdf_lanes,
         }
     }
 
@@ -58,11 +58,11 @@ impl Case {
             bsdf: Bsdf::new(n, wo, vector(&x[9..]), x[12]),
         };
         let [a, b] = self.bits.map(|bits| L::Bits::from_fn(|i| bits[first + i]));
-        let heads = lanes_of::<L>(self.heads, first);
+        let by_brdf_lanes = lanes_of::<L>(self.by_brdf_lanes, first);
         (
             point,
-            Toss {
-                heads,
+            TechniqueSample {
+                by_brdf_lanes,
                 pair: Pair(a, b),
             },
             lanes_of::<L>(self.mask, first),
@@ -75,7 +75,11 @@ fn lanes_of<L: Lane>(bits: u32, first: usize) -> L::Mask {
 }
 
 /// A point, its random numbers, and the lanes that are active.
-type Inputs<L> = (ShadingPoint<L, Bsdf<L>>, Toss<<L as Lane>::Bits>, <L as Lane>::Mask);
+type Inputs<L> = (
+    ShadingPoint<L, Bsdf<L>>,
+    TechniqueSample<<L as Lane>::Bits>,
+    <L as Lane>::Mask,
+);
 
 /// What an estimator says of each lane: nothing, or an active lane's numbers.
 type Said = Vec<Option<Vec<u32>>>;
@@ -96,23 +100,23 @@ fn by_light<L: Lane, D: per_light::Directions<L, Bsdf<L>>>(
     light: &SphereLight,
     first: usize,
 ) -> Said {
-    let (point, toss, active) = case.inputs::<L>(first);
-    match per_light::sample(density, &point, light, toss, active) {
+    let (point, technique_sample, active) = case.inputs::<L>(first);
+    match per_light::sample(density, &point, light, technique_sample, active) {
         Some(found) => said(found.active, &[found.wi, found.ld], &[found.distance]),
         None => vec![None; L::N],
     }
 }
 
 fn by_point<L: Lane, D: per_point::Density>(case: &Case, first: usize) -> Said {
-    let (point, toss, active) = case.inputs::<L>(first);
-    match per_point::sample::<L, D>(&point, toss.pair, active) {
+    let (point, technique_sample, active) = case.inputs::<L>(first);
+    match per_point::sample::<L, D>(&point, technique_sample.pair, active) {
         Some(found) => said(found.active, &[found.wi, found.throughput], &[]),
         None => vec![None; L::N],
     }
 }
 
 fn by_triangle<L: Lane>(case: &Case, triangle: &Triangle, first: usize) -> Said {
-    let (point, toss, active) = case.inputs::<L>(first);
+    let (point, technique_sample, active) = case.inputs::<L>(first);
     let view = triangle.splat::<L>().seen_from(point.p);
     let worth = (Vec3::splat([3.0, 2.0, 1.0]), L::one());
     match per_triangle::sample(
@@ -120,7 +124,7 @@ fn by_triangle<L: Lane>(case: &Case, triangle: &Triangle, first: usize) -> Said 
         &point,
         &view,
         worth,
-        toss.into(),
+        technique_sample.into(),
         active & view.rises_above(point.bsdf.n),
     ) {
         Some(found) => said(found.active, &[found.wi, found.ld], &[found.distance]),
@@ -222,13 +226,13 @@ impl InLanes for Draws<'_> {
         let [pixel, pass] = [self.pixels, self.passes].map(|numbers| L::Bits::from_fn(|i| numbers[first + i]));
         let key = self.block.key(pixel);
         let Pair(a, b) = self.block.pair(key, pass, self.pair);
-        let toss = self.block.toss(key, pass, self.pair, self.group);
-        let (u, v) = toss.pair.unit::<L>();
+        let technique_sample = self.block.technique_sample(key, pass, self.pair, self.group);
+        let (u, v) = technique_sample.pair.unit::<L>();
         let said = |i: usize| {
-            let bits = [a, b, toss.pair.0, toss.pair.1].map(|bits| bits.lane(i));
+            let bits = [a, b, technique_sample.pair.0, technique_sample.pair.1].map(|bits| bits.lane(i));
             (
                 bits,
-                toss.heads.to_bitmask() >> i & 1 == 1,
+                technique_sample.by_brdf_lanes.to_bitmask() >> i & 1 == 1,
                 [u, v].map(|x| x.lane(i).to_bits()),
             )
         };

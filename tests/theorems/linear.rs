@@ -3,15 +3,15 @@
 use octolux::embree::{Coherence, Device, SceneBuilder};
 use octolux::lane::{Bits, F32x8, Lane, Mask, U32x8};
 use octolux::linear::cull::{Bounds, Points};
-use octolux::linear::{Candidates, Line};
+use octolux::linear::{Candidates, LinearScene};
 use octolux::math::Vec3;
-use octolux::shape::{Ball, NO_SPHERE, Ray};
+use octolux::shape::{Ball, NO_SKIP_ID, Ray};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
 /// A dozen triangles and five spheres, anywhere within 4 units of a point 6 units away from the origin.
 struct World {
-    line: Line,
+    line: LinearScene,
     vertices: Vec<[f32; 3]>,
     triangles: Vec<[u32; 3]>,
     balls: Vec<Ball>,
@@ -30,7 +30,7 @@ fn world(rng: &mut Pcg64) -> World {
             radius: rng.random_range(0.05..0.9),
         })
         .collect();
-    let mut line = Line::default();
+    let mut line = LinearScene::default();
     line.add_mesh(0, &vertices, &triangles, None);
     line.set_spheres(balls.clone(), 1);
     World {
@@ -68,7 +68,7 @@ fn a_line_and_embree_name_the_same_shapes() {
                 origin: lanes(|| point(&mut rng, 5.0)),
                 direction: lanes(|| std::array::from_fn(|_| rng.random_range(-1.0..1.0))),
                 tfar: F32x8::splat(f32::INFINITY),
-                aims_at: U32x8::splat(NO_SPHERE),
+                skip_id: U32x8::splat(NO_SKIP_ID),
             };
             let active = Mask::splat(true);
             let ours = world.line.intersect(&all, active, &ray).0;
@@ -114,8 +114,8 @@ fn culling_for_a_light_changes_no_answer() {
         // Points of a tile: a patch on a triangle, a hair above it, or anywhere in a small box.
         let corner = point(&mut rng, 4.0);
         let size = 10.0_f32.powf(rng.random_range(-3.0..0.3));
-        let aimed_at = rng.random_range(0..5);
-        let light = world.balls[aimed_at as usize];
+        let skip_id = rng.random_range(0..5);
+        let light = world.balls[skip_id as usize];
         let mut patch = || -> [f32; 3] { std::array::from_fn(|k| corner[k] + size * rng.random_range(0.0..1.0)) };
         let points: Vec<Vec3<F32x8>> = (0..16).map(|_| lanes(&mut patch)).collect();
         let each = || points.iter().flat_map(|p| (0..8).map(|i| p.lane(i)));
@@ -133,9 +133,9 @@ fn culling_for_a_light_changes_no_answer() {
             survey.measure(triangle, [low, high]);
         }
         let mut set = Candidates::default();
-        world.line.in_shaft::<F32x8>(&survey, &light, aimed_at, &mut set);
+        world.line.in_shaft::<F32x8>(&survey, &light, skip_id, &mut set);
         let mut one_by_one = Candidates::default();
-        world.line.in_shaft::<f32>(&survey, &light, aimed_at, &mut one_by_one);
+        world.line.in_shaft::<f32>(&survey, &light, skip_id, &mut one_by_one);
         assert_eq!(set, one_by_one, "points at {corner:?} + {size}");
         kept += set.len();
         of += all.len();
@@ -150,7 +150,7 @@ fn culling_for_a_light_changes_no_answer() {
                 origin,
                 direction: to - origin,
                 tfar: F32x8::one(),
-                aims_at: U32x8::splat(aimed_at),
+                skip_id: U32x8::splat(skip_id),
             };
             let active = Mask::splat(true);
             let full = world.line.occluded(&all, active, &ray).to_bitmask();
@@ -190,7 +190,7 @@ fn culling_for_a_tile_changes_no_answer() {
                 origin: Vec3::zero(),
                 direction: lanes(|| at(rng.random_range(0.0..1.0), rng.random_range(0.0..1.0))),
                 tfar: F32x8::splat(f32::INFINITY),
-                aims_at: U32x8::splat(NO_SPHERE),
+                skip_id: U32x8::splat(NO_SKIP_ID),
             };
             let active = Mask::splat(true);
             let (a, b) = (

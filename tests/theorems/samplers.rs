@@ -34,17 +34,18 @@ fn coins_are_fair_and_independent_of_each_other_and_of_their_numbers() {
                 let draws = if what == "passes" { 4096 } else { 65_536 };
                 for i in 0..draws {
                     let [pixel, pass, group] = address(i);
-                    let toss = |light| block.toss(block.key(Word(pixel)), Word(pass), light, group);
-                    let (a, b) = (toss(lights[0]), toss(lights[1]));
+                    let technique_sample =
+                        |light| block.technique_sample(block.key(Word(pixel)), Word(pass), light, group);
+                    let (a, b) = (technique_sample(lights[0]), technique_sample(lights[1]));
                     let (Pair(u, v), Pair(w, _)) = (a.pair, b.pair);
                     let other = if block.one_coin() {
-                        assert_eq!(a.heads, b.heads);
+                        assert_eq!(a.by_brdf_lanes, b.by_brdf_lanes);
                         w.0 >> 31 == 1
                     } else {
-                        b.heads
+                        b.by_brdf_lanes
                     };
                     for (count, other) in counts.iter_mut().zip([other, u.0 >> 31 == 1, v.0 >> 31 == 1]) {
-                        count[2 * usize::from(a.heads) + usize::from(other)] += 1.0;
+                        count[2 * usize::from(a.by_brdf_lanes) + usize::from(other)] += 1.0;
                     }
                 }
                 for (count, other) in counts.iter().zip(["other light", "first number", "second number"]) {

@@ -50,12 +50,12 @@ fn cases<L: Lane>() -> Vec<Case<L>> {
             sine * sine / (1.0 + (1.0 - sine * sine).sqrt()),
         )
     });
-    for (name, omc) in cones.into_iter().chain([("cone from inside".into(), 2.0)]) {
+    for (name, one_minus_cos_max) in cones.into_iter().chain([("cone from inside".into(), 2.0)]) {
         cases.push(Case {
             name,
-            warp: Box::new(move |u| warp::cone(u, at(omc))),
-            density: Box::new(move |_| 1.0 / f64::from(warp::cone_solid_angle(at(omc)).lane(0))),
-            quantile: Box::new(move |s| s * omc),
+            warp: Box::new(move |u| warp::cone(u, at(one_minus_cos_max))),
+            density: Box::new(move |_| 1.0 / f64::from(warp::cone_solid_angle(at(one_minus_cos_max)).lane(0))),
+            quantile: Box::new(move |s| s * one_minus_cos_max),
         });
     }
     for alpha in [1.0_f64 + 1e-6, 1.5, 2.0, 5.0, 20.0, 100.0, 1e3, 1e4, 1e5, 1e6] {

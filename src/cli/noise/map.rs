@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::{Ended, SEEDS, render};
 use crate::cli::CliError;
-use crate::cli::looker::Looker;
+use crate::cli::looker::PreviewWriter;
 use octolux::film::{Attributes, Picture, write_picture};
 use octolux::pipeline::Prepared;
 use octolux::run::{Goal, replicates};
@@ -47,7 +47,7 @@ pub struct Spread {
 
 impl Map {
     /// Renders all seeds.
-    pub fn measure(prepared: &Prepared, looker: &Looker) -> Result<Self, Ended> {
+    pub fn measure(prepared: &Prepared, looker: &PreviewWriter) -> Result<Self, Ended> {
         let mut pictures = Vec::new();
         for seed in 0..SEEDS {
             pictures.push(render(prepared, Goal::passes(SPP), seed, looker)?.0);

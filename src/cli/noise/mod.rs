@@ -18,7 +18,7 @@ use self::parts::{Part, Parts};
 use self::prices::Price;
 use super::inputs::Inputs;
 use super::interrupt::Interrupt;
-use super::looker::Looker;
+use super::looker::PreviewWriter;
 use super::{CliError, outputs};
 use octolux::film::{Picture, check_output};
 use octolux::pipeline::{Prepared, Settings, SetupError};
@@ -78,7 +78,7 @@ pub fn measure(path: &Path, scene: &Scene, settings: Settings, to: &Path) -> Res
     let to = outputs::of_scene(path, &[to.to_owned()], None, None).pictures.remove(0);
     Inputs::of_scene(scene).are_kept_by([to.as_path()])?;
     check_output(&to).map_err(|error| CliError::bad_path(&error))?;
-    let looker = Looker::new("noise", Interrupt::listen(true)?, false);
+    let looker = PreviewWriter::new("noise", Interrupt::listen(true)?, false);
     let outcome = all(scene, settings, &to, &looker);
     looker.clear();
     match outcome {
@@ -89,7 +89,7 @@ pub fn measure(path: &Path, scene: &Scene, settings: Settings, to: &Path) -> Res
     }
 }
 
-fn all(scene: &Scene, settings: Settings, to: &Path, looker: &Looker) -> Result<Noise, Ended> {
+fn all(scene: &Scene, settings: Settings, to: &Path, looker: &PreviewWriter) -> Result<Noise, Ended> {
     let started = Instant::now();
     looker.doing(0.0, "the map");
     let map = Map::measure(&Prepared::new(scene, settings)?, looker)?;
@@ -143,7 +143,7 @@ fn shrunk(FilmSize { width, height }: FilmSize) -> FilmSize {
 }
 
 /// One of the renders of different seeds, and its seconds.
-fn render(prepared: &Prepared, goal: Goal, seed: usize, looker: &Looker) -> Result<(Picture, f64), Ended> {
+fn render(prepared: &Prepared, goal: Goal, seed: usize, looker: &PreviewWriter) -> Result<(Picture, f64), Ended> {
     let seed = replicates::seed(prepared.settings().seed, seed);
     let mut run = prepared.with_seed(seed).start(goal);
     let _ = run.run(looker);

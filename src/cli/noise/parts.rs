@@ -19,7 +19,7 @@ use glam::DVec3;
 use serde::Serialize;
 
 use super::{Ended, SEEDS, SPP, render};
-use crate::cli::looker::Looker;
+use crate::cli::looker::PreviewWriter;
 use crate::cli::names;
 use octolux::film::Picture;
 use octolux::pipeline::{Prepared, Settings};
@@ -80,7 +80,7 @@ impl Parts {
         scene: &Scene,
         settings: Settings,
         whole: &[Picture],
-        begins: &dyn Fn(usize) -> &'l Looker,
+        begins: &dyn Fn(usize) -> &'l PreviewWriter,
     ) -> Result<Self, Ended> {
         let number = Cell::new(0);
         let pictures = |scene: &Result<Scene, InvalidScene>| -> Result<Option<Vec<Picture>>, Ended> {

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::parts::{covariances, jackknife};
 use super::{Ended, SEEDS, SPP, render};
-use crate::cli::looker::Looker;
+use crate::cli::looker::PreviewWriter;
 use octolux::film::Picture;
 use octolux::pipeline::{Prepared, Settings};
 use octolux::run::{Goal, replicates};
@@ -71,7 +71,7 @@ struct Candidate {
 pub fn measure<'l>(
     scene: &Scene,
     settings: Settings,
-    begins: &dyn Fn(usize) -> &'l Looker,
+    begins: &dyn Fn(usize) -> &'l PreviewWriter,
 ) -> Result<(Vec<Price>, Vec<Picture>), Ended> {
     let prepared = Prepared::new(scene, settings)?;
     let mut all = candidates(&prepared)?;

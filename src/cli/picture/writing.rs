@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use super::{Kept, Writer};
 use crate::cli::outputs::{self, is_sums};
-use crate::cli::overall::Overall;
+use crate::cli::overall::TotalProgress;
 use crate::cli::stats::{Stats, Times};
 use crate::cli::{CliError, report};
 use octolux::film::write_picture;
@@ -73,7 +73,7 @@ impl Writer<'_> {
             } else {
                 written.join(", ")
             };
-            report::print(&match self.job.overall.is_some_and(Overall::is_batch) {
+            report::print(&match self.job.overall.is_some_and(TotalProgress::is_batch) {
                 true => format!("{files}: {}\n", stats.short()),
                 false => format!("{}\nwrote {files}\n", stats.summary()),
             });

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use super::board::{Board, Topic};
 use super::engine::Order;
 use crate::cli::CliError;
-use crate::cli::reading::Reading;
+use crate::cli::reading::LoadOptions;
 
 /// How often the files are looked at.
 const PERIOD: Duration = Duration::from_millis(100);
@@ -27,7 +27,7 @@ pub struct Watch {
     /// The scene file as it was named.
     pub path: PathBuf,
     /// Which files it may name.
-    pub reading: Reading,
+    pub reading: LoadOptions,
     /// Where its text is shown.
     pub board: Arc<Board>,
     /// Who renders it.

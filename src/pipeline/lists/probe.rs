@@ -1,7 +1,7 @@
 //! Probe points of a tile: where the rays through the middles of its pixels meet surfaces, and what they see of lights.
 
 use super::{Kind, Lists, UNIT};
-use crate::embree::{NO_SPHERE, Ray};
+use crate::embree::{NO_SKIP_ID, Ray};
 use crate::lane::{Bits, F32x8, Lane, Mask};
 use crate::light::tree::{Look, Probes, WIDE};
 use crate::linear::Candidates;
@@ -16,7 +16,7 @@ use crate::scene::{Effect, Effects};
 type L = F32x8;
 
 /// What shading points are made with: all that moves them.
-const HELD: Effects = Effects::of(&[
+const COMPILED_IN: Effects = Effects::of(&[
     Effect::Diffuse,
     Effect::Phong,
     Effect::SmoothNormals,
@@ -25,7 +25,7 @@ const HELD: Effects = Effects::of(&[
 ]);
 
 /// Traces from probes to lights.
-pub struct Looker<'a, T> {
+pub struct PreviewWriter<'a, T> {
     world: &'a World,
     lists: &'a Lists,
     /// Where those of the probes are that look: every one or every second.
@@ -38,7 +38,7 @@ pub struct Looker<'a, T> {
 
 /// A point that a pixel sees.
 #[derive(Clone, Copy)]
-struct Seen {
+struct Traced {
     place: [f32; 3],
     normal: [f32; 3],
     mirror: [f32; 3],
@@ -51,7 +51,7 @@ pub(super) fn shoot<'a, T: Tracer>(
     lists: &'a Lists,
     kind: Kind,
     looks: usize,
-) -> (Looker<'a, T>, Probes) {
+) -> (PreviewWriter<'a, T>, Probes) {
     let world = chunk.world;
     let seen = points::<T>(world, &lists.pixels(chunk.tile.number()), kind);
     let (mut probes, mut places) = (
@@ -75,8 +75,8 @@ pub(super) fn shoot<'a, T: Tracer>(
         );
     }
     let mut set = Candidates::default();
-    T::face_all(world, &mut set);
-    let looker = Looker {
+    T::keep_all(world, &mut set);
+    let looker = PreviewWriter {
         world,
         lists,
         places,
@@ -88,9 +88,9 @@ pub(super) fn shoot<'a, T: Tracer>(
 }
 
 /// The points of a model that the middles of pixels show, in their order.
-fn points<T: Tracer>(world: &World, pixels: &[[u32; 2]], kind: Kind) -> Vec<Seen> {
+fn points<T: Tracer>(world: &World, pixels: &[[u32; 2]], kind: Kind) -> Vec<Traced> {
     let mut set = Candidates::default();
-    T::face_all(world, &mut set);
+    T::keep_all(world, &mut set);
     let mut found = Vec::new();
     for pixels in pixels.chunks(L::N) {
         let middle = |k: usize| L::from_fn(|lane| pixels.get(lane).map_or(0.0, |pixel| pixel[k] as f32 + 0.5));
@@ -98,7 +98,7 @@ fn points<T: Tracer>(world: &World, pixels: &[[u32; 2]], kind: Kind) -> Vec<Seen
             origin: Vec3::zero(),
             direction: world.camera.direction(middle(0), middle(1)),
             tfar: L::splat(f32::INFINITY),
-            aims_at: Bits::splat(NO_SPHERE),
+            skip_id: Bits::splat(NO_SKIP_ID),
         };
         let active = Mask::first(pixels.len());
         let hit = T::nearest_from_origin::<L>(world, &set, active, &ray);
@@ -110,11 +110,11 @@ fn points<T: Tracer>(world: &World, pixels: &[[u32; 2]], kind: Kind) -> Vec<Seen
         if reflects.none() {
             continue;
         }
-        let point = shading_point::<L, T, { HELD.bits() }>(world, &hit, &ray, &surfaces);
+        let point = shading_point::<L, T, { COMPILED_IN.bits() }>(world, &hit, &ray, &surfaces);
         for lane in reflects.lanes() {
             let (record, alpha) = (surfaces.record(world, lane), point.alpha.lane(lane));
             let (wanted, exponent) = match (kind, record.facets) {
-                (Kind::Diffuse, None) => (alpha <= 1.0 || record.gloss.is_some(), 1.0),
+                (Kind::Diffuse, None) => (alpha <= 1.0 || record.specular.is_some(), 1.0),
                 (Kind::Phong, None) => (alpha > 1.0, alpha),
                 (Kind::Ggx, Some(Facets::Ggx { .. })) => (true, 1.0),
                 // About as wide as the mirrored lobe of these facets, and wider: it has tails.
@@ -125,7 +125,7 @@ fn points<T: Tracer>(world: &World, pixels: &[[u32; 2]], kind: Kind) -> Vec<Seen
             };
             if wanted {
                 let normal = point.n.lane(lane);
-                found.push(Seen {
+                found.push(Traced {
                     place: point.p.lane(lane),
                     normal,
                     mirror: mirrored(normal, point.wo.lane(lane)),
@@ -143,15 +143,15 @@ fn mirrored(n: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
     std::array::from_fn(|k| 2.0 * cosine * n[k] - wo[k])
 }
 
-impl<T: Tracer> Look for Looker<'_, T> {
+impl<T: Tracer> Look for PreviewWriter<'_, T> {
     /// By rays to the middle of the light, which it does not block itself.
     fn reaches(&mut self, light: u32, probes: &Probes) -> u32 {
-        let (middle, aim) = match self.lists.kind(light) {
+        let (middle, skip_id) = match self.lists.kind(light) {
             (true, i) => (self.world.lights[i].center, self.world.lights[i].sphere),
             (false, i) => {
                 let light = &self.world.triangle_lights[i];
                 let [a, b, c] = light.triangle.corners;
-                (std::array::from_fn(|k| (a[k] + b[k] + c[k]) / 3.0), light.aim)
+                (std::array::from_fn(|k| (a[k] + b[k] + c[k]) / 3.0), light.skip_id)
             }
         };
         let mut reached = 0;
@@ -165,7 +165,7 @@ impl<T: Tracer> Look for Looker<'_, T> {
                 origin,
                 direction: to * (L::one() / distance),
                 tfar: distance,
-                aims_at: Bits::splat(aim),
+                skip_id: Bits::splat(skip_id),
             };
             let active = <L as Lane>::Mask::first(looking - at);
             let occluded = T::occluded::<L>(self.world, &self.set, active, &ray);

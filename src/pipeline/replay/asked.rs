@@ -12,7 +12,7 @@ pub struct Asked {
     /// The number of this light among the spheres.
     pub sphere: Option<u32>,
     /// `1 - cos` of the half-angle that the light subtends.
-    pub omc: Option<f32>,
+    pub one_minus_cos_max: Option<f32>,
     /// The density of the light's cone, per steradian.
     pub cone_pdf: Option<f32>,
     /// How the direction was drawn.

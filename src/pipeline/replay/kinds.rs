@@ -65,31 +65,31 @@ fn of_kind<T: Tracer, B: Brdf<f32>, K: LightKind>(
 ) -> Vec<Asked> {
     let world = chunk.world;
     let mut set = Default::default();
-    T::face_all(world, &mut set);
+    T::keep_all(world, &mut set);
     let first = if K::DELTA { 0 } else { world.first(kind) };
     let ask = |(i, light): (usize, &K), time: u32| {
-        let toss = each::toss::<f32, K>(chunk, address, i, time);
+        let technique_sample = each::technique_sample::<f32, K>(chunk, address, i, time);
         let view = light.seen_from(&light.spread(), point.p);
         let may = light.may_contribute(point, &view);
-        let drawn = light.sample(chunk.mix, point, &view, toss, may);
+        let sampled = light.sample(chunk.mix, point, &view, technique_sample, may);
         Asked {
             light: Some(i),
             kind: Some(name),
             sphere: None,
-            omc: None,
+            one_minus_cos_max: None,
             cone_pdf: None,
-            technique: match chunk.mix.by_brdf::<f32>(toss.heads) {
+            technique: match chunk.mix.by_brdf::<f32>(technique_sample.by_brdf_lanes) {
                 true => "brdf",
                 false => "light",
             },
             lobe: chunk
                 .mix
-                .by_brdf::<f32>(toss.heads)
-                .then(|| along_lobe(point, toss.pair).lane(0)),
-            found: drawn.filter(|drawn| drawn.active).map(|drawn| {
-                let shadow = ray(point.p, drawn.wi, drawn.distance, light.id());
+                .by_brdf::<f32>(technique_sample.by_brdf_lanes)
+                .then(|| along_lobe(point, technique_sample.pair).lane(0)),
+            found: sampled.filter(|sampled| sampled.active).map(|sampled| {
+                let shadow = ray(point.p, sampled.wi, sampled.distance, light.id());
                 let occluded = T::occluded::<f32>(world, &set, true, &shadow);
-                found(world, point, (drawn.wi, drawn.distance), drawn.ld, occluded)
+                found(world, point, (sampled.wi, sampled.distance), sampled.ld, occluded)
             }),
         }
     };

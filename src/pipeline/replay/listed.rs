@@ -3,18 +3,18 @@
 use super::told::{Told, found, of_spheres, technique};
 use super::{Asked, Sample, kinds, ray};
 use crate::bsdf::{Brdf, Tint};
-use crate::embree::{Coherence, NO_SPHERE};
+use crate::embree::{Coherence, NO_SKIP_ID};
 use crate::estimator::density::{Density, Listed, Mix};
 use crate::estimator::{ShadingPoint, per_light};
 use crate::lane::Word;
 use crate::light::SphereLight;
 use crate::math::Vec3;
+use crate::pipeline::kernels;
 use crate::pipeline::lists::{ListAddress, colour};
-use crate::pipeline::rows;
 use crate::pipeline::stage::pairs;
 use crate::pipeline::stream::Address;
 use crate::pipeline::tracer::Tracer;
-use crate::sampling::Toss;
+use crate::sampling::TechniqueSample;
 use crate::scene::EstimatorKind;
 
 /// The spheres of the list of a pixel, and the direction of the BRDF where it is asked, by the stage's own functions.
@@ -32,27 +32,27 @@ pub(super) fn directions<T: Tracer, M: Told>(
     };
     let (mix, warp) = of_spheres::<M>(settings.estimator);
     let triangles_mix = if lists.has_triangles() {
-        rows::mix(settings.estimator)
+        kernels::mix(settings.estimator)
     } else {
         mix
     };
     let tossed = triangles_mix == Mix::Average && mix == Mix::Average;
-    let toss = |pair: u32, toss: bool| {
-        if toss {
+    let technique_sample = |pair: u32, technique_sample: bool| {
+        if technique_sample {
             numbers.after_toss(address.key, address.pass, pair)
         } else {
             numbers.pair(address.key, address.pass, pair)
         }
     };
-    let heads =
-        triangles_mix == Mix::Average && numbers.heads(address.key, address.pass, pairs::DIRECTION, tile.number());
+    let by_brdf_lanes = triangles_mix == Mix::Average
+        && numbers.by_brdf_lanes(address.key, address.pass, pairs::DIRECTION, tile.number());
     let mut list = Vec::new();
-    if !(heads && tossed) {
+    if !(by_brdf_lanes && tossed) {
         let address = ListAddress::new(numbers, tile, colour(sample.pixel), pass, tossed);
         lists.draw(table, &address, &mut list);
     }
     let mut set = Default::default();
-    T::face_all(world, &mut set);
+    T::keep_all(world, &mut set);
     let mut asked = Vec::new();
     for (i, pick) in list.iter().enumerate() {
         let (true, number) = lists.kind(pick.light) else {
@@ -64,46 +64,46 @@ pub(super) fn directions<T: Tracer, M: Told>(
             le: world.lights[number].le.map(|x| x * times),
             ..world.lights[number]
         };
-        let toss: Toss<Word> = Toss {
-            heads: false,
-            pair: toss(pairs::light(i), tossed),
+        let technique_sample: TechniqueSample<Word> = TechniqueSample {
+            by_brdf_lanes: false,
+            pair: technique_sample(pairs::light(i), tossed),
         };
-        let drawn = match settings.estimator {
-            _ if mix.mixed() => per_light::sample(Listed::new(mix, guess), point, &light, toss, true),
-            EstimatorKind::Projected => per_light::sample(M::Projected::of(mix), point, &light, toss, true),
-            EstimatorKind::Product => per_light::sample(M::Product::of(mix), point, &light, toss, true),
-            _ => per_light::sample(mix, point, &light, toss, true),
+        let sampled = match settings.estimator {
+            _ if mix.mixed() => per_light::sample(Listed::new(mix, guess), point, &light, technique_sample, true),
+            EstimatorKind::Projected => per_light::sample(M::Projected::of(mix), point, &light, technique_sample, true),
+            EstimatorKind::Product => per_light::sample(M::Product::of(mix), point, &light, technique_sample, true),
+            _ => per_light::sample(mix, point, &light, technique_sample, true),
         };
         let cone = light.cone(point.p);
         asked.push(Asked {
             light: Some(number),
             kind: Some("sphere"),
             sphere: Some(light.sphere),
-            omc: Some(cone.omc),
+            one_minus_cos_max: Some(cone.one_minus_cos_max),
             cone_pdf: Some(cone.pdf()),
             technique: technique(warp, point, &light),
             lobe: None,
-            found: drawn.filter(|drawn| drawn.active).map(|drawn| {
-                let shadow = ray(point.p, drawn.wi, drawn.distance, light.sphere);
+            found: sampled.filter(|sampled| sampled.active).map(|sampled| {
+                let shadow = ray(point.p, sampled.wi, sampled.distance, light.sphere);
                 let occluded = T::occluded::<f32>(world, &set, true, &shadow);
-                found(world, point, (drawn.wi, drawn.distance), drawn.ld, occluded)
+                found(world, point, (sampled.wi, sampled.distance), sampled.ld, occluded)
             }),
         });
     }
-    if heads || triangles_mix.both() {
-        let wi = per_light::along_lobe(point, toss(pairs::DIRECTION, heads));
+    if by_brdf_lanes || triangles_mix.both() {
+        let wi = per_light::along_lobe(point, technique_sample(pairs::DIRECTION, by_brdf_lanes));
         let (cos_theta, above) = point.above(wi);
         let lobe = point.bsdf.eval(wi, cos_theta);
         asked.push(Asked {
             light: None,
             kind: None,
             sphere: None,
-            omc: None,
+            one_minus_cos_max: None,
             cone_pdf: None,
             technique: "brdf",
             lobe: Some(wi.lane(0)),
             found: (above && lobe.shape.lit()).then(|| {
-                let towards = ray(point.p, wi, f32::INFINITY, NO_SPHERE);
+                let towards = ray(point.p, wi, f32::INFINITY, NO_SKIP_ID);
                 let hit = T::nearest::<f32>(world, &set, true, &towards, Coherence::Incoherent);
                 let index = || world.surface_index(hit.geometry.0, hit.primitive.0) as usize;
                 let lit = hit.found && world.surfaces[index()].le.is_some();

@@ -6,9 +6,9 @@ use crate::estimator::density::{Density, Mix, Warp};
 use crate::estimator::{ShadingPoint, per_light};
 use crate::light::SphereLight;
 use crate::math::Vec3;
+use crate::pipeline::kernels::{self, Suited};
 use crate::pipeline::lists::Probed;
 use crate::pipeline::model;
-use crate::pipeline::rows::{self, Suited};
 use crate::pipeline::world::World;
 use crate::scene::EstimatorKind;
 
@@ -50,7 +50,7 @@ impl Told for model::Conductor {
 
 /// How an estimator asks spheres at points of a model.
 pub fn of_spheres<M: Told>(estimator: EstimatorKind) -> (Mix, Warp) {
-    let of_estimator = rows::mix(estimator);
+    let of_estimator = kernels::mix(estimator);
     match estimator {
         EstimatorKind::Projected => (M::Projected::of(of_estimator).mix(), M::Projected::WARP),
         EstimatorKind::Product => (M::Product::of(of_estimator).mix(), M::Product::WARP),

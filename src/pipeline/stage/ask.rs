@@ -17,7 +17,7 @@ use crate::linear::cull::Points;
 use crate::pipeline::lists::{Kind, Lists};
 use crate::pipeline::queue::{RayQueue, WideQueue};
 use crate::pipeline::stream::HitStream;
-use crate::pipeline::tracer::{ByEmbree, InLine, Tracer};
+use crate::pipeline::tracer::{BruteForce, ByEmbree, Tracer};
 use crate::settings::{AccelKind, Lanes};
 use crate::shape::Ball;
 
@@ -28,19 +28,19 @@ pub enum Ask<'a> {
         stream: &'a HitStream,
         points: &'a mut Points,
     },
-    /// Finds what may block rays from the points of a surveyed stream into a ball; what `aimed_at` names blocks none of them. `open`
+    /// Finds what may block rays from the points of a surveyed stream into a ball; what `skip_id` names blocks none of them. `open`
     /// becomes whether nothing at all can: such rays need not be traced.
     Shaft {
         stream: &'a HitStream,
         points: &'a mut Points,
         ball: Ball,
-        aimed_at: u32,
+        skip_id: u32,
         open: &'a mut bool,
         set: &'a mut Candidates,
     },
     /// Prepares for any rays.
     All { set: &'a mut Candidates },
-    /// See [`shadow::visible`].
+    /// See [`shadow::splat_unoccluded`].
     Visible {
         queue: &'a mut RayQueue,
         set: &'a Candidates,
@@ -51,7 +51,7 @@ pub enum Ask<'a> {
         queue: &'a mut WideQueue,
         set: &'a Candidates,
     },
-    /// See [`shadow::looked`].
+    /// See [`shadow::resolve_mesh_hits`].
     Looked {
         queue: &'a mut WideQueue,
         set: &'a Candidates,
@@ -67,7 +67,7 @@ pub enum Ask<'a> {
     },
     /// See [`Lists::tabulate`].
     Tabulate { lists: &'a Lists, kind: Kind, pass: u32 },
-    /// See [`shadow::emitted`].
+    /// See [`shadow::resolve_emitter_hits`].
     Emitted {
         queue: &'a mut RayQueue,
         set: &'a Candidates,
@@ -87,7 +87,7 @@ impl Answers {
     pub fn of(accel: AccelKind, lanes: Lanes) -> Self {
         match accel {
             AccelKind::Embree => Self::by::<ByEmbree>(lanes),
-            AccelKind::Linear => Self::by::<InLine>(lanes),
+            AccelKind::Linear => Self::by::<BruteForce>(lanes),
         }
     }
 
@@ -118,19 +118,19 @@ impl<T: Tracer> LaneWork for Answering<'_, '_, T> {
     fn run<L: TraceLane>(self) {
         let Self(chunk, ask, _) = self;
         match ask {
-            Ask::Survey { stream, points } => T::survey::<L>(chunk.world, stream, points),
+            Ask::Survey { stream, points } => T::bound_points::<L>(chunk.world, stream, points),
             Ask::Shaft {
                 stream,
                 points,
                 ball,
-                aimed_at,
+                skip_id,
                 open,
                 set,
-            } => *open = T::face_ball::<L>(chunk.world, stream, points, &ball, aimed_at, set),
-            Ask::All { set } => T::face_all(chunk.world, set),
-            Ask::Visible { queue, set, light } => shadow::visible::<L, T>(chunk, queue, set, light),
+            } => *open = T::face_ball::<L>(chunk.world, stream, points, &ball, skip_id, set),
+            Ask::All { set } => T::keep_all(chunk.world, set),
+            Ask::Visible { queue, set, light } => shadow::splat_unoccluded::<L, T>(chunk, queue, set, light),
             Ask::VisibleEach { queue, set } => shadow::visible_each::<L, T>(chunk, queue, set),
-            Ask::Looked { queue, set, light } => shadow::looked::<L, T>(chunk, queue, set, light),
+            Ask::Looked { queue, set, light } => shadow::resolve_mesh_hits::<L, T>(chunk, queue, set, light),
             Ask::Met {
                 queue,
                 set,
@@ -139,7 +139,7 @@ impl<T: Tracer> LaneWork for Answering<'_, '_, T> {
                 spheres,
             } => met::met::<L, T>(chunk, queue, set, (lists, table), spheres),
             Ask::Tabulate { lists, kind, pass } => lists.tabulate::<T>(chunk, kind, pass),
-            Ask::Emitted { queue, set } => shadow::emitted::<L, T>(chunk, queue, set),
+            Ask::Emitted { queue, set } => shadow::resolve_emitter_hits::<L, T>(chunk, queue, set),
         }
     }
 }

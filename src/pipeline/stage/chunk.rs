@@ -8,7 +8,7 @@ use crate::pipeline::progress::Counters;
 use crate::pipeline::queue::Queue;
 use crate::pipeline::stream::Address;
 use crate::pipeline::world::World;
-use crate::sampling::{PassBlock, Toss};
+use crate::sampling::{PassBlock, TechniqueSample};
 
 /// The order of a chunk's samples. A pixel's own samples come in the order of the chunk's turns in each, so a picture does not
 /// depend on it.
@@ -38,7 +38,7 @@ pub struct Chunk<'a> {
     /// First pass, counted from the block's first.
     pub first: u32,
     /// All passes, counted so too, in the order in which they are taken; there is one at least.
-    pub turns: &'a [u32],
+    pub pass_order: &'a [u32],
     /// How they make packets.
     pub order: Order,
     /// How directions of lights and of the BRDF are combined, for the stages that ask.
@@ -79,7 +79,7 @@ impl Chunk<'_> {
         }
     }
 
-    /// How often [`Self::toss`] has to be called for a light.
+    /// How often [`Self::technique_sample`] has to be called for a light.
     #[inline(always)]
     pub fn tosses(&self) -> u32 {
         if self.mix.both() { 2 } else { 1 }
@@ -88,14 +88,14 @@ impl Chunk<'_> {
     /// Which points of a packet follow their BRDF in looking for light `i`, and the numbers for it: by a coin, or all of them the
     /// second time. The direction of the BRDF is then the same for all lights.
     #[inline(always)]
-    pub fn toss<L: Lane>(&self, address: &Address<L>, i: usize, time: u32) -> Toss<L::Bits> {
+    pub fn technique_sample<L: Lane>(&self, address: &Address<L>, i: usize, time: u32) -> TechniqueSample<L::Bits> {
         let (numbers, key, pass) = (self.numbers, address.key, address.pass);
         if !self.mix.both() {
-            return numbers.toss(key, pass, pairs::light(i), self.tile.number());
+            return numbers.technique_sample(key, pass, pairs::light(i), self.tile.number());
         }
         let pair = if time == 0 { pairs::light(i) } else { pairs::DIRECTION };
-        Toss {
-            heads: L::Mask::splat(time == 1),
+        TechniqueSample {
+            by_brdf_lanes: L::Mask::splat(time == 1),
             pair: numbers.pair(key, pass, pair),
         }
     }

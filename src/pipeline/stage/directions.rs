@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::Chunk;
 use super::rings::RingBlock;
-use super::shade::{Lamp, Sink, in_lobe, toward};
+use super::shade::{Light, Sink, in_lobe, sample_light};
 use crate::embree::TraceLane;
 use crate::estimator::density::{Average, ConeOnly, ConeOrCap, Density, LobeInCap, Mix, Projected};
 use crate::pipeline::model::{self, Model};
@@ -20,7 +20,7 @@ pub trait Directions<M: Model>: Density {
         stream: &mut ModelStream<M>,
         rings: &mut RingBlock,
         block: Range<usize>,
-        light: &Lamp,
+        light: &Light,
         sink: &mut Sink,
     );
 }
@@ -36,10 +36,10 @@ macro_rules! packet_by_packet {
                 stream: &mut ModelStream<$($any)? $($model)?>,
                 _: &mut RingBlock,
                 block: Range<usize>,
-                light: &Lamp,
+                light: &Light,
                 sink: &mut Sink,
             ) {
-                toward::<L, Self, $($any)? $($model)?>(self, chunk, stream, block, light, sink);
+                sample_light::<L, Self, $($any)? $($model)?>(self, chunk, stream, block, light, sink);
             }
         }
     )*};
@@ -61,7 +61,7 @@ impl Directions<model::Phong> for LobeInCap {
         stream: &mut ModelStream<model::Phong>,
         rings: &mut RingBlock,
         block: Range<usize>,
-        light: &Lamp,
+        light: &Light,
         sink: &mut Sink,
     ) {
         in_lobe::<L>(chunk, stream, rings, block, light, sink);

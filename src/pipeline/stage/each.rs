@@ -14,7 +14,7 @@ use crate::pipeline::model::Model;
 use crate::pipeline::queue::QueuedRays;
 use crate::pipeline::space::Space;
 use crate::pipeline::stream::Address;
-use crate::sampling::{Pair, Toss};
+use crate::sampling::{Pair, TechniqueSample};
 
 /// A direction for every triangle of small meshes.
 pub struct PerTriangle<M>(PhantomData<M>);
@@ -68,13 +68,18 @@ impl<M: Model> Stage for PerDelta<M> {
 
 /// What [`LightKind::sample`] draws from for light `i`, the first or the second time; nothing for a delta light.
 #[inline(always)]
-pub fn toss<L: Lane, K: LightKind>(chunk: &Chunk, address: &Address<L>, i: usize, time: u32) -> Toss<L::Bits> {
+pub fn technique_sample<L: Lane, K: LightKind>(
+    chunk: &Chunk,
+    address: &Address<L>,
+    i: usize,
+    time: u32,
+) -> TechniqueSample<L::Bits> {
     if !K::DELTA {
-        return chunk.toss(address, i, time);
+        return chunk.technique_sample(address, i, time);
     }
     let nothing = Bits::splat(0);
-    Toss {
-        heads: L::Mask::splat(false),
+    TechniqueSample {
+        by_brdf_lanes: L::Mask::splat(false),
         pair: Pair(nothing, nothing),
     }
 }
@@ -109,8 +114,8 @@ fn each<L: TraceLane, M: Model, K: LightKind>(chunk: &mut Chunk, scratch: &mut S
                         continue;
                     }
                 }
-                let toss = toss::<L, K>(chunk, &address, i, time);
-                let Some(found) = light.sample(chunk.mix, &point, &view, toss, active) else {
+                let technique_sample = technique_sample::<L, K>(chunk, &address, i, time);
+                let Some(found) = light.sample(chunk.mix, &point, &view, technique_sample, active) else {
                     continue;
                 };
                 queue.push(found.active, &QueuedRays::to_light(&point, &address, &found));
@@ -130,7 +135,7 @@ fn each<L: TraceLane, M: Model, K: LightKind>(chunk: &mut Chunk, scratch: &mut S
                     stream,
                     points,
                     ball,
-                    aimed_at: light.id(),
+                    skip_id: light.id(),
                     open: &mut open,
                     set,
                 }),

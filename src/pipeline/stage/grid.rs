@@ -47,7 +47,7 @@ impl Grid {
         let shape = even.then_some(Shape {
             size: [right - left, bottom - top],
             film_width: chunk.film_width,
-            passes: listed.then_some(chunk.turns.len()),
+            passes: listed.then_some(chunk.pass_order.len()),
         });
         if shape.is_none() || self.shape != shape {
             self.clear();
@@ -71,11 +71,11 @@ impl Grid {
         }
         self.pass.clear();
         self.pass
-            .extend(self.turn.iter().map(|&turn| chunk.turns[turn as usize]));
+            .extend(self.turn.iter().map(|&turn| chunk.pass_order[turn as usize]));
         if listed {
             self.length
         } else {
-            self.length * chunk.turns.len()
+            self.length * chunk.pass_order.len()
         }
     }
 
@@ -111,8 +111,8 @@ impl Grid {
             Order::Lists => by_colour(chunk).collect(),
             _ => Vec::new(),
         };
-        let mut listed = vec![0..0; chunk.turns.len() / 2 + 2];
-        for (turn, &pass) in (0..).zip(chunk.turns) {
+        let mut listed = vec![0..0; chunk.pass_order.len() / 2 + 2];
+        for (turn, &pass) in (0..).zip(chunk.pass_order) {
             let twin = &mut listed[((first + pass) / 2 - (first + chunk.first) / 2) as usize];
             if twins && twin.start < twin.end {
                 self.x.extend_from_within(twin.clone());
@@ -154,7 +154,7 @@ impl Grid {
         let mut order: Vec<usize> = (0..pixels.len()).collect();
         order.sort_by_key(square);
         for four in order.chunk_by(|a, b| square(a) == square(b)) {
-            for (turn, &pass) in (0..).zip(chunk.turns) {
+            for (turn, &pass) in (0..).zip(chunk.pass_order) {
                 for &at in four.iter().filter(|&&at| takes_part(chunk, at, pass)) {
                     self.push(chunk, at);
                     *self.index.last_mut().expect("just pushed") += slot(chunk, pass);

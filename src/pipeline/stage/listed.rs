@@ -10,7 +10,7 @@
 use std::marker::PhantomData;
 
 use super::directions::Directions;
-use super::shade::{Lamp, Sink, may_meet, prepare, toward};
+use super::shade::{Light, Sink, may_meet, prepare, sample_light};
 use super::{Ask, Chunk, Scratch, Stage, pairs, shadow};
 use crate::bsdf::{Brdf, Tint};
 use crate::embree::TraceLane;
@@ -93,7 +93,7 @@ impl<D: Directions<M>, M: Probed> Stage for PerListed<D, M> {
                 }
             }
             if mix.mixed() {
-                along::<L, M>(mix, chunk, part, looks);
+                sample_brdf::<L, M>(mix, chunk, part, looks);
                 if looks.len() > 0 {
                     chunk.ask(Ask::All { set });
                     let spheres = of_spheres.mix().mixed();
@@ -106,7 +106,7 @@ impl<D: Directions<M>, M: Probed> Stage for PerListed<D, M> {
                     });
                 }
             }
-            shadow::arrived::<L>(chunk, part, 0..part.len());
+            shadow::splat_stream::<L>(chunk, part, 0..part.len());
         }
     }
 }
@@ -138,7 +138,7 @@ fn segment(chunk: &Chunk, stream: &HitStream, at: usize) -> (Shared, usize) {
 
 /// Whether all points follow their BRDF.
 fn all_heads(part: &HitStream) -> bool {
-    (0..part.len()).all(|at| part.heads::<f32>(at))
+    (0..part.len()).all(|at| part.by_brdf_lanes::<f32>(at))
 }
 
 /// How a light is weighed that a list has: its radiance is multiplied by the first number, the chance of its own directions by the
@@ -166,7 +166,7 @@ fn toward_sphere<L: TraceLane, D: Directions<M>, M: Probed>(
         le: light.le.map(|x| x * times),
         ..*light
     };
-    let lamp = Lamp::new(i, &counted, None);
+    let lamp = Light::new(i, &counted, None);
     let mut open = false;
     let ball = Ball {
         center: light.center,
@@ -176,7 +176,7 @@ fn toward_sphere<L: TraceLane, D: Directions<M>, M: Probed>(
         stream: part,
         points,
         ball,
-        aimed_at: light.sphere,
+        skip_id: light.sphere,
         open: &mut open,
         set,
     });
@@ -188,7 +188,7 @@ fn toward_sphere<L: TraceLane, D: Directions<M>, M: Probed>(
     };
     if density.mix().mixed() {
         let listed = Listed::new(density.mix(), guess);
-        toward::<L, Listed, M>(listed, chunk, part, all, &lamp, &mut sink);
+        sample_light::<L, Listed, M>(listed, chunk, part, all, &lamp, &mut sink);
     } else {
         density.toward_light::<L>(chunk, part, rings, all, &lamp, &mut sink);
     }
@@ -213,7 +213,7 @@ fn toward_triangle<L: TraceLane, M: Probed>(
     for at in (0..part.len()).step_by(L::N) {
         let (mut active, point, address) = part.packet::<L>(at);
         if tossed {
-            active = active & !part.heads::<L>(at);
+            active = active & !part.by_brdf_lanes::<L>(at);
         }
         let view = triangles.seen_from(point.p);
         let active = active & view.rises_above(point.bsdf.normal());
@@ -226,39 +226,43 @@ fn toward_triangle<L: TraceLane, M: Probed>(
             chunk.numbers.pair(address.key, address.pass, pairs::light(i))
         };
         let (u, v) = pair.unit::<L>();
-        let heads = L::Mask::splat(false);
-        let numbers = per_triangle::Numbers { heads, u, v };
+        let by_brdf_lanes = L::Mask::splat(false);
+        let numbers = per_triangle::Numbers { by_brdf_lanes, u, v };
         let worth = (le, L::splat(guess));
         if let Some(found) = per_triangle::sample(mix, &point, &view, worth, numbers, active) {
             queue.push(found.active, &QueuedRays::to_light(&point, &address, &found));
         }
     }
     if queue.len() > 0 {
-        let (ball, aim) = (Ball::around(&light.triangle.corners), light.aim);
+        let (ball, skip_id) = (Ball::around(&light.triangle.corners), light.skip_id);
         chunk.ask(Ask::Shaft {
             stream: part,
             points,
             ball,
-            aimed_at: aim,
+            skip_id: skip_id,
             open: &mut false,
             set,
         });
-        chunk.ask(Ask::Visible { queue, set, light: aim });
+        chunk.ask(Ask::Visible {
+            queue,
+            set,
+            light: skip_id,
+        });
     }
 }
 
 /// Queues the directions of the BRDF, of the points that follow it, with their densities.
 #[inline(always)]
-fn along<L: TraceLane, M: Probed>(mix: Mix, chunk: &Chunk, part: &ModelStream<M>, looks: &mut WideQueue) {
+fn sample_brdf<L: TraceLane, M: Probed>(mix: Mix, chunk: &Chunk, part: &ModelStream<M>, looks: &mut WideQueue) {
     for at in (0..part.len()).step_by(L::N) {
         let (mut active, point, address) = part.packet::<L>(at);
         if !mix.both() {
-            active = active & part.heads::<L>(at);
+            active = active & part.by_brdf_lanes::<L>(at);
         }
         if active.none() {
             continue;
         }
-        let wi = part.drawn::<L>(at);
+        let wi = part.sampled::<L>(at);
         let (cos_theta, above) = point.above(wi);
         let lobe = point.bsdf.eval(wi, cos_theta);
         let mut active = active & above & lobe.shape.lit();

@@ -12,7 +12,7 @@ use crate::math::Vec3;
 use crate::pipeline::lights::Kind;
 use crate::pipeline::model::Model;
 use crate::pipeline::queue::QueuedRays;
-use crate::shape::{Ball, NO_SPHERE};
+use crate::shape::{Ball, NO_SKIP_ID};
 
 /// A direction for every large mesh.
 pub struct PerMesh<M>(PhantomData<M>);
@@ -41,28 +41,28 @@ impl<M: Model> Stage for PerMesh<M> {
             for at in (0..stream.len()).step_by(L::N) {
                 let (active, point, address) = stream.packet::<L>(at);
                 for time in 0..chunk.tosses() {
-                    let toss = chunk.toss(&address, i, time);
+                    let technique_sample = chunk.technique_sample(&address, i, time);
                     let by_brdf = if chunk.mix.mixed() {
-                        toss.heads & active
+                        technique_sample.by_brdf_lanes & active
                     } else {
                         L::Mask::splat(false)
                     };
                     let by_light = active & !by_brdf;
                     if by_light.any() {
-                        let picked = light.pick::<L>(toss.pair, by_light);
+                        let picked = light.pick::<L>(technique_sample.pair, by_light);
                         let (u, v) = picked.numbers;
-                        let heads = L::Mask::splat(false);
-                        let numbers = per_triangle::Numbers { heads, u, v };
+                        let by_brdf_lanes = L::Mask::splat(false);
+                        let numbers = per_triangle::Numbers { by_brdf_lanes, u, v };
                         let view = picked.triangles.seen_from(point.p);
                         let by_light = by_light & view.rises_above(point.bsdf.normal());
                         let worth = (le, picked.share);
                         if let Some(found) = per_triangle::sample(chunk.mix, &point, &view, worth, numbers, by_light) {
                             let rays = QueuedRays::to_light(&point, &address, &found);
-                            aimed.push(found.active, &rays, L::from_bits(picked.aim));
+                            aimed.push(found.active, &rays, L::from_bits(picked.skip_id));
                         }
                     }
                     if by_brdf.any()
-                        && let Some(look) = per_triangle::look(&point, toss.pair, by_brdf)
+                        && let Some(look) = per_triangle::look(&point, technique_sample.pair, by_brdf)
                     {
                         let rays = QueuedRays {
                             origin: point.p,
@@ -81,7 +81,7 @@ impl<M: Model> Stage for PerMesh<M> {
                     stream,
                     points,
                     ball: Ball { center, radius },
-                    aimed_at: NO_SPHERE,
+                    skip_id: NO_SKIP_ID,
                     open: &mut false,
                     set,
                 });

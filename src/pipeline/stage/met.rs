@@ -2,7 +2,7 @@
 
 use super::{Chunk, shadow};
 use crate::bsdf::Lobe;
-use crate::embree::{Coherence, NO_SPHERE, TraceLane};
+use crate::embree::{Coherence, NO_SKIP_ID, TraceLane};
 use crate::lane::{Bits, Mask};
 use crate::light::tree::Table;
 use crate::linear::Candidates;
@@ -25,7 +25,7 @@ pub fn met<L: TraceLane, T: Tracer>(
     chunk.keep(queue);
     for at in (0..queue.len()).step_by(L::N) {
         let (active, rays, pdf) = queue.packet::<L>(at);
-        let ray = shadow::segment(&rays, L::Bits::splat(NO_SPHERE));
+        let ray = shadow::segment(&rays, L::Bits::splat(NO_SKIP_ID));
         let hit = T::nearest(chunk.world, set, active, &ray, Coherence::Incoherent);
         let mut value = [[0.0_f32; 3]; 16];
         let mut counts = 0;
@@ -48,7 +48,7 @@ pub fn met<L: TraceLane, T: Tracer>(
         );
         let counts = L::Mask::from_bitmask(counts);
         let value = rays.value.times(radiance).or_zero(counts);
-        shadow::deposit(chunk.sum, chunk.counters, counts, value, rays.index);
+        shadow::splat(chunk.sum, chunk.counters, counts, value, rays.index);
     }
     chunk.counters.shadow_rays += queue.len() as u64;
     queue.clear();
@@ -73,7 +73,7 @@ fn weighed(
     let origin: Vec3<f32> = Vec3::splat(origin);
     let (le, omega) = if is_sphere {
         let light = &world.lights[number];
-        (light.le, warp::cone_solid_angle(light.cone(origin).omc))
+        (light.le, warp::cone_solid_angle(light.cone(origin).one_minus_cos_max))
     } else {
         let light = &world.triangle_lights[number];
         let view = light.triangle.splat::<f32>().seen_from(origin);

@@ -2,10 +2,10 @@
 //! [`shadow`] empties it onto the film.
 
 mod ask;
+pub mod camera;
 mod chunk;
 mod directions;
 pub mod each;
-pub mod eye;
 mod facets;
 mod grid;
 pub mod listed;

@@ -57,7 +57,7 @@ impl Stage for Penumbra {
                 stream,
                 points,
                 ball,
-                aimed_at: light.sphere,
+                skip_id: light.sphere,
                 open: &mut open,
                 set,
             });
@@ -67,15 +67,15 @@ impl Stage for Penumbra {
             // A ray that arrives adds 1 to red, and every ray has added 1 to green.
             chunk.sum.0.fill([0.0; 4]);
             for turn in 0..RAYS {
-                aim::<L>(chunk, stream, light, turn, queue);
+                skip_id::<L>(chunk, stream, light, turn, queue);
                 chunk.ask(Ask::Visible {
                     queue,
                     set,
                     light: light.sphere,
                 });
             }
-            for (mark, [arrived, all, ..]) in partly.iter_mut().zip(&chunk.sum.0) {
-                *mark |= u32::from(0.0 < *arrived && arrived < all) << i;
+            for (mark, [splat_stream, all, ..]) in partly.iter_mut().zip(&chunk.sum.0) {
+                *mark |= u32::from(0.0 < *splat_stream && splat_stream < all) << i;
             }
         }
     }
@@ -83,7 +83,7 @@ impl Stage for Penumbra {
 
 /// Queues a ray from every point to one place of the light's rim.
 #[inline(always)]
-fn aim<L: TraceLane>(
+fn skip_id<L: TraceLane>(
     chunk: &mut Chunk,
     stream: &ModelStream<Diffuse>,
     light: &SphereLight,
@@ -93,8 +93,8 @@ fn aim<L: TraceLane>(
     let numbers = Pair(L::Bits::splat(RIM), L::Bits::splat(turn * (u32::MAX / RAYS + 1)));
     for at in (0..stream.len()).step_by(L::N) {
         let (active, point, address) = stream.packet::<L>(at);
-        let drawn = per_light::draw(&light.seen_from(point.p), numbers);
-        let Some(found) = per_light::by_light(ConeOnly, &point, &drawn, active) else {
+        let sampled = per_light::draw(&light.seen_from(point.p), numbers);
+        let Some(found) = per_light::by_light(ConeOnly, &point, &sampled, active) else {
             continue;
         };
         for lane in found.active.lanes() {

@@ -24,7 +24,7 @@ pub struct RingBlock {
 #[repr(C, align(64))]
 struct Aligned([[f32; BLOCK]; COLUMNS]);
 
-/// What [`RingBlock::drawn`] gives back.
+/// What [`RingBlock::sampled`] gives back.
 pub struct Drawn<L: Lane> {
     /// Lanes that count.
     pub active: L::Mask,
@@ -72,7 +72,7 @@ impl RingBlock {
             rings.apart,
             rings.nearest,
             rings.width,
-            rings.omc,
+            rings.one_minus_cos_max,
             rings.share,
             rings.mass,
         ];
@@ -88,7 +88,7 @@ impl RingBlock {
             apart: self.get(0, i),
             nearest: self.get(1, i),
             width: self.get(2, i),
-            omc: self.get(3, i),
+            one_minus_cos_max: self.get(3, i),
             share: self.get(4, i),
             mass: self.get(5, i),
         }
@@ -104,7 +104,7 @@ impl RingBlock {
 
     /// The ring that was drawn for packet `i`.
     #[inline(always)]
-    pub fn drawn<L: Lane>(&self, i: usize) -> Drawn<L> {
+    pub fn sampled<L: Lane>(&self, i: usize) -> Drawn<L> {
         Drawn {
             active: L::Mask::from_bitmask(self.packets[i].1),
             ring: Ring {

@@ -56,7 +56,7 @@ impl<D: Directions<M>, M: Model> Stage for PerLight<D, M> {
                 stream,
                 points,
                 ball,
-                aimed_at: light.sphere,
+                skip_id: light.sphere,
                 open,
                 set,
             });
@@ -75,7 +75,7 @@ impl<D: Directions<M>, M: Model> Stage for PerLight<D, M> {
                 } else {
                     None
                 };
-                let light = &Lamp::new(i, light, half);
+                let light = &Light::new(i, light, half);
                 let mut sink = Sink {
                     open: *open,
                     queue: &mut *queue,
@@ -100,7 +100,7 @@ impl<D: Directions<M>, M: Model> Stage for PerLight<D, M> {
                     });
                 }
                 if density.mix().mixed() {
-                    along::<L, D, M>(density, chunk, stream, block.clone(), light, &mut sink);
+                    sample_brdf::<L, D, M>(density, chunk, stream, block.clone(), light, &mut sink);
                 }
                 chunk.counters.shadow_rays += sink.answered;
                 chunk.ask(Ask::Visible {
@@ -109,24 +109,24 @@ impl<D: Directions<M>, M: Model> Stage for PerLight<D, M> {
                     light: light.sphere.sphere,
                 });
             }
-            shadow::arrived::<L>(chunk, stream, block);
+            shadow::splat_stream::<L>(chunk, stream, block);
         }
     }
 }
 
 /// A light and the pair of random numbers for its cone.
-pub struct Lamp {
+pub struct Light {
     pub sphere: SphereLight,
     pair: u32,
     /// Which direction, of the points that see it in part; `None` where nobody does.
     half: Option<Half>,
 }
 
-impl Lamp {
+impl Light {
     pub fn new(i: usize, light: &SphereLight, half: Option<Half>) -> Self {
         let once = mutate!(*light, LightTwice => SphereLight { le: light.le.map(|x| if i == 0 { x + x } else { x }), ..*light });
         Self {
-            sphere: mutate!(once, LightBlocksItself => SphereLight { sphere: crate::shape::NO_SPHERE, ..once }),
+            sphere: mutate!(once, LightBlocksItself => SphereLight { sphere: crate::shape::NO_SKIP_ID, ..once }),
             pair: pairs::light(i),
             half,
         }
@@ -190,34 +190,41 @@ pub fn prepare<L: TraceLane, D: Density, M: Model>(
             stream.set_drawn(at, L::Mask::splat(true), wi);
         } else if density.mix().mixed() {
             let (mask, point, Address { key, pass, .. }) = stream.packet::<L>(at);
-            let heads = chunk.numbers.heads(key, pass, pairs::DIRECTION, chunk.tile.number());
+            let by_brdf_lanes = chunk
+                .numbers
+                .by_brdf_lanes(key, pass, pairs::DIRECTION, chunk.tile.number());
             let mut wi = Vec3::zero();
-            if !chunk.numbers.one_coin() || (heads & mask).any() {
+            if !chunk.numbers.one_coin() || (by_brdf_lanes & mask).any() {
                 wi = per_light::along_lobe(&point, chunk.numbers.after_toss(key, pass, pairs::DIRECTION));
             }
-            stream.set_drawn(at, heads, wi);
+            stream.set_drawn(at, by_brdf_lanes, wi);
         }
     }
 }
 
 /// The points of the packet at `at` that follow their BRDF when they look for a light.
 #[inline(always)]
-fn heads<L: Lane, D: Density, M: Model>(chunk: &Chunk, stream: &ModelStream<M>, at: usize, light: &Lamp) -> L::Mask {
+fn by_brdf_lanes<L: Lane, D: Density, M: Model>(
+    chunk: &Chunk,
+    stream: &ModelStream<M>,
+    at: usize,
+    light: &Light,
+) -> L::Mask {
     if D::SHARES_COIN || chunk.numbers.one_coin() {
-        return stream.heads::<L>(at);
+        return stream.by_brdf_lanes::<L>(at);
     }
     let (_, _, Address { key, pass, .. }) = stream.packet::<L>(at);
-    chunk.numbers.heads(key, pass, light.pair, chunk.tile.number())
+    chunk.numbers.by_brdf_lanes(key, pass, light.pair, chunk.tile.number())
 }
 
 /// Directions of a light, for the points that follow it.
 #[inline(always)]
-pub fn toward<L: TraceLane, D: per_light::Directions<L, M::Of<L>>, M: Model>(
+pub fn sample_light<L: TraceLane, D: per_light::Directions<L, M::Of<L>>, M: Model>(
     density: D,
     chunk: &Chunk,
     stream: &mut ModelStream<M>,
     block: Range<usize>,
-    light: &Lamp,
+    light: &Light,
     sink: &mut Sink,
 ) {
     for at in block.step_by(L::N) {
@@ -236,7 +243,7 @@ pub fn toward<L: TraceLane, D: per_light::Directions<L, M::Of<L>>, M: Model>(
         // One coin for all lights is known already; one for each takes a hash, which many a packet can do without.
         let known = D::SHARES_COIN || chunk.numbers.one_coin();
         if tossed && known {
-            active = active & !heads::<L, D, M>(chunk, stream, at, light);
+            active = active & !by_brdf_lanes::<L, D, M>(chunk, stream, at, light);
             if active.none() {
                 continue;
             }
@@ -245,7 +252,7 @@ pub fn toward<L: TraceLane, D: per_light::Directions<L, M::Of<L>>, M: Model>(
         let view = light.sphere.seen_from(point.p);
         active = active & per_light::may_contribute(&point, &view);
         if tossed && !known && active.any() {
-            active = active & !heads::<L, D, M>(chunk, stream, at, light);
+            active = active & !by_brdf_lanes::<L, D, M>(chunk, stream, at, light);
         }
         if active.none() {
             continue;
@@ -263,11 +270,11 @@ pub fn toward<L: TraceLane, D: per_light::Directions<L, M::Of<L>>, M: Model>(
         {
             density.toward_light(&point, &view, numbers, active)
         } else {
-            let drawn = per_light::draw(&view, numbers);
+            let sampled = per_light::draw(&view, numbers);
             // Loaded again: sixteen registers do not hold all that is needed before a direction is drawn and after it. The compiler
             // would keep the first load's instead, on the stack.
             let (_, point, _) = stream.packet::<L>(black_box(at));
-            per_light::by_light(density, &point, &drawn, active)
+            per_light::by_light(density, &point, &sampled, active)
         };
         if let Some(mut found) = found {
             if let Some(half) = light.half {
@@ -287,7 +294,7 @@ pub fn in_lobe<L: TraceLane>(
     stream: &mut ModelStream<model::Phong>,
     rings: &mut RingBlock,
     block: Range<usize>,
-    light: &Lamp,
+    light: &Light,
     sink: &mut Sink,
 ) {
     for first in block.clone().step_by(rings::BLOCK) {
@@ -315,9 +322,9 @@ pub fn in_lobe<L: TraceLane>(
         for i in 0..rings.len() {
             let at = rings.start(i);
             let (_, point, _) = stream.packet::<L>(at);
-            let drawn = rings.drawn::<L>(i);
+            let sampled = rings.sampled::<L>(i);
             let cone = light.sphere.cone(point.p);
-            let found = per_light::on_ring(&point, &cone, &drawn.ring, drawn.weight, drawn.v, drawn.active);
+            let found = per_light::on_ring(&point, &cone, &sampled.ring, sampled.weight, sampled.v, sampled.active);
             if let Some(found) = found {
                 sink.take(stream, at, &light.sphere, &found);
             }
@@ -327,27 +334,27 @@ pub fn in_lobe<L: TraceLane>(
 
 /// Directions of the BRDF, for the points that follow it and as far as they meet a light.
 #[inline(always)]
-fn along<L: TraceLane, D: Density, M: Model>(
+fn sample_brdf<L: TraceLane, D: Density, M: Model>(
     density: D,
     chunk: &Chunk,
     stream: &mut ModelStream<M>,
     block: Range<usize>,
-    light: &Lamp,
+    light: &Light,
     sink: &mut Sink,
 ) {
     for at in block.step_by(L::N) {
         let mut active = stream.lanes::<L>(at);
         let (tossed, known) = (!density.mix().both(), chunk.numbers.one_coin());
         if tossed && known {
-            active = active & heads::<L, D, M>(chunk, stream, at, light);
+            active = active & by_brdf_lanes::<L, D, M>(chunk, stream, at, light);
         }
         if active.none() {
             continue;
         }
-        let wi = stream.drawn(at);
+        let wi = stream.sampled(at);
         active = active & light.sphere.may_meet(stream.position(at), wi);
         if tossed && !known && active.any() {
-            active = active & heads::<L, D, M>(chunk, stream, at, light);
+            active = active & by_brdf_lanes::<L, D, M>(chunk, stream, at, light);
         }
         if active.none() {
             continue;

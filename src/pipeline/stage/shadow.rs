@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::Chunk;
-use crate::embree::{Coherence, NO_SPHERE, Ray, TraceLane};
+use crate::embree::{Coherence, NO_SKIP_ID, Ray, TraceLane};
 use crate::estimator::per_triangle;
 use crate::film::ChunkSum;
 use crate::lane::{Bits, Lane, Mask};
@@ -17,14 +17,19 @@ use crate::pipeline::tracer::Tracer;
 
 /// Adds the contribution of every ray with nothing but the sphere `light` before its end.
 #[inline(always)]
-pub fn visible<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut RayQueue, set: &Candidates, light: u32) {
+pub fn splat_unoccluded<L: TraceLane, T: Tracer>(
+    chunk: &mut Chunk,
+    queue: &mut RayQueue,
+    set: &Candidates,
+    light: u32,
+) {
     chunk.keep(queue);
     for at in (0..queue.len()).step_by(L::N) {
         let (active, rays) = queue.packet::<L>(at);
         let ray = segment(&rays, L::Bits::splat(light));
         let occluded = T::occluded(chunk.world, set, active, &ray);
-        let visible = mutate!(active & !occluded, ShadowsSkipped => active);
-        deposit(chunk.sum, chunk.counters, visible, rays.value, rays.index);
+        let splat_unoccluded = mutate!(active & !occluded, ShadowsSkipped => active);
+        splat(chunk.sum, chunk.counters, splat_unoccluded, rays.value, rays.index);
     }
     chunk.counters.shadow_rays += queue.len() as u64;
     queue.clear();
@@ -36,7 +41,7 @@ pub fn unoccluded<L: Lane>(chunk: &mut Chunk, queue: &mut RayQueue) {
     chunk.keep(queue);
     for at in (0..queue.len()).step_by(L::N) {
         let (active, rays) = queue.packet::<L>(at);
-        deposit(chunk.sum, chunk.counters, active, rays.value, rays.index);
+        splat(chunk.sum, chunk.counters, active, rays.value, rays.index);
     }
     chunk.counters.shadow_rays += queue.len() as u64;
     queue.clear();
@@ -44,13 +49,13 @@ pub fn unoccluded<L: Lane>(chunk: &mut Chunk, queue: &mut RayQueue) {
 
 /// Adds the light that has reached the points of a stream without a ray.
 #[inline(always)]
-pub fn arrived<L: Lane>(chunk: &mut Chunk, stream: &HitStream, block: Range<usize>) {
+pub fn splat_stream<L: Lane>(chunk: &mut Chunk, stream: &HitStream, block: Range<usize>) {
     for at in block.step_by(L::N) {
         let light = stream.light::<L>(at);
         let total = light.x + light.y + light.z;
         let dark = total.ge(L::zero()) & total.le(L::zero());
         let index = stream.index::<L>(at);
-        deposit(chunk.sum, chunk.counters, stream.lanes::<L>(at) & !dark, light, index);
+        splat(chunk.sum, chunk.counters, stream.lanes::<L>(at) & !dark, light, index);
     }
 }
 
@@ -59,9 +64,9 @@ pub fn arrived<L: Lane>(chunk: &mut Chunk, stream: &HitStream, block: Range<usiz
 pub fn visible_each<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut WideQueue, set: &Candidates) {
     chunk.keep(queue);
     for at in (0..queue.len()).step_by(L::N) {
-        let (active, rays, aim) = queue.packet::<L>(at);
-        let occluded = T::occluded(chunk.world, set, active, &segment(&rays, aim.to_bits()));
-        deposit(chunk.sum, chunk.counters, active & !occluded, rays.value, rays.index);
+        let (active, rays, skip_id) = queue.packet::<L>(at);
+        let occluded = T::occluded(chunk.world, set, active, &segment(&rays, skip_id.to_bits()));
+        splat(chunk.sum, chunk.counters, active & !occluded, rays.value, rays.index);
     }
     chunk.counters.shadow_rays += queue.len() as u64;
     queue.clear();
@@ -70,11 +75,16 @@ pub fn visible_each<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut Wide
 /// Adds, for every ray that meets the mesh first, its `f_cos` times the radiance, over the density by which the
 /// direction was drawn, as the chunk weighs it; the ray's number is the density of the BRDF.
 #[inline(always)]
-pub fn looked<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut WideQueue, set: &Candidates, light: &MeshLight) {
+pub fn resolve_mesh_hits<L: TraceLane, T: Tracer>(
+    chunk: &mut Chunk,
+    queue: &mut WideQueue,
+    set: &Candidates,
+    light: &MeshLight,
+) {
     chunk.keep(queue);
     for at in (0..queue.len()).step_by(L::N) {
         let (active, rays, pdf) = queue.packet::<L>(at);
-        let ray = segment(&rays, L::Bits::splat(NO_SPHERE));
+        let ray = segment(&rays, L::Bits::splat(NO_SKIP_ID));
         let hit = T::nearest(chunk.world, set, active, &ray, Coherence::Incoherent);
         let met = hit.found & hit.geometry.eq(L::Bits::splat(light.geometry));
         if met.none() {
@@ -86,7 +96,7 @@ pub fn looked<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut WideQueue,
         let view = triangles.seen_from(rays.origin);
         let weight = per_triangle::weigh(chunk.mix, &view, share, rays.direction, hit.t, pdf);
         let value = rays.value.times(Vec3::splat(light.le)) * weight.or_zero(met);
-        deposit(chunk.sum, chunk.counters, met, value, rays.index);
+        splat(chunk.sum, chunk.counters, met, value, rays.index);
     }
     chunk.counters.shadow_rays += queue.len() as u64;
     queue.clear();
@@ -95,11 +105,11 @@ pub fn looked<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut WideQueue,
 /// Adds, for every ray that meets an emitter first, its throughput times the radiance there; where there is an environment or a sun, also
 /// for every ray that meets nothing.
 #[inline(always)]
-pub fn emitted<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut RayQueue, set: &Candidates) {
+pub fn resolve_emitter_hits<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut RayQueue, set: &Candidates) {
     chunk.keep(queue);
     for at in (0..queue.len()).step_by(L::N) {
         let (active, rays) = queue.packet::<L>(at);
-        let ray = segment(&rays, L::Bits::splat(NO_SPHERE));
+        let ray = segment(&rays, L::Bits::splat(NO_SKIP_ID));
         let hit = T::nearest(chunk.world, set, active, &ray, Coherence::Incoherent);
         let mut le = [[0.0_f32; 3]; 16];
         let mut emits = 0_u32;
@@ -118,9 +128,9 @@ pub fn emitted<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut RayQueue,
             L::from_fn(|i| le[i][2]),
         );
         let (mut emits, mut radiance) = (L::Mask::from_bitmask(emits), radiance);
-        if let Some(beyond) = &chunk.world.environment {
+        if let Some(environment) = &chunk.world.environment {
             let misses = active & !hit.found;
-            radiance = Vec3::select(misses, beyond.radiance(rays.direction, misses), radiance);
+            radiance = Vec3::select(misses, environment.radiance(rays.direction, misses), radiance);
             emits = emits | misses;
         }
         for sun in &chunk.world.suns {
@@ -133,26 +143,26 @@ pub fn emitted<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut RayQueue,
             emits = emits | misses;
         }
         let value = rays.value.times(radiance);
-        deposit(chunk.sum, chunk.counters, emits, value, rays.index);
+        splat(chunk.sum, chunk.counters, emits, value, rays.index);
     }
     chunk.counters.shadow_rays += queue.len() as u64;
     queue.clear();
 }
 
 #[inline(always)]
-pub(super) fn segment<L: Lane>(rays: &QueuedRays<L>, aims_at: L::Bits) -> Ray<L> {
+pub(super) fn segment<L: Lane>(rays: &QueuedRays<L>, skip_id: L::Bits) -> Ray<L> {
     Ray {
         origin: rays.origin,
         direction: rays.direction,
         tfar: rays.tfar,
-        aims_at,
+        skip_id,
     }
 }
 
 /// Adds what is a number to the film, lane by lane in order; counts what is not, by cause. Lanes that add nothing must have a place
 /// too: they add 0 to it, for to guess how many lanes count costs more than to add them.
 #[inline(always)]
-pub(super) fn deposit<L: Lane>(
+pub(super) fn splat<L: Lane>(
     sum: &mut ChunkSum,
     counters: &mut Counters,
     lanes: L::Mask,

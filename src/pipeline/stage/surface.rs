@@ -59,7 +59,7 @@ impl<L: Lane> Surfaces<L> {
         for lane in 0..L::N {
             let one = &world.surfaces[indices[lane] as usize];
             emits |= u32::from(one.le.is_some()) << lane;
-            effects = effects.and(one.effects);
+            effects = effects.union(one.effects);
             for k in 0..3 {
                 columns[k][lane] = one.rho[k];
                 columns[3 + k][lane] = one.extent[k];
@@ -83,8 +83,8 @@ impl<L: Lane> Surfaces<L> {
     /// Whether any surface of the packet calls for an effect, of those that the stage holds. An effect that is held for other
     /// scenes then costs a look at one number a packet.
     #[inline(always)]
-    pub fn call<const HELD: u32>(&self, effect: Effect) -> bool {
-        has(HELD, effect) && self.effects.has(effect)
+    pub fn call<const COMPILED_IN: u32>(&self, effect: Effect) -> bool {
+        has(COMPILED_IN, effect) && self.effects.has(effect)
     }
 
     /// Lanes whose surface is one of those.
@@ -133,7 +133,7 @@ impl<L: Lane> SurfacePoint<L> {
 
 /// Point, normals and parameters of each lane that met a surface.
 #[inline(always)]
-pub fn shading_point<L: TraceLane, T: Tracer, const HELD: u32>(
+pub fn shading_point<L: TraceLane, T: Tracer, const COMPILED_IN: u32>(
     world: &World,
     hit: &Hit<L>,
     ray: &Ray<L>,
@@ -141,7 +141,7 @@ pub fn shading_point<L: TraceLane, T: Tracer, const HELD: u32>(
 ) -> SurfacePoint<L> {
     let wo = -ray.direction;
     let mut p = ray.direction * hit.t;
-    if has(HELD, Effect::Lens) {
+    if has(COMPILED_IN, Effect::Lens) {
         p = p + ray.origin;
     }
     // The normal of a triangle is as long as its area: of small ones the square of that would be denormal.
@@ -162,7 +162,7 @@ pub fn shading_point<L: TraceLane, T: Tracer, const HELD: u32>(
         p = Vec3::select(put_back, ng.mul_add(radius, center), p);
     }
     ng = face(ng, wo);
-    let n = if surfaces.call::<HELD>(Effect::SmoothNormals) {
+    let n = if surfaces.call::<COMPILED_IN>(Effect::SmoothNormals) {
         smooth_normal(world, hit, surfaces, ng)
     } else {
         ng
@@ -176,7 +176,7 @@ pub fn shading_point<L: TraceLane, T: Tracer, const HELD: u32>(
         alpha: surfaces.alpha,
         reach: surfaces.reach,
     };
-    if surfaces.call::<HELD>(Effect::SmoothTerminator) {
+    if surfaces.call::<COMPILED_IN>(Effect::SmoothTerminator) {
         let (lifted, by) = lift(world, hit, surfaces, p, n);
         point.p = Vec3::select(lifted, point.p + by, point.p);
         point.ng = Vec3::select(lifted, n, ng);

@@ -4,7 +4,7 @@
 //! *Hidden bias*: the root of the mean of squared biases of pixels, which sees light in the wrong place too, but less sharply.
 //! A variant is compared with the defaults seed by seed, since what noise they share then cancels; the defaults are compared
 //! with the oracle. What rare samples may have hidden is granted on top of every interval ([`Tails`](crate::study::verify::tails)):
-//! an estimator that never met a small light looks calm and dark. Pixels on the rims of visible lights are left out, see [`Truth::rims`]: they weigh 0.
+//! an estimator that never met a small light looks calm and dark. Pixels on the rims of visible lights are left out, see [`Truth::silhouettes`]: they weigh 0.
 
 use super::measure::Runs;
 use super::statistics::{Estimate, Figure, mean};
@@ -110,8 +110,11 @@ pub fn of_variant(
             a.iter().zip(b).map(minus).collect()
         })
         .collect();
-    let scale = mean_of(&truth.mean, &truth.rims).max(f64::MIN_POSITIVE);
-    let brightness: Vec<f64> = differences.iter().map(|d| mean_of(d, &truth.rims) / scale).collect();
+    let scale = mean_of(&truth.mean, &truth.silhouettes).max(f64::MIN_POSITIVE);
+    let brightness: Vec<f64> = differences
+        .iter()
+        .map(|d| mean_of(d, &truth.silhouettes) / scale)
+        .collect();
     Bias {
         brightness: mean(&brightness),
         squared: squared(&differences, &vec![[0.0; 3]; weights.len()], weights),
@@ -140,9 +143,12 @@ pub fn of_defaults(
             last(run).iter().zip(&truth.mean).map(minus).collect()
         })
         .collect();
-    let scale = mean_of(&truth.mean, &truth.rims).max(f64::MIN_POSITIVE);
-    let brightness: Vec<f64> = differences.iter().map(|d| mean_of(d, &truth.rims) / scale).collect();
-    let off_rims = truth.stderr.iter().zip(&truth.rims).filter(|(_, rim)| !**rim);
+    let scale = mean_of(&truth.mean, &truth.silhouettes).max(f64::MIN_POSITIVE);
+    let brightness: Vec<f64> = differences
+        .iter()
+        .map(|d| mean_of(d, &truth.silhouettes) / scale)
+        .collect();
+    let off_rims = truth.stderr.iter().zip(&truth.silhouettes).filter(|(_, rim)| !**rim);
     let values = 3.0 * off_rims.clone().count() as f64;
     // Colours of a pixel come from the same samples and err together: their errors add up, not their squares.
     let variance: f64 = off_rims.map(|(e, _)| e.iter().sum::<f64>().powi(2)).sum();
@@ -171,8 +177,8 @@ fn last(run: &super::measure::Run) -> &[[f32; 3]] {
 }
 
 /// The mean of all pixels off the rims.
-fn mean_of(pixels: &[[f64; 3]], rims: &[bool]) -> f64 {
-    let off_rims = pixels.iter().zip(rims).filter(|(_, rim)| !**rim);
+fn mean_of(pixels: &[[f64; 3]], silhouettes: &[bool]) -> f64 {
+    let off_rims = pixels.iter().zip(silhouettes).filter(|(_, rim)| !**rim);
     let (sum, count) = off_rims.fold((0.0, 0), |(sum, count), (p, _)| {
         (sum + p.iter().sum::<f64>(), count + 3)
     });
@@ -250,7 +256,7 @@ mod tests {
         let truth = Truth {
             mean: vec![[2.0; 3]; 320],
             stderr: vec![[0.1; 3]; 320],
-            rims: vec![false; 320],
+            silhouettes: vec![false; 320],
             ..truth::find(&scene, film, 2, None)
         };
         let with = |runs| (runs, EstimatorKind::Mis);

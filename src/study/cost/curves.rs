@@ -13,7 +13,7 @@ pub struct Weights {
     /// mean of the picture. The usual relMSE gives a dark pixel that a bright edge touches ten thousand times the weight of its
     /// neighbours. Without the neighbours the noise of Veach's scene would be that of 50 pixels beside the reflections of its
     /// smallest light, with them it is that of 700.
-    pub calm: Vec<[f64; 3]>,
+    pub well_sampled: Vec<[f64; 3]>,
     /// A weighted mean of squares is the square of the error that `--target-error` means.
     pub error: Vec<[f64; 3]>,
 }
@@ -24,7 +24,7 @@ impl Weights {
         let mean = truth.mean.iter().flatten().sum::<f64>() / (3 * truth.mean.len()) as f64;
         let square = (mean * mean).max(f64::MIN_POSITIVE);
         let near = around(truth);
-        let calm = |(near, rim): (&[f64; 3], &bool)| {
+        let well_sampled = |(near, rim): (&[f64; 3], &bool)| {
             if *rim {
                 [0.0; 3]
             } else {
@@ -32,7 +32,7 @@ impl Weights {
             }
         };
         Self {
-            calm: near.iter().zip(&truth.rims).map(calm).collect(),
+            well_sampled: near.iter().zip(&truth.silhouettes).map(well_sampled).collect(),
             error: vec![[1.0 / square; 3]; truth.mean.len()],
         }
     }
@@ -56,7 +56,7 @@ fn around(truth: &Truth) -> Vec<[f64; 3]> {
 /// The spread of a setting by several weights.
 pub struct Curves {
     /// The relative mean squared error, without bias.
-    pub calm: Curve,
+    pub well_sampled: Curve,
     /// As `--target-error` weighs.
     pub error: Curve,
 }
@@ -65,14 +65,14 @@ impl Curves {
     /// From the looks of all runs of a setting.
     pub fn new(runs: &Runs, weights: &Weights) -> Self {
         Self {
-            calm: curve(runs, &weights.calm),
+            well_sampled: curve(runs, &weights.well_sampled),
             error: curve(runs, &weights.error),
         }
     }
 
     /// How it will fall with further samples, from some of the seeds: see [`far`].
     pub fn slope(&self, drawn: &[usize]) -> f64 {
-        self.calm.law_of(drawn).map_or(-1.0, |law| far(law.slope))
+        self.well_sampled.law_of(drawn).map_or(-1.0, |law| far(law.slope))
     }
 }
 
@@ -135,15 +135,15 @@ mod tests {
         let film = FilmSize { width: 5, height: 4 };
         let mut mean = vec![[0.0; 3]; 20];
         mean[6] = [6.0; 3]; // second row, second column
-        let mut rims = vec![false; 20];
-        rims[0] = true;
+        let mut silhouettes = vec![false; 20];
+        silhouettes[0] = true;
         let truth = Truth {
             mean,
-            rims,
+            silhouettes,
             ..truth::find(&scene, film, 2, None)
         };
         // m = 6 / 20; of 9 pixels in the middle, of 6 at the side one has 36.
-        let weights = Weights::new(&truth).calm;
+        let weights = Weights::new(&truth).well_sampled;
         let expected = |near: f64| 1.0 / (near + 0.09);
         for (at, weight) in [
             (0, 0.0),

@@ -302,7 +302,7 @@ pub fn analyse(
         seed: effort.seed,
         reference: Quality {
             spp: truth.spp,
-            relative_mse: curves::weighted(truth.stderr.iter().copied(), &curves::Weights::new(&truth).calm),
+            relative_mse: curves::weighted(truth.stderr.iter().copied(), &curves::Weights::new(&truth).well_sampled),
             cached: truth.cached,
         },
         lines: lines(variants, all, &truth),

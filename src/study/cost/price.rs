@@ -193,12 +193,12 @@ pub fn prices(variants: &[Variant], all: &[Runs], truth: &Truth, false_alarms: f
     let (alpha, _) = Family::of(false_alarms, variants.iter().flat_map(|variant| [variant; 2])).close();
     let price = |(i, variant): (usize, &Variant)| {
         let bias = if i == 0 {
-            bias::of_defaults((&all[0], estimator(variant)), &weights.calm, truth, alpha)
+            bias::of_defaults((&all[0], estimator(variant)), &weights.well_sampled, truth, alpha)
         } else {
             bias::of_variant(
                 (&all[i], estimator(variant)),
                 (&all[0], estimator(&variants[0])),
-                &weights.calm,
+                &weights.well_sampled,
                 truth,
                 alpha,
             )
@@ -210,7 +210,7 @@ pub fn prices(variants: &[Variant], all: &[Runs], truth: &Truth, false_alarms: f
             curves: &curves[i],
             plain: &curves[0],
             bias,
-            weights: &weights.calm,
+            weights: &weights.well_sampled,
             alpha,
         }
         .price(i == 0)
@@ -257,15 +257,15 @@ impl Judged<'_> {
         // The same random numbers miss the same light, so that nothing of it is in the difference.
         let hidden = if same_noise && !default { 0.0 } else { self.bias.hidden };
         let bias = Bias { hidden, ..self.bias };
-        let harmful = bias.is_real(self.alpha, HARMLESS);
-        let verdict = match (default, harmful) {
+        let biased = bias.is_real(self.alpha, HARMLESS);
+        let verdict = match (default, biased) {
             (_, true) => Verdict::Harmful,
             (true, _) => Verdict::Default,
             _ if speed_up.high < 1.0 => Verdict::Paid,
             _ if speed_up.low > FREE => Verdict::Free,
             _ => Verdict::Open,
         };
-        let squared_bias = if harmful {
+        let squared_bias = if biased {
             bias.squared.value.max(bias.brightness.value.powi(2))
         } else {
             0.0
@@ -279,7 +279,7 @@ impl Judged<'_> {
             same_bits,
             same_noise,
             points: self.points(squared_bias),
-            slope: self.curves.calm.slope().map(Estimate::figure),
+            slope: self.curves.well_sampled.slope().map(Estimate::figure),
             pass_seconds: figure(&Run::pass_seconds),
             rays_per_second: figure(&Run::rays_per_second),
             time_ratio: {
@@ -295,11 +295,11 @@ impl Judged<'_> {
             extrapolated: log_samples.value > 0.0 && !same_bits,
             bias: bias.figure(),
             hidden_bias_below: bias.squared.figure().high.max(0.0).sqrt() + bias.hidden,
-            bias_equals_noise_at: harmful
+            bias_equals_noise_at: biased
                 .then(|| {
-                    let all: Vec<usize> = (0..self.curves.calm.seeds()).collect();
+                    let all: Vec<usize> = (0..self.curves.well_sampled.seeds()).collect();
                     self.curves
-                        .calm
+                        .well_sampled
                         .samples_for(squared_bias, self.curves.slope(&all), &all)
                 })
                 .filter(|n| n.is_finite()),
@@ -319,7 +319,7 @@ impl Judged<'_> {
             .sum();
         let noise = self
             .plain
-            .calm
+            .well_sampled
             .points
             .last()
             .map_or(0.0, |(_, spread)| spread.variance());
@@ -328,7 +328,7 @@ impl Judged<'_> {
 
     /// Logarithm of the samples that this needs for the last error of the defaults, over those that they need.
     fn log_samples(&self) -> Estimate {
-        let (curve, plain) = (&self.curves.calm, &self.plain.calm);
+        let (curve, plain) = (&self.curves.well_sampled, &self.plain.well_sampled);
         let Some((n, spread)) = plain.points.last() else {
             return exactly(0.0);
         };
@@ -345,7 +345,10 @@ impl Judged<'_> {
     }
 
     fn noise_ratio(&self) -> Figure {
-        let (Some((_, own)), Some((_, plain))) = (self.curves.calm.points.last(), self.plain.calm.points.last()) else {
+        let (Some((_, own)), Some((_, plain))) = (
+            self.curves.well_sampled.points.last(),
+            self.plain.well_sampled.points.last(),
+        ) else {
             return Figure::exact(1.0);
         };
         if !(own.variance() > 0.0 && plain.variance() > 0.0) {
@@ -379,7 +382,7 @@ impl Judged<'_> {
                 },
             }
         };
-        self.curves.calm.points.iter().enumerate().map(point).collect()
+        self.curves.well_sampled.points.iter().enumerate().map(point).collect()
     }
 
     fn by_error(&self, last: u32) -> Option<ByError> {

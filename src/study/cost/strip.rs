@@ -71,7 +71,7 @@ pub fn render(
         super::statistics::median(&seconds).value
     };
     let time = SPP * pass(&all[0]);
-    let weights = Weights::new(truth).calm;
+    let weights = Weights::new(truth).well_sampled;
     let minus = |(x, r): (&[f32; 3], &[f64; 3])| std::array::from_fn(|c| f64::from(x[c]) - r[c]);
     let mut strip = Strip::default();
     for (variant, runs) in variants.iter().zip(all) {

@@ -37,7 +37,7 @@ pub struct Truth {
     pub cached: bool,
     /// Pixels that the rim of a visible light crosses. Their noise is that of an edge of great contrast, the same for every
     /// setting, and drowns all other: slopes and biases leave them out, errors do not.
-    pub rims: Vec<bool>,
+    pub silhouettes: Vec<bool>,
     /// What samples may never have met.
     pub tails: Arc<Tails>,
     /// The cell of `tails` that is the whole picture off the rims.
@@ -66,8 +66,8 @@ impl Truth {
     fn new(scene: &Scene, film: FilmSize, known: Known, spp: u32, cached: bool) -> Self {
         let probe = Probe::new(scene, film);
         let passes: Vec<_> = (0..PROBES).into_par_iter().map(|pass| probe.pass(pass)).collect();
-        let rims = verify::rims::find(scene, &probe, film, &passes);
-        let grid = Grid::new(film, &rims);
+        let silhouettes = verify::silhouettes::find(scene, &probe, film, &passes);
+        let grid = Grid::new(film, &silhouettes);
         let mut tails = Tails::new(grid.clone(), &probe);
         passes.iter().for_each(|found| tails.add(found));
         let (mean, stderr) = known;
@@ -77,7 +77,7 @@ impl Truth {
             stderr,
             spp,
             cached,
-            rims,
+            silhouettes,
             tails: Arc::new(tails),
             whole: grid.blocks(),
         }

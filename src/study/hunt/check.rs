@@ -15,7 +15,7 @@ use crate::study::verify::blocks::Grid;
 use crate::study::verify::oracle::Oracle;
 use crate::study::verify::replicates::Series;
 use crate::study::verify::tails::Tails;
-use crate::study::verify::{Bench, Row, Verdict, VerifyError, exact, rims, ties};
+use crate::study::verify::{Bench, Row, Verdict, VerifyError, exact, silhouettes, ties};
 
 /// A rule that a scene breaks.
 #[derive(Clone, Debug, PartialEq)]
@@ -186,7 +186,7 @@ fn means(bench: &mut Bench<'_>, effort: Effort) -> Result<Vec<Fault>, VerifyErro
     let probe = Probe::new(scene, film);
     let passes: Vec<_> = pool.install(|| (0..PROBES).map(|pass| probe.pass(seed << 16 | pass)).collect());
     let (left_out, _) = pool.install(|| ties::pixels(scene, film, seed));
-    let grid = Grid::without(film, &rims::find(scene, &probe, film, &passes), &left_out);
+    let grid = Grid::without(film, &silhouettes::find(scene, &probe, film, &passes), &left_out);
     if grid.pixels(grid.blocks()) == 0.0 {
         return Ok(Vec::new());
     }

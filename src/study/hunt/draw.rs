@@ -223,9 +223,9 @@ fn bump(draw: &mut Draw<'_>) -> Body {
     let (high, waves) = (draw.between(0.0, 0.4), draw.between(1.0, 4.0));
     let side = across + 1;
     let at = |k: usize| k as f64 / across as f64;
-    let spot = |i: usize| [at(i % side), at(i / side)];
+    let test_point = |i: usize| [at(i % side), at(i / side)];
     let vertices = (0..side * side).map(|i| {
-        let [u, v] = spot(i);
+        let [u, v] = test_point(i);
         let y = high * (waves * (u + 0.3)).sin() * (waves * (v + 0.1)).cos();
         let local = [size * (u - 0.5), size * y, size * (v - 0.5)];
         std::array::from_fn(|k| center[k] + local[k])
@@ -239,7 +239,7 @@ fn bump(draw: &mut Draw<'_>) -> Body {
     Body::Mesh {
         vertices: vertices.collect(),
         faces: faces.collect(),
-        uvs: draw.chance(0.5).then(|| (0..side * side).map(spot).collect()),
+        uvs: draw.chance(0.5).then(|| (0..side * side).map(test_point).collect()),
         smooth: draw.chance(0.6),
     }
 }

@@ -2,7 +2,7 @@
 
 /// A light.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Lamp {
+pub enum Light {
     /// A point, or a spot where there are angles from its axis.
     At {
         /// Where it is.
@@ -10,7 +10,7 @@ pub enum Lamp {
         /// Radiant intensity.
         intensity: [f64; 3],
         /// The axis of a spot, and its inner and outer angle in degrees.
-        spot: Option<([f64; 3], [f64; 2])>,
+        test_point: Option<([f64; 3], [f64; 2])>,
     },
     /// Light from far away.
     Directional {
@@ -23,18 +23,18 @@ pub enum Lamp {
     },
 }
 
-impl Lamp {
+impl Light {
     /// Its table of a scene file, with all lengths times `scale`. Intensities follow the square of lengths: the picture stays.
     pub fn toml(&self, scale: f64) -> String {
         match self {
             Self::At {
                 position,
                 intensity,
-                spot,
+                test_point,
             } => {
                 let position = position.map(|x| x * scale);
                 let intensity = intensity.map(|x| x * scale * scale);
-                let (kind, cone) = match spot {
+                let (kind, cone) = match test_point {
                     None => ("point", String::new()),
                     Some((direction, [inner, outer])) => (
                         "spot",

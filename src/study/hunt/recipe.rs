@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use super::lamp::Lamp;
+use super::lamp::Light;
 use crate::film::{Attributes, Picture, PictureError, write_picture};
 
 /// The pictures that recipes use, in the folder of the scene file.
@@ -29,7 +29,7 @@ pub struct Recipe {
     /// What is beyond them.
     pub sky: Option<Sky>,
     /// Lights that are no shapes.
-    pub lamps: Vec<Lamp>,
+    pub lamps: Vec<Light>,
 }
 
 /// How surfaces reflect.

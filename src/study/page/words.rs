@@ -233,14 +233,14 @@ fn estimators(study: &Study, asked: &str, time: &dyn Fn(&Price) -> String) -> St
 }
 
 fn biases(study: &Study) -> String {
-    let harmful: Vec<String> = study
+    let biased: Vec<String> = study
         .prices
         .iter()
         .filter(|price| price.verdict == Verdict::Harmful)
         .map(|price| format!("{} ({})", name(price), bias(price.bias)))
         .collect();
-    if !harmful.is_empty() {
-        return format!("Harmful, as its pictures are wrong: {}.", harmful.join("; "));
+    if !biased.is_empty() {
+        return format!("Harmful, as its pictures are wrong: {}.", biased.join("; "));
     }
     format!(
         "No setting is seen to be biased. The default is off the brightness of the independent oracle by {} (95 %).",

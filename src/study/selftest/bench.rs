@@ -17,7 +17,7 @@ use crate::settings::AccelKind;
 use crate::study::estimate::Estimate;
 
 /// What stops a case.
-pub type Trouble = Box<dyn Error + Send + Sync>;
+pub type WriteError = Box<dyn Error + Send + Sync>;
 
 /// Both who answer rays.
 pub const ACCELS: [AccelKind; 2] = [AccelKind::Linear, AccelKind::Embree];
@@ -30,7 +30,7 @@ pub const SIGMAS: f64 = 5.5;
 ///
 /// # Errors
 /// As for [`Scene::parse`].
-pub fn scene(text: &str) -> Result<Scene, Trouble> {
+pub fn scene(text: &str) -> Result<Scene, WriteError> {
     Ok(Scene::parse(text, Path::new("selftest.toml"))?)
 }
 
@@ -40,11 +40,11 @@ pub fn view(origin: impl Into<DVec3>, target: impl Into<DVec3>, fov: f64) -> Sce
     Scene::builder(Camera::new(origin, target, Fov::X(fov)), film)
 }
 
-/// What the plate of [`spot`] is made of.
+/// What the plate of [`test_point`] is made of.
 pub const PLATE: MaterialId = MaterialId::new(0);
 
 /// One spot of a plate in the plane y = 0 of reflectance 0.5: every pixel shows its origin, seen from a distance of 4.24.
-pub fn spot() -> SceneBuilder {
+pub fn test_point() -> SceneBuilder {
     let mut scene = view([-3.0, 3.0, 0.0], [0.0; 3], 0.001);
     scene.material(Material::diffuse("plate", [0.5; 3]));
     let corners = [[-1.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 0.0, -1.0]];
@@ -57,7 +57,7 @@ pub fn spot() -> SceneBuilder {
 /// # Errors
 /// Where there can be no such sphere.
 pub fn lit(lights: &[Sphere]) -> Result<Scene, InvalidScene> {
-    let mut scene = spot();
+    let mut scene = test_point();
     scene.spheres.extend_from_slice(lights);
     scene.build()
 }
@@ -83,7 +83,7 @@ pub fn settings(width: u32, height: u32, estimator: EstimatorKind) -> Settings {
 ///
 /// # Errors
 /// Where the scene cannot be rendered so.
-pub fn render(scene: &Scene, settings: Settings, passes: u32) -> Result<Run, Trouble> {
+pub fn render(scene: &Scene, settings: Settings, passes: u32) -> Result<Run, WriteError> {
     Ok(Prepared::new(scene, settings)?.passes(passes).finish())
 }
 
@@ -91,7 +91,7 @@ pub fn render(scene: &Scene, settings: Settings, passes: u32) -> Result<Run, Tro
 ///
 /// # Errors
 /// As for [`render`].
-pub fn picture(scene: &Scene, settings: Settings, passes: u32) -> Result<Picture, Trouble> {
+pub fn picture(scene: &Scene, settings: Settings, passes: u32) -> Result<Picture, WriteError> {
     Ok(render(scene, settings, passes)?.picture())
 }
 

@@ -88,14 +88,17 @@ pub fn narrow_cone(effort: Effort) -> Checks {
     let light = sphere([1.2, -0.7, 2.9], (1e-4 * 3.216_364_408_5) as f32);
     let cone = light.cone(Vec3::<f32>::zero());
     let frame = Frame::about(cone.axis);
-    let rim = f64::from(cone.omc) * (2.0 - f64::from(cone.omc));
+    let rim = f64::from(cone.one_minus_cos_max) * (2.0 - f64::from(cone.one_minus_cos_max));
     let n = effort.of(1 << 20);
     let (mut cells, mut length) = ([0.0_f64; 64], 0.0_f64);
     let axes = [frame.tangent, frame.bitangent].map(|v| v.lane(0).map(f64::from));
     for i in 0..n {
         let (u, v) = uniform(i, 1);
         let (s, c) = sin_cos_turn(v);
-        let w = frame.direction(warp::cone(u, cone.omc), s, c).lane(0).map(f64::from);
+        let w = frame
+            .direction(warp::cone(u, cone.one_minus_cos_max), s, c)
+            .lane(0)
+            .map(f64::from);
         let dot = |a: [f64; 3]| a[0] * w[0] + a[1] * w[1] + a[2] * w[2];
         length = length.max((dot(w) - 1.0).abs());
         // Tangents reach 1 at the rim: uniform in the disc.
@@ -144,12 +147,14 @@ pub fn point_on_the_sphere(effort: Effort) -> Checks {
         let s = 0.7 * 10.0_f64.powf(-0.5 * f64::from(power));
         let light = sphere([0.0, 0.0, 1.0], s as f32);
         let cone = light.cone(Vec3::<f32>::zero());
-        let (omc, d, r) = (truth::cone(sine(&light)).0, 1.0_f64, f64::from(light.radius));
+        let (one_minus_cos_max, d, r) = (truth::cone(sine(&light)).0, 1.0_f64, f64::from(light.radius));
         for i in 0..effort.of(4096) {
-            let t = warp::cone(uniform(i, 2).0, cone.omc);
+            let t = warp::cone(uniform(i, 2).0, cone.one_minus_cos_max);
             // As f64 would have it for the same share of the cone.
-            let below = f64::from(t) / f64::from(cone.omc) * omc;
-            let chord = ((omc - below) * (2.0 - omc - below)).max(0.0).sqrt();
+            let below = f64::from(t) / f64::from(cone.one_minus_cos_max) * one_minus_cos_max;
+            let chord = ((one_minus_cos_max - below) * (2.0 - one_minus_cos_max - below))
+                .max(0.0)
+                .sqrt();
             let exact = (d - r) * (d + r) / (d * (1.0 - below + chord));
             worst = worst.max((f64::from(cone.distance(t)) / exact - 1.0).abs());
         }

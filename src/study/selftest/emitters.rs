@@ -2,9 +2,9 @@
 
 use std::f64::consts::PI;
 
-use super::bench::{self, ACCELS, SIGMAS, Trouble};
+use super::bench::{self, ACCELS, SIGMAS, WriteError};
 use super::row::{Check, Checks, Effort};
-use super::spot::{self, Spot};
+use super::test_point::{self, Spot};
 use super::truth;
 use crate::light::SphereLight;
 use crate::pipeline::Settings;
@@ -26,11 +26,11 @@ fn against(irradiance: f64, lights: &[SphereLight], kinds: &[EstimatorKind], pac
     })
 }
 
-/// The same of whole renders of the spot of [`bench::spot`] under lights, by both accelerators.
+/// The same of whole renders of the spot of [`bench::test_point`] under lights, by both accelerators.
 ///
 /// # Errors
 /// Where the scene cannot be rendered.
-pub fn rendered(irradiance: f64, scene: &Scene, kinds: &[EstimatorKind], passes: u32) -> Result<f64, Trouble> {
+pub fn rendered(irradiance: f64, scene: &Scene, kinds: &[EstimatorKind], passes: u32) -> Result<f64, WriteError> {
     let mut worst = 0.0_f64;
     for &estimator in kinds {
         for accel in ACCELS {
@@ -49,7 +49,7 @@ pub fn rendered(irradiance: f64, scene: &Scene, kinds: &[EstimatorKind], passes:
 pub fn inside(effort: Effort) -> Checks {
     let (mut worst, mut unsound) = (0.0_f64, 0);
     for center in [[0.0, 0.0, 0.0], [0.1, 0.0, 0.7], [0.0, 0.0, -0.9], [0.9, 0.0, 0.0]] {
-        let lights = [spot::light(center, 1.0, 0)];
+        let lights = [test_point::light(center, 1.0, 0)];
         let (sigmas, bad) = against(PI, &lights, &EstimatorKind::ALL, effort.of(1 << 15));
         (worst, unsound) = (worst.max(sigmas), unsound + bad);
     }
@@ -78,7 +78,7 @@ pub fn on_the_surface(effort: Effort) -> Checks {
         let height = 1.0 + f64::from(ulps) * f64::from(f32::EPSILON) / if ulps < 0 { 2.0 } else { 1.0 };
         let (sigmas, bad) = against(
             PI,
-            &[spot::light([0.0, 0.0, height], 1.0, 0)],
+            &[test_point::light([0.0, 0.0, height], 1.0, 0)],
             &EstimatorKind::ALL,
             effort.of(1 << 15),
         );
@@ -87,7 +87,7 @@ pub fn on_the_surface(effort: Effort) -> Checks {
         let beside = truth::clipped_sphere((1.0 / height).min(1.0 - 1e-16), PI / 2.0);
         let (sigmas, bad) = against(
             if height < 1.0 { PI } else { beside },
-            &[spot::light([height, 0.0, 0.0], 1.0, 0)],
+            &[test_point::light([height, 0.0, 0.0], 1.0, 0)],
             if height == 1.0 { &[] } else { &EstimatorKind::ALL },
             effort.of(1 << 15),
         );
@@ -108,7 +108,7 @@ pub fn below_the_horizon(effort: Effort) -> Checks {
     let (mut worst, mut rejected) = (0.0_f64, 0.0_f64);
     for step in 0..19 {
         let tilt = f64::from(step) * PI / 18.0;
-        let lights = [spot::light([tilt.sin(), 0.0, tilt.cos()], 0.3, 0)];
+        let lights = [test_point::light([tilt.sin(), 0.0, tilt.cos()], 0.3, 0)];
         let truth = truth::clipped_sphere(f64::from(0.3_f32), tilt);
         for kind in EstimatorKind::ALL {
             let lit = Spot::DIFFUSE.lit(&lights, kind, effort.of(1 << 15));
@@ -141,7 +141,7 @@ pub fn on_the_ground(effort: Effort) -> Checks {
     let mut worst = 0.0_f64;
     for step in 0..13 {
         let ring = 10.0_f64.powf(-2.0 + f64::from(step) / 3.0);
-        let lights = [spot::light([ring, 0.0, 1.0], 1.0, 0)];
+        let lights = [test_point::light([ring, 0.0, 1.0], 1.0, 0)];
         let truth = PI * (1.0 / (ring * ring + 1.0)).powf(1.5);
         let kinds: &[EstimatorKind] = if ring > 10.0 {
             &[EstimatorKind::Light, EstimatorKind::Mis]
@@ -172,11 +172,11 @@ pub fn overlapping(effort: Effort) -> Checks {
     let lights = [
         SphereLight {
             le: [2.0; 3],
-            ..spot::light(a, 0.5, 0)
+            ..test_point::light(a, 0.5, 0)
         },
         SphereLight {
             le: [1.0; 3],
-            ..spot::light(b, 0.6, 1)
+            ..test_point::light(b, 0.6, 1)
         },
     ];
     let radiance = |w: [f64; 3]| match (truth::distance(w, a, 0.5), truth::distance(w, b, 0.6)) {
@@ -264,10 +264,10 @@ pub fn coincident(effort: Effort) -> Checks {
 /// Row 20.
 pub fn nested(effort: Effort) -> Checks {
     let lights = [
-        spot::light([0.3, 0.0, 3.0], 1.0, 0),
+        test_point::light([0.3, 0.0, 3.0], 1.0, 0),
         SphereLight {
             le: [100.0; 3],
-            ..spot::light([0.3, 0.0, 3.0], 0.5, 1)
+            ..test_point::light([0.3, 0.0, 3.0], 0.5, 1)
         },
     ];
     let (d2, cosine) = (9.09, 3.0 / 9.09_f64.sqrt());
@@ -343,7 +343,7 @@ pub fn fireflies(effort: Effort) -> Checks {
     let (s, packets) = (0.02_f64, effort.of(1 << 18));
     let lights = [SphereLight {
         le: [2500.0; 3],
-        ..spot::light([0.0, 0.0, 1.0], s, 0)
+        ..test_point::light([0.0, 0.0, 1.0], s, 0)
     }];
     let lit = Spot::DIFFUSE.lit(&lights, EstimatorKind::Brdf, packets);
     let hits = 1.0 - lit.rejected;

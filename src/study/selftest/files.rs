@@ -30,7 +30,7 @@ pub fn writing(_: Effort) -> Checks {
             width: 65536,
             height: 65536,
         },
-        ..bench::spot()
+        ..bench::test_point()
     };
     Ok(vec![
         Check::none("failed writes without an error", silent),
@@ -45,7 +45,7 @@ pub fn writing(_: Effort) -> Checks {
     ])
 }
 
-/// The plate of [`bench::spot`], as a scene file has it.
+/// The plate of [`bench::test_point`], as a scene file has it.
 pub const SPOT: &str = "[camera]\norigin = [-3, 3, 0]\ntarget = [0, 0, 0]\nup = [0, 1, 0]\nfov_x = 0.001\n\
     [film]\nwidth = 32\nheight = 32\n[materials.plate]\ndiffuse = [0.5, 0.5, 0.5]\n[[meshes]]\nmaterial = \"plate\"\n\
     vertices = [[-1, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1]]\nfaces = [[0, 1, 2, 3]]\n";

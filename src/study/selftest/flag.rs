@@ -6,9 +6,9 @@ use std::time::Instant;
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
-use super::bench::Trouble;
+use super::bench::WriteError;
+use super::grid_mesh::{Aim, Sheet};
 use super::prices::Price;
-use super::sheet::{Aim, Sheet};
 use crate::embree::{Accel, Coherence};
 use crate::lane::{F32x8, Mask, Mask8};
 use crate::shape::Ray;
@@ -23,17 +23,17 @@ const PACKETS: usize = 1024;
 ///
 /// # Errors
 /// What Embree says.
-pub fn measure() -> Result<Vec<Price>, Trouble> {
+pub fn measure() -> Result<Vec<Price>, WriteError> {
     let mut rng = Pcg64::seed_from_u64(25);
-    let sheet = Sheet::new(SQUARES, &mut rng);
-    let accels = [sheet.accel(false)?, sheet.accel(true)?];
+    let grid_mesh = Sheet::new(SQUARES, &mut rng);
+    let accels = [grid_mesh.accel(false)?, grid_mesh.accel(true)?];
     let ranges = [
         ("anywhere", Aim::Anywhere),
         ("edges", Aim::Edge),
         ("vertices", Aim::Vertex),
     ];
     let rows = ranges.into_iter().flat_map(|(range, aim)| {
-        let rays: Vec<Ray<F32x8>> = (0..PACKETS).map(|_| sheet.rays(aim, &mut rng)).collect();
+        let rays: Vec<Ray<F32x8>> = (0..PACKETS).map(|_| grid_mesh.rays(aim, &mut rng)).collect();
         let (mut best, mut missed) = ([f64::INFINITY; 2], [0.0; 2]);
         // In turn, so that both meet the same machine.
         for _ in 0..15 {

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use super::bench::{self, SIGMAS};
 use super::cones::chi_square;
 use super::row::{Check, Checks, Effort};
-use super::spot::{self, Spot};
+use super::test_point::{self, Spot};
 use crate::bsdf::phong;
 use crate::embree::{LaneWork, TraceLane, in_sixteen};
 use crate::lane::{F32x8, Lane, has_avx512};
@@ -24,7 +24,7 @@ fn unit(i: u32, n: u32) -> f32 {
 
 /// A light of radiance 1 all around.
 fn furnace() -> [SphereLight; 1] {
-    [spot::light([0.0; 3], 10.0, 0)]
+    [test_point::light([0.0; 3], 10.0, 0)]
 }
 
 /// Row 10.
@@ -33,17 +33,17 @@ pub fn grazing(effort: Effort) -> Checks {
     for sine in [0.0, 1e-7, 1e-5, 1e-3, 0.1] {
         let wo = [(1.0_f32 - sine * sine).sqrt(), 0.0, sine];
         for alpha in [1.0, 1.5, 30.0, 1e4, 1e6] {
-            let spot = Spot { alpha, wo };
+            let test_point = Spot { alpha, wo };
             for kind in [EstimatorKind::Brdf, EstimatorKind::Mis, EstimatorKind::Light] {
                 // A cone of all directions finds no narrow lobe.
                 if kind == EstimatorKind::Light && alpha > 30.0 {
                     continue;
                 }
-                let lit = spot.lit(&furnace(), kind, effort.of(1 << 12));
+                let lit = test_point.lit(&furnace(), kind, effort.of(1 << 12));
                 unsound += lit.unsound;
                 highest = highest.max(lit.mean.mean - SIGMAS * lit.mean.error());
                 if kind == EstimatorKind::Brdf {
-                    beyond = beyond.max(spot.largest(&furnace(), effort.of(1 << 12)));
+                    beyond = beyond.max(test_point.largest(&furnace(), effort.of(1 << 12)));
                 }
             }
         }
@@ -162,7 +162,7 @@ pub fn lowest_exponent(effort: Effort) -> Checks {
     }
     .lit(&furnace(), EstimatorKind::Brdf, effort.of(1 << 13));
     let is_taken = |exponent: &f64| {
-        let mut scene = bench::spot();
+        let mut scene = bench::test_point();
         scene.material(Material::phong("x", [1.0; 3], *exponent));
         scene.build().is_ok()
     };

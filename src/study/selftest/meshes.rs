@@ -5,30 +5,30 @@ use std::fs;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
-use super::bench::{self, ACCELS, Trouble};
+use super::bench::{self, ACCELS, WriteError};
 use super::files::SPOT;
+use super::grid_mesh::{Aim, Sheet};
 use super::row::{Check, Checks, Effort};
-use super::sheet::{Aim, Sheet};
 use crate::embree::{Coherence, Device, SceneBuilder};
 use crate::lane::{Bits, F32x8, Lane, Mask, Mask8, U32x8};
-use crate::linear::{Candidates, Line};
+use crate::linear::{Candidates, LinearScene};
 use crate::math::Vec3;
 use crate::pipeline::Settings;
 use crate::scene::{EstimatorKind, InvalidScene, Material, Mesh, Scene};
-use crate::shape::{NO_SPHERE, Ray};
+use crate::shape::{NO_SKIP_ID, Ray};
 
 /// The share of rays from 0 that miss the sheet, though they are aimed into it, by Embree and in a line.
-fn missed(aim: Aim, robust: bool, packets: u32) -> Result<[f64; 2], Trouble> {
+fn missed(aim: Aim, robust: bool, packets: u32) -> Result<[f64; 2], WriteError> {
     let mut rng = Pcg64::seed_from_u64(25);
-    let sheet = Sheet::new(12, &mut rng);
-    let accel = sheet.accel(robust)?;
-    let mut line = Line::default();
-    line.add_mesh(0, &sheet.vertices, &sheet.faces, None);
+    let grid_mesh = Sheet::new(12, &mut rng);
+    let accel = grid_mesh.accel(robust)?;
+    let mut line = LinearScene::default();
+    line.add_mesh(0, &grid_mesh.vertices, &grid_mesh.faces, None);
     let mut all = Candidates::default();
     line.all(&mut all);
     let mut misses = [0_u32; 2];
     for _ in 0..packets {
-        let (ray, active) = (sheet.rays(aim, &mut rng), Mask8::splat(true));
+        let (ray, active) = (grid_mesh.rays(aim, &mut rng), Mask8::splat(true));
         misses[0] += 8 - accel.intersect(active, &ray, Coherence::Incoherent).found.count() as u32;
         misses[1] += 8 - line.intersect(&all, active, &ray).0.found.count() as u32;
     }
@@ -106,7 +106,7 @@ pub fn degenerate(effort: Effort) -> Checks {
                 origin: Vec3::zero(),
                 direction,
                 tfar: F32x8::splat(f32::INFINITY),
-                aims_at: U32x8::splat(NO_SPHERE),
+                skip_id: U32x8::splat(NO_SKIP_ID),
             };
             let hit = accel.intersect(Mask8::splat(true), &ray, Coherence::Incoherent);
             for lane in hit.found.lanes() {

@@ -8,6 +8,7 @@ mod cones;
 mod emitters;
 pub mod files;
 mod flag;
+mod grid_mesh;
 mod lamps;
 mod lobes;
 mod meshes;
@@ -19,8 +20,7 @@ pub mod prices;
 mod range;
 mod rough;
 pub mod row;
-mod sheet;
-mod spot;
+mod test_point;
 mod truth;
 mod whole;
 

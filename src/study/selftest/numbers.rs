@@ -2,7 +2,7 @@
 
 use super::bench;
 use super::row::{Check, Checks, Effort};
-use super::spot;
+use super::test_point;
 use crate::bsdf::Bsdf;
 use crate::estimator::ShadingPoint;
 use crate::estimator::density::{Average, ConeOnly, ConeOrCap, LobeInCap, Mix, Projected};
@@ -11,7 +11,7 @@ use crate::estimator::per_point::{self, Lobe, Sphere};
 use crate::lane::Word;
 use crate::light::SphereLight;
 use crate::math::{Frame, Vec3};
-use crate::sampling::{Pair, Toss};
+use crate::sampling::{Pair, TechniqueSample};
 use crate::scene::EstimatorKind;
 
 /// The first, second, middle and last numbers of a dimension.
@@ -28,20 +28,20 @@ fn unsound_corners(point: &ShadingPoint<f32, Bsdf<f32>>, light: &SphereLight) ->
     for a in CORNERS {
         for b in CORNERS {
             let pair = Pair(Word(a), Word(b));
-            for heads in [false, true] {
-                let toss = Toss { heads, pair };
+            for by_brdf_lanes in [false, true] {
+                let technique_sample = TechniqueSample { by_brdf_lanes, pair };
                 let found = [
-                    per_light::sample(ConeOnly, point, light, toss, true),
-                    per_light::sample(Average, point, light, toss, true),
-                    per_light::sample(Mix::Balance, point, light, toss, true),
-                    per_light::sample(Mix::Power, point, light, toss, true),
+                    per_light::sample(ConeOnly, point, light, technique_sample, true),
+                    per_light::sample(Average, point, light, technique_sample, true),
+                    per_light::sample(Mix::Balance, point, light, technique_sample, true),
+                    per_light::sample(Mix::Power, point, light, technique_sample, true),
                     diffuse
-                        .then(|| per_light::sample(Projected, point, light, toss, true))
+                        .then(|| per_light::sample(Projected, point, light, technique_sample, true))
                         .flatten(),
                     if diffuse {
-                        per_light::sample(ConeOrCap, point, light, toss, true)
+                        per_light::sample(ConeOrCap, point, light, technique_sample, true)
                     } else {
-                        per_light::sample(LobeInCap, point, light, toss, true)
+                        per_light::sample(LobeInCap, point, light, technique_sample, true)
                     },
                 ];
                 count += found
@@ -85,7 +85,7 @@ pub fn corners(_: Effort) -> Checks {
                 ([1.0, 0.0, 0.0], 0.5),
                 ([0.0, 0.0, -1.0], 0.5),
             ] {
-                count += unsound_corners(&point, &spot::light(center, radius, 0));
+                count += unsound_corners(&point, &test_point::light(center, radius, 0));
             }
         }
     }
@@ -129,7 +129,7 @@ pub fn weights(_: Effort) -> Checks {
                 ng: n,
                 bsdf: Bsdf::new(n, n, Vec3::splat([1.0; 3]), 10.0_f64.powi(power).max(1.000_001) as f32),
             };
-            unsound += unsound_corners(&point, &spot::light([0.0, 0.0, 1.0], radius, 0));
+            unsound += unsound_corners(&point, &test_point::light([0.0, 0.0, 1.0], radius, 0));
         }
     }
     Ok(vec![

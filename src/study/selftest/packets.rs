@@ -1,7 +1,7 @@
 //! Rows 36 and 37: films and packets of awkward sizes.
 
 use super::bench;
-use super::bench::Trouble;
+use super::bench::WriteError;
 use super::row::{Check, Checks, Effort};
 use crate::embree::{Coherence, Device, SceneBuilder};
 use crate::lane::{Bits, F32x8, Lane, Mask, Mask8, U32x8, Word};
@@ -9,10 +9,10 @@ use crate::math::Vec3;
 use crate::pipeline::{Settings, widest_lanes};
 use crate::scene::{EstimatorKind, Scene};
 use crate::settings::Lanes;
-use crate::shape::{Ball, NO_SPHERE, Ray};
+use crate::shape::{Ball, NO_SKIP_ID, Ray};
 
 /// Pixels whose bits follow the width of packets.
-fn widths(scene: &Scene, [width, height]: [u32; 2], passes: u32) -> Result<usize, Trouble> {
+fn widths(scene: &Scene, [width, height]: [u32; 2], passes: u32) -> Result<usize, WriteError> {
     let mut different = 0;
     for estimator in [EstimatorKind::Mis, EstimatorKind::Brdf] {
         for accel in bench::ACCELS {
@@ -86,7 +86,7 @@ pub fn idle_lanes(_: Effort) -> Checks {
             origin: Vec3::<F32x8>::zero(),
             direction: Vec3::new(F32x8::from_fn(along), F32x8::splat(0.1), F32x8::splat(4.0)),
             tfar: F32x8::splat(f32::INFINITY),
-            aims_at: U32x8::splat(NO_SPHERE),
+            skip_id: U32x8::splat(NO_SKIP_ID),
         };
         let none = Mask8::splat(false);
         idle += accel.intersect(none, &ray, Coherence::Incoherent).found.count();
@@ -97,7 +97,7 @@ pub fn idle_lanes(_: Effort) -> Checks {
                 origin: Vec3::<f32>::zero(),
                 direction: Vec3::splat(ray.direction.lane(lane)),
                 tfar: f32::INFINITY,
-                aims_at: Word(NO_SPHERE),
+                skip_id: Word(NO_SKIP_ID),
             };
             for coherence in [Coherence::Coherent, Coherence::Incoherent] {
                 let (wide, scalar) = (

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use super::bench::{self, SIGMAS, Trouble};
+use super::bench::{self, SIGMAS, WriteError};
 use super::emitters::rendered;
 use super::places::BOX;
 use super::row::{Check, Checks, Effort};
@@ -11,7 +11,7 @@ use crate::scene::{EstimatorKind, InvalidScene, Mesh, Scene, Surface};
 
 /// The spot under meshes that emit.
 fn under(meshes: &[Mesh]) -> Result<Scene, InvalidScene> {
-    let mut scene = bench::spot();
+    let mut scene = bench::test_point();
     scene.meshes.extend(meshes.iter().cloned().map(Arc::new));
     scene.build()
 }
@@ -45,7 +45,7 @@ fn cube(center: [f64; 3], half: f64, radiance: f64) -> Mesh {
 ///
 /// # Errors
 /// Where a scene cannot be rendered.
-pub fn large(effort: Effort) -> Result<f64, Trouble> {
+pub fn large(effort: Effort) -> Result<f64, WriteError> {
     let mut worst = 0.0_f64;
     for half in [40.0, 400.0, 4e3, 4e5, 4e7] {
         let irradiance = PI * form_factor(half, 4.0);
@@ -88,7 +88,7 @@ pub fn emitting_meshes(effort: Effort) -> Checks {
     let (outer, below) = (cube(place, 1.0, 1.0), PI * form_factor(1.0, 3.0));
     let mut nested = 0.0_f64;
     let beside = |light, mesh: Mesh| {
-        let mut scene = bench::spot();
+        let mut scene = bench::test_point();
         scene.sphere(light);
         scene.mesh(mesh);
         scene.build()

@@ -12,7 +12,7 @@ use crate::study::estimate::Estimate;
 pub fn bright_beside_dim(effort: Effort) -> Checks {
     let wall = [[5.0, -9.0, -9.0], [5.0, -9.0, 9.0], [5.0, 9.0, 9.0], [5.0, 9.0, -9.0]];
     let walled = |lights: &[Sphere]| {
-        let mut scene = bench::spot();
+        let mut scene = bench::test_point();
         scene.mesh(Mesh::quadrilateral(wall, bench::PLATE));
         scene.spheres.extend_from_slice(lights);
         scene.build()

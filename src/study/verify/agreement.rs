@@ -44,12 +44,12 @@ impl Judge<'_> {
 
     /// Blocks of which little can be hidden. Chosen by the oracle's probes alone: the pictures have no say in what they
     /// are tested on.
-    pub fn calm(&self, hidden: impl Fn(usize) -> [f64; 3]) -> Vec<usize> {
-        let calm = |cell: &usize| {
+    pub fn well_sampled(&self, hidden: impl Fn(usize) -> [f64; 3]) -> Vec<usize> {
+        let well_sampled = |cell: &usize| {
             let (light, hidden) = (self.tails.light(*cell), hidden(*cell));
             light.iter().any(|&light| light > 0.0) && (0..3).all(|i| hidden[i] <= CALM * light[i])
         };
-        (0..self.grid.blocks()).filter(calm).collect()
+        (0..self.grid.blocks()).filter(well_sampled).collect()
     }
 
     /// The mean over cells, weighed by their pixels.
@@ -107,7 +107,7 @@ impl Judge<'_> {
         let mut together = self.family(std::iter::once(0), |_, channel| over(&whole, channel));
         let mut part = "whole".to_owned();
         if together.agrees() && together.visible().is_some_and(|visible| visible > POWER) {
-            let cells = self.calm(|cell| hidden[cell]);
+            let cells = self.well_sampled(|cell| hidden[cell]);
             if !cells.is_empty() {
                 part = format!("{} of {} blocks", cells.len(), self.grid.blocks());
                 together = self.family(std::iter::once(0), |_, channel| over(&cells, channel));

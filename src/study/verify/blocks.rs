@@ -16,13 +16,13 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// Cuts a film; `rims` says of each pixel whether it is one.
-    pub fn new(film: FilmSize, rims: &[bool]) -> Self {
-        Self::without(film, rims, &vec![false; rims.len()])
+    /// Cuts a film; `silhouettes` says of each pixel whether it is one.
+    pub fn new(film: FilmSize, silhouettes: &[bool]) -> Self {
+        Self::without(film, silhouettes, &vec![false; silhouettes.len()])
     }
 
     /// The same; `left_out` says of each pixel whether it is to be in no block and no rim.
-    pub fn without(film: FilmSize, rims: &[bool], left_out: &[bool]) -> Self {
+    pub fn without(film: FilmSize, silhouettes: &[bool], left_out: &[bool]) -> Self {
         let (width, height) = (film.width as usize, film.height as usize);
         let count = |side: usize| width.div_ceil(side) * height.div_ceil(side);
         let most = 1.4 * BLOCKS;
@@ -36,7 +36,7 @@ impl Grid {
         let cell = |i: usize| {
             if left_out[i] {
                 blocks + 2
-            } else if rims[i] {
+            } else if silhouettes[i] {
                 blocks + 1
             } else {
                 (i / width / side) * per_row + i % width / side
@@ -57,7 +57,7 @@ impl Grid {
     }
 
     /// The cell of the rims.
-    pub fn rims(&self) -> usize {
+    pub fn silhouettes(&self) -> usize {
         self.pixels.len() - 2
     }
 
@@ -127,14 +127,14 @@ mod tests {
     fn every_pixel_counts_once() {
         for (width, height) in [(1, 1), (8, 6), (96, 64), (101, 7), (1, 500)] {
             let pixels = (width * height) as usize;
-            let rims: Vec<bool> = (0..pixels).map(|i| i % 7 == 3).collect();
+            let silhouettes: Vec<bool> = (0..pixels).map(|i| i % 7 == 3).collect();
             let left_out: Vec<bool> = (0..pixels).map(|i| i % 11 == 5).collect();
-            let grid = Grid::without(FilmSize { width, height }, &rims, &left_out);
+            let grid = Grid::without(FilmSize { width, height }, &silhouettes, &left_out);
             assert!(grid.blocks() >= 1 && grid.blocks() <= 100, "{}", grid.blocks());
             let counted: f64 = (0..grid.blocks()).map(|block| grid.pixels(block)).sum();
             assert_eq!(counted, grid.pixels(grid.blocks()));
             assert_eq!(
-                counted + grid.pixels(grid.rims()) + grid.pixels(grid.left_out()),
+                counted + grid.pixels(grid.silhouettes()) + grid.pixels(grid.left_out()),
                 pixels as f64
             );
             let means = grid.means(&vec![[1.0_f32, 2.0, 4.0]; pixels]);

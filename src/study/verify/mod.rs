@@ -10,7 +10,7 @@
 //! on each other; but being an estimate from R values it makes the quotient follow Student's t with R - 1 degrees of
 //! freedom, whose tails are far wider than the normal ones ([`super::distributions`]). Estimators are compared replicate by
 //! replicate at the same seed: what noise their eye rays share cancels. Rims of visible lights are kept
-//! apart ([`rims`]). What all samples together may have missed is granted on top ([`tails`]). All tests together raise a false alarm with probability [`FALSE_ALARMS`]
+//! apart ([`silhouettes`]). What all samples together may have missed is granted on top ([`tails`]). All tests together raise a false alarm with probability [`FALSE_ALARMS`]
 //! at most: they share it equally, and so do the values of a test ([`Family`]).
 //!
 //! A row whose bound exceeds half of the light says `no power`: it has seen nothing wrong, and could hardly have. Before
@@ -31,10 +31,10 @@ pub mod oracle;
 #[cfg(test)]
 mod planted;
 pub mod replicates;
-pub mod rims;
 pub mod row;
 pub mod sanity;
 pub mod schedule;
+pub mod silhouettes;
 pub mod tails;
 pub mod ties;
 
@@ -130,7 +130,7 @@ pub fn run(scene: &Scene, options: Options, watch: &dyn Observer) -> Result<Repo
     rows.push(lights::reach(scene, &tails.lights_nothing()));
     // The oracle traces as many rays as a probe. It gets a fifth.
     let oracle = Oracle::render(&bench, &pool, &grid, film, 0.2 * options.budget / probe_s)?;
-    if grid.pixels(grid.blocks()) + grid.pixels(grid.rims()) == 0.0 {
+    if grid.pixels(grid.blocks()) + grid.pixels(grid.silhouettes()) == 0.0 {
         rows.push(Row::pass("means", "no pixel").judged(
             Verdict::NoPower,
             "there is nothing to compare: every pixel depends on faces that lie in one another",
@@ -191,7 +191,7 @@ fn probe(
     let pass = |number: u64| pool.install(|| probe.pass(seed << 16 | number));
     let first: Vec<_> = (0..LEAST_PROBES).map(pass).collect();
     let pass_s = (started.elapsed().as_secs_f64() / LEAST_PROBES as f64).max(1e-9);
-    let grid = Grid::without(film, &rims::find(bench.scene, &probe, film, &first), left_out);
+    let grid = Grid::without(film, &silhouettes::find(bench.scene, &probe, film, &first), left_out);
     let mut tails = Tails::new(grid.clone(), &probe);
     first.iter().for_each(|found| tails.add(found));
     let mut number = LEAST_PROBES;

@@ -82,7 +82,7 @@ impl Oracle {
     /// The whole; where `blocks`, also blocks, the RMS of their z-scores, and the rims of the lights.
     pub fn rows(&self, judge: &Judge<'_>, series: &Series, blocks: bool) -> Vec<Row> {
         let name = series.estimator.name();
-        let (whole, rims) = (judge.grid.blocks(), judge.grid.rims());
+        let (whole, silhouettes) = (judge.grid.blocks(), judge.grid.silhouettes());
         let row = |cells: &[Vec<usize>], part: &str| {
             let compared = format!("{name} and oracle, {part}");
             let estimates: Vec<Estimate> = cells
@@ -98,17 +98,17 @@ impl Oracle {
         };
         let mut rows = vec![row(&[vec![whole]], "whole")];
         if rows[0].verdict == Verdict::NoPower {
-            let calm = judge.calm(|cell| self.hidden(judge, series, cell));
-            if !calm.is_empty() {
-                let part = format!("{} of {whole} blocks", calm.len());
-                rows[0] = row(&[calm], &part).number("tests", 2.0);
+            let well_sampled = judge.well_sampled(|cell| self.hidden(judge, series, cell));
+            if !well_sampled.is_empty() {
+                let part = format!("{} of {whole} blocks", well_sampled.len());
+                rows[0] = row(&[well_sampled], &part).number("tests", 2.0);
             }
         }
         if blocks {
             rows.push(row(&(0..whole).map(|block| vec![block]).collect::<Vec<_>>(), "blocks"));
             rows.push(self.rms(judge, series, format!("{name} and oracle, blocks")));
-            if judge.grid.pixels(rims) > 0.0 {
-                rows.push(row(&[vec![rims]], "lights' rims"));
+            if judge.grid.pixels(silhouettes) > 0.0 {
+                rows.push(row(&[vec![silhouettes]], "lights' rims"));
             }
         }
         rows

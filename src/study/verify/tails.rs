@@ -181,7 +181,7 @@ impl Tails {
     /// What biases are relative to: light by reflection, in the rims also what is seen.
     pub fn light(&self, cell: usize) -> [f64; 3] {
         let mut light = self.reflected(cell);
-        if cell == self.grid.rims() {
+        if cell == self.grid.silhouettes() {
             for bin in self.seen[cell].values() {
                 for (light, mass) in light.iter_mut().zip(bin.mass) {
                     *light += mass / self.probes(cell);
@@ -201,7 +201,7 @@ impl Tails {
             .iter()
             .map(|(&k, &v)| (k, v))
             .collect();
-        if cell == self.grid.rims() {
+        if cell == self.grid.silhouettes() {
             bins.extend(self.seen[cell].iter().map(|(&k, &v)| (k, v)));
         }
         bins.sort_by_key(|&(size, _)| std::cmp::Reverse(size));

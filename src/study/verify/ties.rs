@@ -63,7 +63,7 @@ pub fn pixels(scene: &Scene, film: FilmSize, seed: u64) -> (Vec<bool>, Counts) {
 /// What was left out of the means, and why.
 pub fn row(scene: &Scene, grid: &Grid, counts: &Counts) -> Row {
     let left_out = grid.pixels(grid.left_out());
-    let all = left_out + grid.pixels(grid.blocks()) + grid.pixels(grid.rims());
+    let all = left_out + grid.pixels(grid.blocks()) + grid.pixels(grid.silhouettes());
     let row = Row::pass("ties", plural(all as usize, "pixel"))
         .figures(format!("{left_out} left out"), "0")
         .number("left_out", left_out);

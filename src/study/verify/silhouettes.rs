@@ -21,7 +21,7 @@ pub fn find(scene: &Scene, probe: &Probe<'_>, film: FilmSize, passes: &[Vec<Foun
         let rows = y.saturating_sub(1)..(y + 2).min(height);
         rows.flat_map(move |row| (x.saturating_sub(1)..(x + 2).min(width)).map(move |column| row * width + column))
     };
-    let mut rims: Vec<bool> = (0..width * height)
+    let mut silhouettes: Vec<bool> = (0..width * height)
         .map(|i| {
             let reach = around(i % width, i / width).map(|at| extremes[at]);
             let (least, most) = reach.fold((f64::INFINITY, 0.0_f64), |a, b| (a.0.min(b.0), a.1.max(b.1)));
@@ -41,10 +41,10 @@ pub fn find(scene: &Scene, probe: &Probe<'_>, film: FilmSize, passes: &[Vec<Foun
                 (x.max(0.0) as usize).min(width - 1),
                 (y.max(0.0) as usize).min(height - 1),
             );
-            near.for_each(|pixel| rims[pixel] = true);
+            near.for_each(|pixel| silhouettes[pixel] = true);
         }
     }
-    rims
+    silhouettes
 }
 
 #[cfg(test)]
@@ -60,12 +60,12 @@ mod tests {
         let film = FilmSize { width: 96, height: 64 };
         let probe = Probe::new(&scene, film);
         let passes: Vec<_> = (0..8).map(|seed| probe.pass(seed)).collect();
-        let rims = find(&scene, &probe, film, &passes);
-        let count = rims.iter().filter(|&&rim| rim).count();
+        let silhouettes = find(&scene, &probe, film, &passes);
+        let count = silhouettes.iter().filter(|&&rim| rim).count();
         assert!((30..400).contains(&count), "{count}");
-        assert!(!rims[0]);
+        assert!(!silhouettes[0]);
         // The smallest light is a third of a pixel wide.
         let [x, y] = probe.project(scene.spheres()[0].center).unwrap();
-        assert!(rims[y as usize * 96 + x as usize]);
+        assert!(silhouettes[y as usize * 96 + x as usize]);
     }
 }

@@ -6,7 +6,7 @@ use super::facets;
 use super::surface::{SurfacePoint, Surfaces, has, shading_point, texels};
 use super::{Chunk, Scratch, Stage, pairs};
 use crate::bsdf::{Diffuse, Phong};
-use crate::embree::{Coherence, Hit, NO_SPHERE, Ray, TraceLane, prefetch};
+use crate::embree::{Coherence, Hit, NO_SKIP_ID, Ray, TraceLane, prefetch};
 use crate::lane::{Bits, Mask};
 use crate::math::Vec3;
 use crate::pipeline::model::Streams;
@@ -18,15 +18,15 @@ use crate::scene::Effect;
 
 /// Traces every sample of a chunk. Emitters that are seen go onto the film, surfaces into the streams.
 /// What the stage holds are the bits of [`Effects`](crate::scene::Effects).
-pub struct Eye<T, const HELD: u32>(PhantomData<T>);
+pub struct CameraStage<T, const COMPILED_IN: u32>(PhantomData<T>);
 
 /// Counts the samples of a film on which nothing is in sight.
 pub struct Blank;
 
-impl<T: Tracer, const HELD: u32> Stage for Eye<T, HELD> {
+impl<T: Tracer, const COMPILED_IN: u32> Stage for CameraStage<T, COMPILED_IN> {
     #[inline(always)]
     fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
-        trace::<L, T, HELD>(chunk, scratch);
+        trace::<L, T, COMPILED_IN>(chunk, scratch);
     }
 }
 
@@ -39,13 +39,13 @@ impl Stage for Blank {
 }
 
 #[inline(always)]
-fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &mut Scratch) {
+fn trace<L: TraceLane, T: Tracer, const COMPILED_IN: u32>(chunk: &mut Chunk, scratch: &mut Scratch) {
     let Scratch { grid, hits, set, .. } = scratch;
-    if has(HELD, Effect::Lens) {
+    if has(COMPILED_IN, Effect::Lens) {
         // Rays through a lens leave the tile's frustum.
-        T::face_all(chunk.world, set);
+        T::keep_all(chunk.world, set);
     } else {
-        T::face_tile::<L>(chunk.world, chunk.tile, set);
+        T::cull_for_tile::<L>(chunk.world, chunk.tile, set);
     }
     hits.clear();
     let samples = grid.fill(chunk);
@@ -65,7 +65,7 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
     let (left, top) = (L::splat(left as f32), L::splat(top as f32));
     let (mut at, mut turn) = (0, 0);
     let mut waiting = None;
-    for done in (0..samples + T::WAITING * L::N).step_by(L::N) {
+    for done in (0..samples + T::PREFETCH_DISTANCE * L::N).step_by(L::N) {
         let mut seen = None;
         if done < samples {
             let active = L::Mask::first(samples - done);
@@ -76,10 +76,10 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
             let passes = if listed {
                 L::Bits::load(&grid.pass[at..])
             } else if at + L::N <= length {
-                L::Bits::splat(chunk.turns[turn])
+                L::Bits::splat(chunk.pass_order[turn])
             } else {
-                let last = chunk.turns.len() - 1;
-                L::Bits::from_fn(|lane| chunk.turns[(turn + (at + lane) / length).min(last)])
+                let last = chunk.pass_order.len() - 1;
+                L::Bits::from_fn(|lane| chunk.pass_order[(turn + (at + lane) / length).min(last)])
             };
             if pairs_apart {
                 // Chunks begin with the first of a pair.
@@ -92,7 +92,7 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
             }
 
             let (u, v) = chunk.numbers.pair(key, passes, pairs::PIXEL).unit::<L>();
-            let (origin, direction) = if has(HELD, Effect::Lens) {
+            let (origin, direction) = if has(COMPILED_IN, Effect::Lens) {
                 let (a, b) = chunk.numbers.pair(key, passes, chunk.numbers.last_pair()).unit::<L>();
                 chunk.world.camera.through_lens((x + u, y + v), warp::disk(a, b))
             } else {
@@ -102,9 +102,9 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
                 origin,
                 direction,
                 tfar: L::splat(f32::INFINITY),
-                aims_at: L::Bits::splat(NO_SPHERE),
+                skip_id: L::Bits::splat(NO_SKIP_ID),
             };
-            let hit = if has(HELD, Effect::Lens) {
+            let hit = if has(COMPILED_IN, Effect::Lens) {
                 T::nearest(chunk.world, set, active, &ray, Coherence::Coherent)
             } else {
                 T::nearest_from_origin(chunk.world, set, active, &ray)
@@ -114,15 +114,15 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
                 key,
                 pass: passes,
             };
-            seen = Some(Seen {
+            seen = Some(Traced {
                 active,
                 ray,
                 hit,
                 address,
             });
         }
-        if T::WAITING > 0 {
-            if has(HELD, Effect::SmoothNormals)
+        if T::PREFETCH_DISTANCE > 0 {
+            if has(COMPILED_IN, Effect::SmoothNormals)
                 && let Some(seen) = &seen
             {
                 fetch_normals(chunk.world, &seen.hit);
@@ -130,7 +130,7 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
             seen = std::mem::replace(&mut waiting, seen);
         }
         if let Some(seen) = seen {
-            settle::<L, T, HELD>(chunk, hits, &seen);
+            resolve::<L, T, COMPILED_IN>(chunk, hits, &seen);
         }
     }
     hits.pad();
@@ -139,7 +139,7 @@ fn trace<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, scratch: &
 }
 
 /// A packet of rays and what they have met.
-struct Seen<L: TraceLane> {
+struct Traced<L: TraceLane> {
     active: L::Mask,
     ray: Ray<L>,
     hit: Hit<L>,
@@ -161,18 +161,18 @@ fn fetch_normals<L: TraceLane>(world: &World, hit: &Hit<L>) {
 
 /// Puts each hit where it belongs, and what lies beyond the scene onto the film.
 #[inline(always)]
-fn settle<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, hits: &mut Streams, seen: &Seen<L>) {
-    let Seen {
+fn resolve<L: TraceLane, T: Tracer, const COMPILED_IN: u32>(chunk: &mut Chunk, hits: &mut Streams, seen: &Traced<L>) {
+    let Traced {
         active,
         ray,
         hit,
         address,
     } = seen;
-    if has(HELD, Effect::Environment)
-        && let Some(beyond) = &chunk.world.environment
+    if has(COMPILED_IN, Effect::Environment)
+        && let Some(environment) = &chunk.world.environment
     {
         let misses = *active & !hit.found;
-        let radiance = beyond.radiance(ray.direction, misses);
+        let radiance = environment.radiance(ray.direction, misses);
         for lane in misses.lanes() {
             let [red, green, blue] = radiance.lane(lane);
             chunk
@@ -180,7 +180,7 @@ fn settle<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, hits: &mu
                 .add(address.index.lane(lane) as usize, &[red, green, blue, 0.0]);
         }
     }
-    if has(HELD, Effect::Suns) {
+    if has(COMPILED_IN, Effect::Suns) {
         for sun in &chunk.world.suns {
             let misses = *active & !hit.found & sun.contains(ray.direction);
             for lane in misses.lanes() {
@@ -202,34 +202,34 @@ fn settle<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, hits: &mu
             .sum
             .add(address.index.lane(lane) as usize, &[red, green, blue, 0.0]);
     }
-    if surfaces.call::<HELD>(Effect::OneSided) {
+    if surfaces.call::<COMPILED_IN>(Effect::OneSided) {
         let back = hit.ng.dot(ray.direction).gt(L::zero());
         reflects = reflects & !(back & surfaces.those(chunk.world, |surface| surface.effects.has(Effect::OneSided)));
     }
     if reflects.none() {
         return;
     }
-    let mut point = shading_point::<L, T, HELD>(chunk.world, hit, ray, &surfaces);
-    if surfaces.call::<HELD>(Effect::Textures) {
+    let mut point = shading_point::<L, T, COMPILED_IN>(chunk.world, hit, ray, &surfaces);
+    if surfaces.call::<COMPILED_IN>(Effect::Textures) {
         point.rho = point.rho.times(texels(chunk.world, hit, &surfaces));
     }
-    if surfaces.call::<HELD>(Effect::Ggx) || surfaces.call::<HELD>(Effect::Conductor) {
+    if surfaces.call::<COMPILED_IN>(Effect::Ggx) || surfaces.call::<COMPILED_IN>(Effect::Conductor) {
         reflects = reflects & !facets::push(chunk.world, hits, &surfaces, &point, reflects, address);
     }
-    let phong = if has(HELD, Effect::Phong) {
+    let phong = if has(COMPILED_IN, Effect::Phong) {
         point.alpha.gt(L::one()) & reflects
     } else {
         L::Mask::splat(false)
     };
     let mut diffuse = reflects & !phong;
-    let mut gloss = point.rho;
-    if surfaces.call::<HELD>(Effect::Blend) {
+    let mut specular = point.rho;
+    if surfaces.call::<COMPILED_IN>(Effect::Blend) {
         // A blend is two surfaces at one point: it goes into both streams, and each lobe is sampled as its model is.
-        let blends = surfaces.those(chunk.world, |surface| surface.gloss.is_some()) & phong;
+        let blends = surfaces.those(chunk.world, |surface| surface.specular.is_some()) & phong;
         diffuse = diffuse | blends;
-        let record = |lane: usize| surfaces.record(chunk.world, lane).gloss.unwrap_or_default();
+        let record = |lane: usize| surfaces.record(chunk.world, lane).specular.unwrap_or_default();
         let of_blends = |k: usize| L::from_fn(|lane| record(lane)[k]);
-        gloss = Vec3::select(blends, Vec3::new(of_blends(0), of_blends(1), of_blends(2)), gloss);
+        specular = Vec3::select(blends, Vec3::new(of_blends(0), of_blends(1), of_blends(2)), specular);
     }
     let SurfacePoint {
         n,
@@ -244,7 +244,7 @@ fn settle<L: TraceLane, T: Tracer, const HELD: u32>(chunk: &mut Chunk, hits: &mu
             .push::<L>(diffuse, &point.with(Diffuse { n, rho }), address);
     }
     if phong.any() {
-        let model = Phong::new(n, wo, gloss, alpha, reach);
+        let model = Phong::new(n, wo, specular, alpha, reach);
         hits.phong.push::<L>(phong, &point.with(model), address);
     }
 }

@@ -3,11 +3,11 @@
 use rand::RngExt;
 use rand_pcg::Pcg64;
 
-use super::bench::Trouble;
+use super::bench::WriteError;
 use crate::embree::{Accel, Device, SceneBuilder};
 use crate::lane::{Bits, F32x8, Lane, U32x8};
 use crate::math::Vec3;
-use crate::shape::{NO_SPHERE, Ray};
+use crate::shape::{NO_SKIP_ID, Ray};
 
 /// Where rays go.
 #[derive(Clone, Copy)]
@@ -45,7 +45,7 @@ impl Sheet {
     ///
     /// # Errors
     /// What Embree says.
-    pub fn accel(&self, robust: bool) -> Result<Accel, Trouble> {
+    pub fn accel(&self, robust: bool) -> Result<Accel, WriteError> {
         let mut builder = SceneBuilder::new(&Device::new(1)?, robust)?;
         builder.add_mesh(&self.vertices, &self.faces)?;
         Ok(builder.commit()?)
@@ -62,7 +62,7 @@ impl Sheet {
                 F32x8::from_fn(|i| targets[i][2]),
             ),
             tfar: F32x8::splat(f32::INFINITY),
-            aims_at: U32x8::splat(NO_SPHERE),
+            skip_id: U32x8::splat(NO_SKIP_ID),
         }
     }
 

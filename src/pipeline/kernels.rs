@@ -6,8 +6,8 @@ use std::marker::PhantomData;
 
 use super::lists::Probed;
 use super::model::{self, Model};
-use super::stage::{Chunk, Directions, Penumbra, Scratch, Stage, each, eye, listed, meshes, shade};
-use super::tracer::{ByEmbree, InLine};
+use super::stage::{Chunk, Directions, Penumbra, Scratch, Stage, camera, each, listed, meshes, shade};
+use super::tracer::{BruteForce, ByEmbree};
 use crate::embree::{LaneWork, TraceLane, in_eight_of_avx512, in_sixteen};
 use crate::estimator::density::{Average, ConeOnly, ConeOrCap, LobeInCap, Mix, Projected};
 use crate::estimator::{per_light, per_point};
@@ -20,32 +20,32 @@ pub type Run = fn(&mut Chunk, &mut Scratch);
 
 /// A stage, compiled for every width of packets.
 #[derive(Clone, Copy, Debug)]
-pub struct Row([Run; 4]);
+pub struct Kernel([Run; 4]);
 
 /// An eye stage traces packet by packet, so it is compiled for every intersector too.
 #[derive(Clone, Copy, Debug)]
-pub struct EyeRow {
-    embree: Row,
-    line: Row,
+pub struct CameraKernel {
+    embree: Kernel,
+    line: Kernel,
 }
 
 /// The rows of the eye stage with the effects that each holds.
-macro_rules! eye_rows {
+macro_rules! camera_kernels {
     ($([$($effect:ident),*],)*) => {
         &[$({
-            const HELD: Effects = Effects::of(&[$(Effect::$effect),*]);
-            const ROW: EyeRow = EyeRow {
-                embree: Row::of::<eye::Eye<ByEmbree, { HELD.bits() }>>(),
-                line: Row::of::<eye::Eye<InLine, { HELD.bits() }>>(),
+            const COMPILED_IN: Effects = Effects::of(&[$(Effect::$effect),*]);
+            const ROW: CameraKernel = CameraKernel {
+                embree: Kernel::of::<camera::CameraStage<ByEmbree, { COMPILED_IN.bits() }>>(),
+                line: Kernel::of::<camera::CameraStage<BruteForce, { COMPILED_IN.bits() }>>(),
             };
-            (HELD, ROW)
+            (COMPILED_IN, ROW)
         },)*]
     };
 }
 
 /// The eye stage, from the fewest effects to the most; the last row holds them all. Effects share a row where one that is held but
 /// not called for costs less than 1 % of a sample's instructions (`docs/effects/README.md` has the figures).
-const EYE: &[(Effects, EyeRow)] = eye_rows![
+const CAMERA_KERNELS: &[(Effects, CameraKernel)] = camera_kernels![
     [Diffuse],
     [Diffuse, Phong],
     [Diffuse, Phong, SmoothNormals],
@@ -95,21 +95,23 @@ const EYE: &[(Effects, EyeRow)] = eye_rows![
 pub const MODELS: [Effect; 4] = [Effect::Diffuse, Effect::Phong, Effect::Ggx, Effect::Conductor];
 
 /// The row of the eye stage with the fewest effects that holds `needs`, as far as they concern it, and what it holds.
-pub fn eye(needs: Effects) -> &'static (Effects, EyeRow) {
-    let concern = EYE[EYE.len() - 1].0;
-    let row = EYE.iter().find(|(held, _)| held.hold(needs.among(concern)));
-    row.unwrap_or(&EYE[EYE.len() - 1])
+pub fn camera(needs: Effects) -> &'static (Effects, CameraKernel) {
+    let concern = CAMERA_KERNELS[CAMERA_KERNELS.len() - 1].0;
+    let row = CAMERA_KERNELS
+        .iter()
+        .find(|(held, _)| held.contains(needs.intersection(concern)));
+    row.unwrap_or(&CAMERA_KERNELS[CAMERA_KERNELS.len() - 1])
 }
 
 /// The row for films on which nothing is in sight.
-pub const fn blank() -> Row {
-    Row::of::<eye::Blank>()
+pub const fn blank() -> Kernel {
+    Kernel::of::<camera::Blank>()
 }
 
 /// The rows that shade the points of a model by an estimator: one where a direction serves all lights, else those of the kinds of
 /// light among `needs`, or with `lists` one for spheres and triangles together; and that of delta lights, which no direction of the
 /// other rows can meet.
-pub fn shade(estimator: EstimatorKind, needs: Effects, lists: bool, model: Effect) -> Vec<Row> {
+pub fn shade(estimator: EstimatorKind, needs: Effects, lists: bool, model: Effect) -> Vec<Kernel> {
     match model {
         Effect::Phong => shade_model::<model::Phong>(estimator, (needs, lists)),
         Effect::Ggx => shade_model::<model::Ggx>(estimator, (needs, lists)),
@@ -119,9 +121,9 @@ pub fn shade(estimator: EstimatorKind, needs: Effects, lists: bool, model: Effec
 }
 
 /// The row that finds where lights are seen in part, for the estimator that sends more rays there.
-pub fn survey(estimator: EstimatorKind, needs: Effects) -> Option<Row> {
+pub fn bound_points(estimator: EstimatorKind, needs: Effects) -> Option<Kernel> {
     let calls = estimator == EstimatorKind::Product && needs.has(Effect::Diffuse) && needs.has(Effect::SphereLights);
-    calls.then(Row::of::<Penumbra>)
+    calls.then(Kernel::of::<Penumbra>)
 }
 
 /// How an estimator combines directions of lights with those of the BRDF. `product` does so for all lights but spheres, whose
@@ -163,10 +165,10 @@ impl Suited for model::Conductor {
     type Product = Average;
 }
 
-fn shade_model<M: Suited + Probed>(estimator: EstimatorKind, needs: (Effects, bool)) -> Vec<Row> {
+fn shade_model<M: Suited + Probed>(estimator: EstimatorKind, needs: (Effects, bool)) -> Vec<Kernel> {
     let mut rows = match estimator {
-        EstimatorKind::Uniform => vec![Row::of::<shade::PerPoint<per_point::Sphere, M>>()],
-        EstimatorKind::Brdf => vec![Row::of::<shade::PerPoint<per_point::Lobe, M>>()],
+        EstimatorKind::Uniform => vec![Kernel::of::<shade::PerPoint<per_point::Sphere, M>>()],
+        EstimatorKind::Brdf => vec![Kernel::of::<shade::PerPoint<per_point::Lobe, M>>()],
         EstimatorKind::Light => kinds::<ConeOnly, M>(needs),
         EstimatorKind::Mis => kinds::<Average, M>(needs),
         EstimatorKind::Mis2Balance | EstimatorKind::Mis2Power => kinds::<Mix, M>(needs),
@@ -174,30 +176,30 @@ fn shade_model<M: Suited + Probed>(estimator: EstimatorKind, needs: (Effects, bo
         EstimatorKind::Product => kinds::<M::Product, M>(needs),
     };
     if needs.0.has(Effect::DeltaLights) {
-        rows.push(Row::of::<each::PerDelta<M>>());
+        rows.push(Kernel::of::<each::PerDelta<M>>());
     }
     rows
 }
 
 /// A stage for each kind of light; with `lists` one for spheres and triangles together. Only those for spheres are compiled for the
 /// density; the others look the mix up when they run.
-fn kinds<D: Directions<M>, M: Probed>((needs, lists): (Effects, bool)) -> Vec<Row> {
+fn kinds<D: Directions<M>, M: Probed>((needs, lists): (Effects, bool)) -> Vec<Kernel> {
     let kinds = [
-        (Effect::SphereLights, Row::of::<shade::PerLight<D, M>>()),
-        (Effect::MeshLights, Row::of::<each::PerTriangle<M>>()),
-        (Effect::MeshLights, Row::of::<meshes::PerMesh<M>>()),
-        (Effect::Environment, Row::of::<each::PerEnvironment<M>>()),
-        (Effect::Suns, Row::of::<each::PerSun<M>>()),
+        (Effect::SphereLights, Kernel::of::<shade::PerLight<D, M>>()),
+        (Effect::MeshLights, Kernel::of::<each::PerTriangle<M>>()),
+        (Effect::MeshLights, Kernel::of::<meshes::PerMesh<M>>()),
+        (Effect::Environment, Kernel::of::<each::PerEnvironment<M>>()),
+        (Effect::Suns, Kernel::of::<each::PerSun<M>>()),
     ];
     let in_lists = |kind: Effect| lists && matches!(kind, Effect::SphereLights | Effect::MeshLights);
     let there = kinds
         .into_iter()
         .filter(|(kind, _)| needs.has(*kind) && !in_lists(*kind));
-    let listed = lists.then(Row::of::<listed::PerListed<D, M>>);
+    let listed = lists.then(Kernel::of::<listed::PerListed<D, M>>);
     listed.into_iter().chain(there.map(|(_, row)| row)).collect()
 }
 
-impl Row {
+impl Kernel {
     const fn of<S: Stage>() -> Self {
         Self([
             S::run::<f32>,
@@ -219,7 +221,7 @@ impl Row {
     }
 }
 
-impl EyeRow {
+impl CameraKernel {
     /// The stage for an intersector and a width.
     pub fn run(&self, accel: AccelKind, lanes: Lanes) -> Run {
         match accel {

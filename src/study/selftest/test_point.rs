@@ -9,7 +9,7 @@ use crate::lane::{Bits, F32x8, Lane, Mask, Mask8, U32x8};
 use crate::light::SphereLight;
 use crate::math::Vec3;
 use crate::sampling::hash::pcg4d;
-use crate::sampling::{Pair, Toss};
+use crate::sampling::{Pair, TechniqueSample};
 use crate::scene::EstimatorKind;
 use crate::shape::Ball;
 use crate::study::estimate::Estimate;
@@ -127,9 +127,9 @@ fn per_lights<D: Directions<F32x8, Bsdf<F32x8>>>(
             let [c, ..] = numbers(packet, !i);
             tosses = vec![(Mask8::splat(false), Pair(a, b)), (Mask8::splat(true), Pair(other, c))];
         }
-        for (heads, pair) in tosses {
-            let toss = Toss { heads, pair };
-            let Some(found) = per_light::sample(density, point, light, toss, Mask8::splat(true)) else {
+        for (by_brdf_lanes, pair) in tosses {
+            let technique_sample = TechniqueSample { by_brdf_lanes, pair };
+            let Some(found) = per_light::sample(density, point, light, technique_sample, Mask8::splat(true)) else {
                 continue;
             };
             let mut visible = found.active;

@@ -7,20 +7,20 @@ use std::ffi::c_void;
 use std::ptr;
 
 use super::ffi;
-use crate::shape::Aims;
+use crate::shape::SkipIds;
 
 /// Numbers of columns: the ray's id among those of a ray, the primitive among those of a hit.
 const ID: usize = 10;
 const PRIMITIVE: usize = 5;
 
 /// The names as the user data of a geometry: no memory to keep alive.
-pub(crate) fn to_user_data(aims: Aims) -> *mut c_void {
-    ptr::without_provenance_mut((usize::from(aims.each) << 32) | aims.first as usize)
+pub(crate) fn to_user_data(skip_ids: SkipIds) -> *mut c_void {
+    ptr::without_provenance_mut((usize::from(skip_ids.each) << 32) | skip_ids.first as usize)
 }
 
-fn from_user_data(data: *mut c_void) -> Aims {
+fn from_user_data(data: *mut c_void) -> SkipIds {
     let bits = data.addr();
-    Aims {
+    SkipIds {
         first: bits as u32,
         each: bits >> 32 != 0,
     }
@@ -31,7 +31,7 @@ fn from_user_data(data: *mut c_void) -> Aims {
 pub(crate) unsafe extern "C" fn let_pass(args: *const ffi::RTCFilterFunctionNArguments) {
     // SAFETY: `args` lives during the call.
     let args = unsafe { &*args };
-    let (aims, n) = (from_user_data(args.geometryUserPtr), args.N as usize);
+    let (skip_ids, n) = (from_user_data(args.geometryUserPtr), args.N as usize);
     for lane in 0..n {
         // SAFETY: a packet of N rays has 12 columns of N numbers, its hits have 9, and `valid` has N; all belong to this
         // thread during the call.
@@ -42,7 +42,7 @@ pub(crate) unsafe extern "C" fn let_pass(args: *const ffi::RTCFilterFunctionNArg
             }
             let id = args.ray.cast::<u32>().add(ID * n + lane).read();
             let primitive = args.hit.cast::<u32>().add(PRIMITIVE * n + lane).read();
-            if id == aims.of(primitive) {
+            if id == skip_ids.of(primitive) {
                 args.valid.add(lane).write(0);
             }
         }
@@ -57,8 +57,8 @@ mod tests {
     #[test]
     fn lanes_that_are_off_are_not_looked_at() {
         const N: usize = 8;
-        let aims = Aims {
-            first: Aims::TRIANGLE + 3,
+        let skip_ids = SkipIds {
+            first: SkipIds::TRIANGLE + 3,
             each: true,
         };
         let mut valid = [-1, 0, -1, 0, -1, -1, 0, -1];
@@ -66,11 +66,11 @@ mod tests {
         for lane in 0..N {
             hit[PRIMITIVE][lane] = if valid[lane] == 0 { u32::MAX } else { lane as u32 };
             // Lanes 0 and 4 aim at what they met.
-            ray[ID][lane] = aims.first + if lane % 4 == 0 { lane as u32 } else { 99 };
+            ray[ID][lane] = skip_ids.first + if lane % 4 == 0 { lane as u32 } else { 99 };
         }
         let args = ffi::RTCFilterFunctionNArguments {
             valid: valid.as_mut_ptr(),
-            geometryUserPtr: to_user_data(aims),
+            geometryUserPtr: to_user_data(skip_ids),
             context: ptr::null_mut(),
             ray: ray.as_mut_ptr().cast(),
             hit: hit.as_mut_ptr().cast(),

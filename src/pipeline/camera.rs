@@ -6,8 +6,8 @@ use crate::lane::Lane;
 use crate::math::Vec3;
 use crate::scene::{Camera, FilmSize, Fov};
 
-/// Eye rays start at 0, or on a lens around it; the direction through the point `(x, y)` of the film, in pixels, is
-/// `corner + x right + y down`.
+/// Camera rays start at 0, or on a lens around 0. The direction through the point `(x, y)` of the film, in pixels, is `corner + x
+/// right + y down`.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraRays {
     /// Direction to the top left corner.
@@ -16,9 +16,9 @@ pub struct CameraRays {
     pub right: [f32; 3],
     /// One pixel down.
     pub down: [f32; 3],
-    /// The lens to its right and lower rim; 0 for a pinhole.
+    /// Vectors from the lens center to its right and lower rim; 0 for a pinhole.
     pub lens: [[f32; 3]; 2],
-    /// Distance of the plane in focus; 1 for a pinhole.
+    /// Distance of the plane of focus; 1 for a pinhole.
     pub focus: f32,
 }
 
@@ -30,10 +30,10 @@ impl CameraRays {
         Vec3::splat(self.down).mul_add(y, along_row).normalize()
     }
 
-    /// Origins on the lens, at the point `(a, b)` of its unit disk, and unit directions through the point of the film.
+    /// Origins on the lens, at the point `(a, b)` of its unit disk, and unit directions through the point `(x, y)` of the film.
     ///
-    /// A ray through the lens meets the one through its middle in the plane in focus. For a pinhole the origin is 0 and the
-    /// direction has the same bits as [`Self::direction`].
+    /// A ray through any lens point crosses the plane of focus where the ray through the lens center does. For a pinhole the origin
+    /// is 0 and the direction has the same bits as [`Self::direction`].
     #[inline(always)]
     pub fn through_lens<L: Lane>(&self, (x, y): (L, L), (a, b): (L, L)) -> (Vec3<L>, Vec3<L>) {
         let along_row = Vec3::splat(self.right).mul_add(x, Vec3::splat(self.corner));
@@ -47,7 +47,7 @@ impl CameraRays {
         let forward = (camera.target - camera.origin).normalize();
         let right = forward.cross(camera.up).normalize();
         let down = forward.cross(right);
-        // Pixels are square: one length serves both sides.
+        // Pixels are square, so one side length is enough.
         let pixel = match camera.fov {
             Fov::X(degrees) => 2.0 * (degrees.to_radians() / 2.0).tan() / w,
             Fov::Y(degrees) => 2.0 * (degrees.to_radians() / 2.0).tan() / h,
@@ -73,7 +73,7 @@ mod tests {
     use crate::sampling::warp;
     use crate::scene::Lens;
 
-    /// Whatever point of the lens a ray goes through, it meets the plane in focus where the ray through the middle does.
+    /// Rays through all points of the lens cross the plane of focus where the ray through its center does.
     #[test]
     fn rays_through_a_lens_meet_in_the_plane_in_focus() {
         let camera = Camera {

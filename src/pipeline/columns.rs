@@ -1,32 +1,32 @@
-//! Columns of numbers, filled by packets and read by packets.
+//! Structure-of-arrays columns of numbers. Packets write and read them.
 //!
-//! A packet with idle lanes is packed when it is pushed, so every packet that is read is full but the last. The order
-//! of what is pushed does not depend on the width of packets: lanes go in ascending order.
+//! A push compacts the active lanes of a packet, so every packet read back is full except the last. Lanes are stored in ascending
+//! order, so the order of elements does not depend on the packet width.
 
 use std::ops::Range;
 
 use crate::lane::{Lane, Mask};
 use crate::math::Vec3;
 
-/// The most lanes of a packet.
+/// Maximum number of lanes in a packet.
 const LANES: usize = 16;
 
-/// The most numbers in a column: the samples of a chunk.
+/// Maximum length of a column: the samples of a chunk.
 pub const CAPACITY: usize = 4096;
 
-/// A push writes a whole packet, also when few of its lanes count; and columns are 25 lines of the cache apart, modulo a page of 64.
-/// A load waits for a store before it that ends in the same twelve bits: so those of two columns seldom do.
+/// Length of a column in memory. A push writes a whole packet even if few lanes are active. Columns are 25 cache lines apart,
+/// modulo a page of 64 lines: a load stalls on an earlier store whose address has the same low twelve bits (4K aliasing), and this
+/// distance makes that rare between columns.
 const STRIDE: usize = CAPACITY + 25 * 16;
 
-/// `K` columns of at most [`CAPACITY`] numbers. The length of a column is known when the program is compiled, so that one
-/// check of bounds serves all columns.
+/// `K` columns of at most [`CAPACITY`] numbers. The column size is a compile-time constant, so one bounds check serves all columns.
 #[derive(Debug)]
 pub(super) struct Columns<const K: usize> {
     columns: Box<Aligned<K>>,
     len: usize,
 }
 
-/// They start at a line of the cache, as then does every packet that is read: none takes two.
+/// Aligned to cache lines, so that no packet read from a column straddles two.
 #[derive(Debug, bytemuck::Zeroable)]
 #[repr(C, align(64))]
 struct Aligned<const K: usize>([[f32; STRIDE]; K]);
@@ -39,7 +39,7 @@ impl<const K: usize> Columns<K> {
         }
     }
 
-    /// Makes room for the lanes of `mask`; [`put`](Self::put) then fills them column by column.
+    /// Makes room for the active lanes of `mask`; [`put`](Self::put) then fills the columns one by one.
     #[inline(always)]
     pub(super) fn grow<L: Lane>(&mut self, mask: L::Mask) -> Room<L> {
         let at = self.len;
@@ -51,7 +51,7 @@ impl<const K: usize> Columns<K> {
         }
     }
 
-    // Packing a full packet changes nothing and costs one instruction a column: less than asking each time.
+    // Compacting a full packet costs one instruction per column, which is cheaper than a branch.
     #[inline(always)]
     pub(super) fn put<L: Lane>(&mut self, column: usize, room: &Room<L>, value: L) {
         value
@@ -88,7 +88,7 @@ impl<const K: usize> Columns<K> {
         self.set(column + 2, at, value.z);
     }
 
-    /// Numbers in a column.
+    /// Number of elements in each column.
     #[inline(always)]
     pub(super) fn len(&self) -> usize {
         self.len
@@ -99,7 +99,7 @@ impl<const K: usize> Columns<K> {
         self.len = 0;
     }
 
-    /// Becomes a part of other columns.
+    /// Replaces the contents with the range `part` of `other`.
     pub(super) fn copy(&mut self, other: &Self, part: Range<usize>) {
         self.len = part.len();
         for (own, others) in self.columns.0.iter_mut().zip(&other.columns.0) {
@@ -107,7 +107,7 @@ impl<const K: usize> Columns<K> {
         }
     }
 
-    /// Repeats the last number of the first columns behind the end: idle lanes of the last packet then hold it.
+    /// Repeats the last element of the first columns past the end, so that idle lanes of the last packet hold valid data.
     pub(super) fn pad(&mut self, columns: usize) {
         if self.len > 0 {
             for column in &mut self.columns.0[..columns] {
@@ -117,14 +117,14 @@ impl<const K: usize> Columns<K> {
         }
     }
 
-    /// The lanes of the packet at `at` that hold anything.
+    /// The active lanes of the packet at `at`.
     #[inline(always)]
     pub(super) fn lanes<L: Lane>(&self, at: usize) -> L::Mask {
         L::Mask::first(self.len - at)
     }
 }
 
-/// Where a packet goes in a stream.
+/// Where a pushed packet is stored.
 pub(super) struct Room<L: Lane> {
     at: usize,
     packing: L::Packing,

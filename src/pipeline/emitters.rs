@@ -1,4 +1,4 @@
-//! Meshes that emit as lights, each triangle of a small one, all of a large one; and the environment.
+//! Collects the emitters of a scene: triangles of small meshes, large meshes as a whole, the environment, suns and delta lights.
 
 use glam::DVec3;
 
@@ -13,27 +13,28 @@ use crate::sampling::Discrete;
 use crate::scene::{self, Features, Light, LightClass, Mesh, Scene, Surface};
 use crate::shape::{Ball, SkipIdAllocator, SkipIds};
 
-/// The lights that meshes are.
+/// Lights made from emissive meshes.
 #[derive(Debug, Default)]
 pub struct Emitters {
-    /// Triangles of small meshes.
+    /// Triangles of small emissive meshes.
     pub triangles: Vec<TriangleLight>,
-    /// Large meshes.
+    /// Large emissive meshes.
     pub meshes: Vec<MeshLight>,
-    /// For every mesh of the scene, the place of its first triangle among [`Self::triangles`]; `u32::MAX` where they are not there.
+    /// For each mesh of the scene, the index of its first triangle in [`Self::triangles`]; `u32::MAX` if it has none there.
     pub first_triangles: Vec<u32>,
-    /// For every mesh of the scene, what rays call its triangles; `None` where it is no light.
+    /// For each mesh of the scene, the self-intersection (skip) ids of its triangles; `None` if the mesh is not a light.
     pub skip_ids: Vec<Option<SkipIds>>,
 }
 
-/// A mesh is flat if no corner is farther from its plane than this part of its size: rays cannot tell.
+/// A mesh counts as flat if no vertex is farther from its plane than this fraction of its size. Rays cannot resolve less.
 const FLAT: f64 = 1e-7;
 
 impl Emitters {
-    /// Finds them, relative to the camera. With `each`, large meshes too are lights triangle by triangle.
+    /// Collects the emissive meshes, relative to the camera. With `each`, every triangle of a large mesh also becomes its own
+    /// light.
     ///
     /// # Errors
-    /// [`EmbreeError::TooManyLights`] if there are more triangles than rays have names for.
+    /// [`EmbreeError::TooManyLights`] if there are more triangles than skip ids.
     pub fn of(scene: &Scene, space: &Space, each: bool) -> Result<Self, EmbreeError> {
         let mut found = Self::default();
         let mut names = SkipIdAllocator::default();
@@ -90,7 +91,7 @@ impl Emitters {
     }
 }
 
-/// What lies beyond the scene, if any light comes from it.
+/// The environment, if it emits light.
 pub fn environment(scene: &Scene) -> Option<Environment> {
     match scene.environment().filter(|sky| sky.emits())? {
         scene::Environment::Constant(le) => Some(Environment::Constant(Constant { le: narrow(*le) })),
@@ -109,7 +110,7 @@ fn lights_of(scene: &Scene, class: LightClass) -> impl Iterator<Item = &Light> {
         .filter(move |light| light.emits() && light.class() == class)
 }
 
-/// Directional lights with an angular radius.
+/// Directional lights with a nonzero angular radius.
 pub fn suns(scene: &Scene) -> Vec<Sun> {
     let suns = lights_of(scene, LightClass::Disk).filter_map(|light| {
         let Light::Directional {
@@ -121,14 +122,14 @@ pub fn suns(scene: &Scene) -> Vec<Sun> {
             return None;
         };
         let angle = angular_radius.to_radians();
-        // The irradiance of a disk of radiance 1 on what faces it.
+        // Irradiance on a facing surface from a disk of radiance 1.
         let facing = std::f64::consts::PI * angle.sin().powi(2);
         Some(Sun::new(sample_light(direction), angle, narrow(irradiance / facing)))
     });
     suns.collect()
 }
 
-/// Lights from a single direction at each point.
+/// Delta lights: point, spot and directional lights.
 pub fn delta_lights(scene: &Scene, space: &Space) -> Vec<DeltaLight> {
     let at = |position: DVec3, intensity: DVec3, spot: Option<Falloff>| DeltaLight {
         place: Place::At {
@@ -164,17 +165,19 @@ pub fn delta_lights(scene: &Scene, space: &Space) -> Vec<DeltaLight> {
     lights.collect()
 }
 
-/// Against a direction of any length but 0; unit. Its squares may leave `f64` only where it was not brought to about 1.
+/// Unit vector opposite to `direction`, which may have any nonzero length. The division first keeps the squares within the range of
+/// `f64`.
 fn sample_light(direction: DVec3) -> [f32; 3] {
     narrow(-(direction / direction.abs().max_element()).normalize())
 }
 
-/// Normal to the triangle, as long as its area.
+/// Normal of the triangle; its length is the area.
 fn area_vector([a, b, c]: [DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a) / 2.0
 }
 
-/// Its area is that of the file: beside a camera far away, `f64` loses a triangle of 1e-12 of the distance too.
+/// The area is computed from the vertices in the file. Relative to a distant camera, `f64` loses a triangle as small as 1e-12 of
+/// the distance.
 fn triangle(corners: [DVec3; 3], space: &Space) -> Triangle {
     let vector = area_vector(corners);
     Triangle {

@@ -1,26 +1,26 @@
-//! Who answers rays, and whether occluders are culled before: decided here and nowhere else.
+//! Chooses the intersector and whether to cull occluders. No other code decides this.
 
 use crate::linear::FEW;
 use crate::settings::AccelKind;
 
-/// The most shapes that are tested in a line where the choice is free. With 32, 64, 128 and 256 spheres strewn over a floor under
-/// two lights the line took 0.55, 0.58, 0.59 and 0.66 of Embree's time in sixteen lanes, 0.58, 0.53, 0.53 and 0.64 in eight; with
-/// triangles 0.48 to 0.55 and 0.38 to 0.52. Somewhere above 256 it stops to pay; half of that leaves room for scenes that crowd
-/// into one tile.
+/// The brute-force intersector is the default up to this number of shapes. With 32, 64, 128 and 256 spheres strewn over a floor
+/// under two lights, brute force took 0.55, 0.58, 0.59 and 0.66 of Embree's time in sixteen lanes, and 0.58, 0.53, 0.53 and 0.64 in
+/// eight; with triangles, 0.48 to 0.55 and 0.38 to 0.52. The break-even lies somewhere above 256. Half of that leaves room for
+/// scenes that crowd into one tile.
 pub const IN_LINE: usize = 128;
 
-/// Who answers rays, and whether occluders are culled before.
+/// The intersector, and whether occluders are culled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Intersector {
-    /// Who answers rays.
+    /// Which intersector traces rays.
     pub accel: AccelKind,
-    /// Whether occluders are culled for all rays of a tile at once; `None` where there are too many shapes for it.
+    /// Whether occluders are culled for all rays of a tile at once; `None` if there are too many shapes to cull.
     pub cull: Option<bool>,
 }
 
 impl Intersector {
-    /// For so many shapes, with the reason; `accel` is what the user insists on, `cull` whether occluders are culled where that can
-    /// be.
+    /// Chooses for this number of shapes and states the reason. `accel` forces an intersector. `cull` asks for culling where it is
+    /// possible.
     pub fn choose(shapes: usize, accel: Option<AccelKind>, cull: bool) -> (Self, String) {
         let few = shapes <= IN_LINE;
         let why = match (accel, few) {
@@ -39,7 +39,7 @@ impl Intersector {
         self.cull == Some(true)
     }
 
-    /// Whether all shapes have to be listed in a line: to answer rays, or to be culled before Embree is asked.
+    /// Whether the brute-force shape list is needed: as the intersector, or for culling before Embree traces.
     pub fn lists_shapes(self) -> bool {
         self.accel == AccelKind::Linear || self.culls()
     }

@@ -1,4 +1,4 @@
-//! One block of passes for all tiles, chunk by chunk on as many threads as are free.
+//! Renders one block of passes for all tiles, chunk by chunk, on the free threads.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,26 +17,27 @@ use crate::film::{ChunkSum, Tile, leaf_passes};
 use crate::sampling::PassBlock;
 use crate::scene::FilmSize;
 
-/// What a block needs besides its tiles.
+/// The inputs of a block besides its tiles.
 pub struct Job<'a> {
     pub plan: &'a Plan,
     pub world: &'a World,
     pub numbers: &'a PassBlock,
     pub scratch: &'a Mutex<Vec<Scratch>>,
     pub progress: &'a Progress,
-    /// Where lights are seen in part, for those who care.
+    /// Which lights each pixel sees partially, if the estimator uses it.
     pub partly: Option<&'a Partly>,
     pub film: FilmSize,
     pub passes: u32,
-    /// When no further tile is to be begun.
+    /// No further tile starts after this time.
     pub pause: Option<Instant>,
-    /// Whether one has been: a block does so even if its random numbers took until the pause, or it would never be done.
+    /// Whether a tile has started. One tile always renders, even after `pause`: otherwise a block whose random numbers take that
+    /// long to generate would never finish.
     pub begun: AtomicBool,
 }
 
 impl Job<'_> {
-    /// Renders a tile and adds its chunks in order; nothing at all if a stop was asked for, the time for a pause has come,
-    /// or the tile has the block already from before a pause.
+    /// Renders a tile and adds its chunks in order. Does nothing if a stop was requested, the pause is due, or the tile already has
+    /// this block from before a pause.
     pub fn render(&self, tile: &mut Tile) -> Counters {
         let mut counters = Counters::default();
         let paused = || self.begun.swap(true, Ordering::Relaxed) && self.pause.is_some_and(|at| Instant::now() >= at);
@@ -57,8 +58,8 @@ impl Job<'_> {
         counters
     }
 
-    /// The passes of each chunk, counted from the block's first, where all pixels take part in all. They end at the multiples
-    /// of a power of two, leaves among them, so that chunks are the same whatever the block.
+    /// The passes of each chunk, relative to the first pass of the block, when every pixel takes part in every pass. Chunks end at
+    /// multiples of a power of two, which include the leaf boundaries, so chunks do not depend on the block.
     fn even_chunks(&self, tile: &Tile) -> Vec<Range<u32>> {
         let most = 1 << (CAPACITY / tile.area()).max(1).ilog2();
         let per_chunk = leaf_passes(self.film).min(most);
@@ -75,7 +76,7 @@ impl Job<'_> {
         chunks
     }
 
-    /// As many passes in each chunk as its streams can take, up to the last in which a pixel takes part.
+    /// Puts as many passes into each chunk as its streams can hold, up to the last pass in which any pixel takes part.
     fn full_chunks(&self, tile: &Tile) -> Vec<Range<u32>> {
         let first = self.numbers.first();
         let last = tile
@@ -107,7 +108,7 @@ impl Job<'_> {
     fn chunk(&self, tile: &Tile, range: Range<u32>) -> (ChunkSum, Counters) {
         let mut sum = tile.empty_sum(range.len() as u32);
         let mut counters = Counters::default();
-        // A panic elsewhere leaves whole scratch pads behind: they hold nothing between chunks.
+        // Scratch pads hold nothing between chunks, so they stay valid after a panic elsewhere poisons the lock.
         let scratches = || self.scratch.lock().unwrap_or_else(PoisonError::into_inner);
         let mut scratch = scratches().pop().unwrap_or_default();
         let mut chunk = Chunk {
@@ -133,7 +134,7 @@ impl Job<'_> {
             shade(&mut chunk, &mut scratch);
         }
         scratches().push(scratch);
-        // Embree keeps the errors of queries for the thread that asked: here is the last place to hear of them.
+        // Embree stores query errors per thread, so they must be read here, on the thread that traced.
         if let Err(error) = self.world.accel.check() {
             self.progress.fail(error);
         }

@@ -1,6 +1,6 @@
-//! The tables of compiled stages: the eye stage for sets of effects, the shade stage for each estimator and each model of
-//! reflection. A chunk runs one row of the first table and one for each model that there is of the second, so an effect adds rows
-//! to its own table and multiplies nothing in the other.
+//! Tables of compiled stages: camera stages by set of effects, shading stages by estimator and BRDF model. A chunk runs one row of
+//! the camera table, and the rows of the shading table for each BRDF model present. An effect therefore adds rows to one table
+//! only; the tables do not multiply.
 
 use std::marker::PhantomData;
 
@@ -15,21 +15,21 @@ use crate::lane::{F32x8, has_avx512};
 use crate::scene::{Effect, Effects};
 use crate::settings::{AccelKind, EstimatorKind, Lanes};
 
-/// A stage, compiled.
+/// A compiled stage.
 pub type Run = fn(&mut Chunk, &mut Scratch);
 
-/// A stage, compiled for every width of packets.
+/// A stage compiled for every packet width.
 #[derive(Clone, Copy, Debug)]
 pub struct Kernel([Run; 4]);
 
-/// An eye stage traces packet by packet, so it is compiled for every intersector too.
+/// A camera stage traces packet by packet, so it is also compiled per intersector.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraKernel {
     embree: Kernel,
     line: Kernel,
 }
 
-/// The rows of the eye stage with the effects that each holds.
+/// The rows of the camera table, each with the effects compiled in.
 macro_rules! camera_kernels {
     ($([$($effect:ident),*],)*) => {
         &[$({
@@ -43,8 +43,8 @@ macro_rules! camera_kernels {
     };
 }
 
-/// The eye stage, from the fewest effects to the most; the last row holds them all. Effects share a row where one that is held but
-/// not called for costs less than 1 % of a sample's instructions (`docs/effects/README.md` has the figures).
+/// The camera stages, from fewest effects to most; the last row has all. Effects share a row if compiling one in without using it
+/// costs less than 1 % of a sample's instructions (`docs/effects/README.md` has the figures).
 const CAMERA_KERNELS: &[(Effects, CameraKernel)] = camera_kernels![
     [Diffuse],
     [Diffuse, Phong],
@@ -91,10 +91,10 @@ const CAMERA_KERNELS: &[(Effects, CameraKernel)] = camera_kernels![
     ],
 ];
 
-/// The models of reflection, in the order in which their points are shaded.
+/// The BRDF models, in the order in which their points are shaded.
 pub const MODELS: [Effect; 4] = [Effect::Diffuse, Effect::Phong, Effect::Ggx, Effect::Conductor];
 
-/// The row of the eye stage with the fewest effects that holds `needs`, as far as they concern it, and what it holds.
+/// The smallest row of the camera table that covers the camera effects among `needs`, and the effects compiled in.
 pub fn camera(needs: Effects) -> &'static (Effects, CameraKernel) {
     let concern = CAMERA_KERNELS[CAMERA_KERNELS.len() - 1].0;
     let row = CAMERA_KERNELS
@@ -103,14 +103,14 @@ pub fn camera(needs: Effects) -> &'static (Effects, CameraKernel) {
     row.unwrap_or(&CAMERA_KERNELS[CAMERA_KERNELS.len() - 1])
 }
 
-/// The row for films on which nothing is in sight.
+/// The stage for views that contain no geometry or environment.
 pub const fn blank() -> Kernel {
     Kernel::of::<camera::Blank>()
 }
 
-/// The rows that shade the points of a model by an estimator: one where a direction serves all lights, else those of the kinds of
-/// light among `needs`, or with `lists` one for spheres and triangles together; and that of delta lights, which no direction of the
-/// other rows can meet.
+/// The stages that shade points of one BRDF model with an estimator. An estimator with one direction per point has a single stage.
+/// The others have one for each kind of light among `needs`; with `lists`, spheres and triangles share one. Delta lights always
+/// have their own stage, because no sampled direction can hit them.
 pub fn shade(estimator: EstimatorKind, needs: Effects, lists: bool, model: Effect) -> Vec<Kernel> {
     match model {
         Effect::Phong => shade_model::<model::Phong>(estimator, (needs, lists)),
@@ -120,14 +120,14 @@ pub fn shade(estimator: EstimatorKind, needs: Effects, lists: bool, model: Effec
     }
 }
 
-/// The row that finds where lights are seen in part, for the estimator that sends more rays there.
+/// The stage that finds partially visible lights, for the estimator that traces more rays there.
 pub fn bound_points(estimator: EstimatorKind, needs: Effects) -> Option<Kernel> {
     let calls = estimator == EstimatorKind::Product && needs.has(Effect::Diffuse) && needs.has(Effect::SphereLights);
     calls.then(Kernel::of::<Penumbra>)
 }
 
-/// How an estimator combines directions of lights with those of the BRDF. `product` does so for all lights but spheres, whose
-/// directions are those of [`Suited::Product`].
+/// How an estimator combines light sampling and BRDF sampling. `product` uses this for all lights except spheres, which use
+/// [`Suited::Product`].
 pub const fn mix(estimator: EstimatorKind) -> Mix {
     match estimator {
         EstimatorKind::Mis | EstimatorKind::Product => Mix::Average,
@@ -137,11 +137,11 @@ pub const fn mix(estimator: EstimatorKind) -> Mix {
     }
 }
 
-/// The densities that suit a model where an estimator leaves them to it.
+/// The sampling density of a BRDF model, for estimators whose density depends on the model.
 pub(super) trait Suited: Model {
-    /// The density of `projected`: a lobe that is not in proportion to the cosine has to do with cones.
+    /// The density of `projected`. Lobes not proportional to the cosine fall back to cone sampling.
     type Projected: Directions<Self> + per_light::Directions<f32, Self::Of<f32>>;
-    /// The density of `product`: lobes of which no part can be drawn have to do with the mixture of `mis`.
+    /// The density of `product`. Lobes that cannot be sampled in part fall back to the mixture of `mis`.
     type Product: Directions<Self> + per_light::Directions<f32, Self::Of<f32>>;
 }
 
@@ -181,8 +181,8 @@ fn shade_model<M: Suited + Probed>(estimator: EstimatorKind, needs: (Effects, bo
     rows
 }
 
-/// A stage for each kind of light; with `lists` one for spheres and triangles together. Only those for spheres are compiled for the
-/// density; the others look the mix up when they run.
+/// One stage per kind of light; with `lists`, one for spheres and triangles together. Only the sphere and list stages are
+/// specialized for the density; the others read the mix at run time.
 fn kinds<D: Directions<M>, M: Probed>((needs, lists): (Effects, bool)) -> Vec<Kernel> {
     let kinds = [
         (Effect::SphereLights, Kernel::of::<shade::PerLight<D, M>>()),
@@ -209,7 +209,7 @@ impl Kernel {
         ])
     }
 
-    /// The stage for packets of 1, 8 or 16 lanes; eight have AVX-512 where it is there.
+    /// The stage for packets of 1, 8 or 16 lanes. Eight lanes use AVX-512 if the processor has it.
     pub fn run(&self, lanes: Lanes) -> Run {
         let [one, eight, eight_of_avx512, sixteen] = self.0;
         match lanes {
@@ -222,7 +222,7 @@ impl Kernel {
 }
 
 impl CameraKernel {
-    /// The stage for an intersector and a width.
+    /// The stage for an intersector and a packet width.
     pub fn run(&self, accel: AccelKind, lanes: Lanes) -> Run {
         match accel {
             AccelKind::Embree => self.embree.run(lanes),
@@ -231,7 +231,7 @@ impl CameraKernel {
     }
 }
 
-/// A stage with its chunk.
+/// A stage and the chunk it runs on.
 struct OfChunk<'a, 'c, S>(&'a mut Chunk<'c>, &'a mut Scratch, PhantomData<S>);
 
 impl<S: Stage> LaneWork for OfChunk<'_, '_, S> {

@@ -1,8 +1,8 @@
-//! The only index space of the lights that have random numbers: spheres, triangles, picked meshes, the environment, suns.
+//! The single index space of lights that use random numbers: spheres, triangles, sampled meshes, the environment, suns.
 
 use super::world::World;
 
-/// Lights with random numbers of their own, in the order of their numbers. Delta lights have none.
+/// Kinds of light with their own random numbers, in index order. Delta lights have none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// [`World::lights`].
@@ -17,18 +17,18 @@ pub enum Kind {
     Suns,
 }
 
-/// So many lights are looked at one by one for a direction: as long as that takes less than a ray.
+/// Up to this many lights, testing a direction against all of them is cheaper than tracing a ray.
 const LOOKED_AT: usize = 256;
 
 impl World {
-    /// Whether a direction that misses all lights is dropped before it costs a ray: where only spheres emit, and few enough that it
-    /// takes less time to look at all of them.
+    /// Whether a direction that misses all lights is dropped before a ray is traced. This holds if only spheres emit and there are
+    /// few enough to test them all.
     #[inline(always)]
     pub fn drops_misses(&self) -> bool {
         self.only_spheres_emit() && self.lights.len() <= LOOKED_AT
     }
 
-    /// How many lights of a kind there are.
+    /// Number of lights of a kind.
     pub fn count(&self, kind: Kind) -> usize {
         match kind {
             Kind::Spheres => self.lights.len(),
@@ -39,7 +39,7 @@ impl World {
         }
     }
 
-    /// The number of the first light of a kind; a light's number says which random numbers are its own.
+    /// Index of the first light of a kind. The index of a light selects its random numbers.
     pub fn first(&self, kind: Kind) -> usize {
         let kinds = [
             Kind::Spheres,
@@ -49,7 +49,7 @@ impl World {
             Kind::Suns,
         ];
         let before = kinds.into_iter().take_while(|&other| other < kind);
-        // A list has numbers for its own length, whatever is on it.
+        // A list reserves as many indices as it is long, whichever lights are on it.
         let listed = |kind: Kind| match &self.lists {
             Some(lists) if kind == Kind::Spheres => Some(lists.length() as usize),
             Some(_) if kind < Kind::Environment => Some(0),

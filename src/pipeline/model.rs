@@ -1,32 +1,32 @@
-//! The models of reflection as streams have them: each is listed once, with the columns of its own.
+//! Storage of the BRDF models in streams. Each model is listed once with its columns.
 
 use super::stream::{Fill, ModelStream, Own};
 use crate::bsdf::{self, Brdf, Microfacets};
 use crate::lane::Lane;
 use crate::math::Vec3;
 
-/// A model of reflection. Points of each have a stream of their own.
+/// A BRDF model. Points of each model have their own stream.
 pub trait Model: Sized {
-    /// The model at the points of a packet.
+    /// The BRDF at the points of a packet.
     type Of<L: Lane>: Brdf<L>;
-    /// Columns of its own, besides the normal and the reflectance.
+    /// Number of columns besides the normal and the reflectance.
     const COLUMNS: usize;
-    /// Fills its columns.
+    /// Writes the model's columns.
     fn put<L: Lane>(bsdf: &Self::Of<L>, columns: &mut Fill<L>);
-    /// The model with this normal and reflectance.
+    /// Builds the BRDF from a normal, a reflectance and the model's columns.
     fn get<L: Lane>(n: Vec3<L>, rho: Vec3<L>, columns: &Own) -> Self::Of<L>;
-    /// Its stream.
+    /// The model's stream.
     fn stream(streams: &Streams) -> &ModelStream<Self>;
-    /// Its stream.
+    /// The model's stream, mutable.
     fn stream_mut(streams: &mut Streams) -> &mut ModelStream<Self>;
 }
 
-/// Lists the models: type, name among the streams, how many columns it has.
+/// Declares the models: type, stream name, number of columns.
 macro_rules! models {
     ($($(#[$doc:meta])* $model:ident: $stream:ident, $columns:literal;)*) => {
         $($(#[$doc])* #[derive(Debug)] pub struct $model;)*
 
-        /// Shading points by model.
+        /// Shading points, grouped by model.
         #[derive(Debug)]
         pub struct Streams {
             $($(#[$doc])* pub $stream: ModelStream<$model>,)*
@@ -39,7 +39,7 @@ macro_rules! models {
         }
 
         impl Streams {
-            /// Empties them.
+            /// Empties all streams.
             pub fn clear(&mut self) {
                 $(self.$stream.clear();)*
             }
@@ -76,9 +76,9 @@ models! {
     Diffuse: diffuse, 0;
     /// Phong's model.
     Phong: phong, 5;
-    /// Metals and coated bodies with rough surfaces.
+    /// GGX metals and coated dielectrics with rough surfaces.
     Ggx: ggx, 5;
-    /// Metals by their index of refraction.
+    /// Metals defined by their complex index of refraction.
     Conductor: conductor, 10;
 }
 
@@ -120,7 +120,7 @@ mod phong {
     }
 }
 
-/// The columns of what has microfacets: the first ones of its model.
+/// Columns shared by microfacet models; they come first.
 mod facets {
     use super::*;
 

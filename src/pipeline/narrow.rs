@@ -1,8 +1,8 @@
-//! From the numbers of a scene to those of the kernels.
+//! Conversion from scene precision to kernel precision.
 
 use glam::DVec3;
 
-/// The nearest `f32` of each component.
+/// Rounds each component to the nearest `f32`.
 pub fn narrow(v: DVec3) -> [f32; 3] {
     v.to_array().map(|x| x as f32)
 }

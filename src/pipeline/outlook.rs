@@ -1,5 +1,5 @@
-//! What is known of the pixels before their samples are: by rays of its own, whose random numbers no render takes. So it depends on
-//! the scene and the film alone, and what follows it is as unbiased as what follows nothing.
+//! A prepass that classifies pixels. Its rays use random numbers that no render uses. The result therefore depends only on the
+//! scene and the film, and decisions based on it introduce no bias.
 
 use rayon::prelude::*;
 
@@ -13,19 +13,19 @@ use crate::film::{Film, Tile};
 use crate::sampling::PassBlock;
 use crate::scene::{FilmSize, SamplerKind};
 
-/// The pass of these rays: no render goes so far.
+/// The pass number of these rays; no render has this many passes.
 const PASS: u32 = 1 << 31;
 
-/// Side of the squares of pixels that share a ray.
+/// Side of the pixel squares that share one ray.
 const CELL: u32 = 2;
 
-/// The pass from which on points that see a light in part send two rays to it. The first passes are to be there soon.
+/// From this pass on, points that see a light partially trace two rays to it. Earlier passes stay cheap, to show an image soon.
 pub const SPLIT_FROM: u32 = 4;
 
-/// Of each tile, the [marks](super::stage::Penumbra) of each pixel; empty where there are none.
+/// For each tile, the [marks](super::stage::Penumbra) of each pixel; empty if no pixel is marked.
 pub type Partly = Vec<Vec<u32>>;
 
-/// Which lights are seen in part around each pixel.
+/// Which lights are partially visible around each pixel.
 pub fn partly(prepared: &Prepared) -> Partly {
     let size = prepared.settings.film;
     let mut film = Film::new(size);
@@ -54,20 +54,20 @@ pub fn partly(prepared: &Prepared) -> Partly {
     prepared.pool.install(|| tiles.par_iter().map(of_tile).collect())
 }
 
-/// What one ray through a pixel has met.
+/// What the ray through a pixel hit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Traced {
     position: [f32; 3],
     normal: [f32; 3],
-    /// Nothing, something that shines, or a surface: then which model it has, and its exponent or roughness.
+    /// 0 for nothing, [`SHINES`] for an emitter; for a surface, a code for its model and its exponent or roughness.
     what: f32,
 }
 
 const SHINES: f32 = -1.0;
 
 impl Traced {
-    /// Whether both may belong to one smooth surface: one model, normals less than 26 degrees apart, and neither 12 degrees out of the
-    /// other's plane.
+    /// Whether two hits may belong to one smooth surface: same model, normals less than 26 degrees apart, and each point at most 12
+    /// degrees off the other's tangent plane.
     fn joins(&self, other: &Self) -> bool {
         let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
         let way = [0, 1, 2].map(|k| other.position[k] - self.position[k]);
@@ -77,7 +77,7 @@ impl Traced {
     }
 }
 
-/// What is in each pixel, row by row: by one ray through it and those through its eight neighbours.
+/// Classifies each pixel, row by row, from the rays through it and its eight neighbors.
 pub fn kinds(prepared: &Prepared) -> Vec<Kind> {
     let FilmSize { width, height } = prepared.settings.film;
     let film = Film::new(prepared.settings.film);
@@ -114,7 +114,7 @@ pub fn kinds(prepared: &Prepared) -> Vec<Kind> {
     kinds
 }
 
-/// What the pixels of a chunk of one pass have met.
+/// What the pixels of a one-pass chunk hit.
 fn seen(chunk: &Chunk, hits: &Streams) -> Vec<Traced> {
     let shines = |sum: &[f64; 4]| if *sum == [0.0; 4] { 0.0 } else { SHINES };
     let nothing = |sum| Traced {
@@ -129,7 +129,7 @@ fn seen(chunk: &Chunk, hits: &Streams) -> Vec<Traced> {
     all
 }
 
-/// Notes the points of a model; `what` is a number of each surface's own.
+/// Records the hits of one model; `what` encodes the surface.
 fn note<M: Model>(hits: &Streams, all: &mut [Traced], what: fn(&M::Of<f32>) -> f32) {
     let stream = M::stream(hits);
     for at in 0..stream.len() {
@@ -142,7 +142,7 @@ fn note<M: Model>(hits: &Streams, all: &mut [Traced], what: fn(&M::Of<f32>) -> f
     }
 }
 
-/// Traces a ray through each pixel of a tile that takes part, and asks about what they meet.
+/// Traces a ray through each active pixel of a tile and evaluates `of` on the hits.
 fn look<T>(prepared: &Prepared, tile: &Tile, of: impl Fn(&mut Chunk, &mut Scratch) -> T) -> T {
     let plan = &prepared.plan;
     let numbers = PassBlock::new(SamplerKind::Independent, 0, PASS, 1, plan.pairs);
@@ -178,7 +178,7 @@ mod tests {
     use crate::scene::{EstimatorKind, Scene};
     use crate::settings::{AccelKind, Lanes};
 
-    /// A floor seen from above, and a lamp that a plate half way to it hides from a square of the floor; the camera sees the plate.
+    /// A floor seen from above and a light. A plate halfway to the light shadows a square of the floor; the camera sees the plate.
     const SCENE: &str = r#"
 [camera]
 origin = [0.0, 20.0, 0.0]
@@ -219,7 +219,7 @@ emission = [10.0, 10.0, 10.0]
         Prepared::new(&scene, settings).unwrap()
     }
 
-    /// Row by row.
+    /// The marks of all pixels, row by row.
     fn marks(prepared: &Prepared) -> Vec<u32> {
         let mut all = vec![0; 48 * 48];
         for (tile, marks) in Film::new(prepared.settings.film).tiles().iter().zip(partly(prepared)) {
@@ -230,7 +230,7 @@ emission = [10.0, 10.0, 10.0]
         all
     }
 
-    /// Where a pixel's middle meets the floor.
+    /// Where the ray through a pixel center hits the floor.
     fn floor(i: usize) -> [f64; 2] {
         let of = |pixel: usize| (pixel as f64 + 0.5 - 24.0) / 24.0 * 20.0 * 20.0_f64.to_radians().tan();
         [of(i % 48), of(i / 48)]
@@ -239,11 +239,11 @@ emission = [10.0, 10.0, 10.0]
     #[test]
     fn a_light_is_seen_in_part_at_the_border_of_its_shadow() {
         let marks = marks(&prepared(Settings::default()));
-        // From the lamp's middle the plate's shadow is x from -2 to 2, z from -2 to 2, and half a penumbra is 1 wide (1.2 in x).
+        // From the light's center, the shadow of the plate is x from -2 to 2, z from -2 to 2. Half a penumbra is 1 wide (1.2 in x).
         let depth = |[x, z]: [f64; 2]| 2.0 - x.abs().max(z.abs());
         let mut border = 0;
         for (i, &mark) in marks.iter().enumerate() {
-            // The plate hides a part of the floor from the camera, x from 4 to 6.7. A pixel is 0.3 wide, and rays go through every second.
+            // The plate hides the floor from the camera for x from 4 to 6.7. A pixel is 0.3 wide, and every second pixel has a ray.
             let depth = depth(floor(i));
             if depth.abs() < 0.2 {
                 border += 1;
@@ -282,7 +282,7 @@ emission = [10.0, 10.0, 10.0]
         let edges = kinds.iter().filter(|&&kind| kind == Kind::Edge).count();
         // The plate is 2 of 14.56 x 15 / 20 wide there: 8.8 pixels a side, with an edge two or three pixels thick.
         assert!((4 * 7 * 2..4 * 10 * 3).contains(&edges), "{edges}");
-        // Its middle, a part of the floor, and no lamp in sight.
+        // The plate's center and a part of the floor are plain; no light is in view.
         assert_eq!([kinds[24 * 48 + 41], kinds[24 * 48 + 10]], [Kind::Plain; 2]);
         assert!(!kinds.contains(&Kind::Rim));
     }

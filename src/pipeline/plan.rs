@@ -1,4 +1,4 @@
-//! Which kernel a scene gets, and why.
+//! Chooses the kernel for a scene and states the reason.
 
 use std::sync::LazyLock;
 
@@ -12,14 +12,13 @@ use crate::lane::has_avx512;
 use crate::scene::{Effect, Effects, Features};
 use crate::settings::{AccelKind, Lanes};
 
-/// From so many shapes on packets hold all passes of a few pixels, where Embree answers them. Whole renders of a mesh of a
-/// million triangles take 0.88 of the time then (`brdf`: 0.77), of `knot` with 11 207 shapes 0.93, of 100 000 spheres 0.92;
-/// but of `many-spheres` with 152 1.04 and of Veach's scene 1.09, because `mis` then mixes techniques in its packets (384 x
-/// 256, 15 samples a pixel, 16 lanes, one thread, commit e02d658).
+/// From this many shapes on, with Embree, packets hold all passes of a few pixels. Whole renders of a mesh of a million triangles
+/// then take 0.88 of the time (`brdf`: 0.77), of `knot` with 11 207 shapes 0.93, of 100 000 spheres 0.92. But `many-spheres` with
+/// 152 shapes takes 1.04 and Veach's scene 1.09, because `mis` then mixes techniques within packets (384 x 256, 15 samples a pixel,
+/// 16 lanes, one thread, commit e02d658).
 const NEIGHBOURS: usize = 1000;
 
-/// The widest packets that can be asked for whoever answers rays: 16 where the processor has AVX-512 and Embree has
-/// packets of 16, else 8.
+/// The widest packets that every intersector supports: 16 if the processor has AVX-512 and Embree has packets of 16, else 8.
 pub fn widest_lanes() -> Lanes {
     static EMBREE: LazyLock<bool> = LazyLock::new(|| Device::new(1).is_ok_and(|device| device.packets().sixteen));
     if has_avx512() && *EMBREE {
@@ -29,20 +28,20 @@ pub fn widest_lanes() -> Lanes {
     }
 }
 
-/// What no kernel does, and what would do.
+/// What no kernel supports, and a remedy.
 pub type Refusal = (String, &'static str);
 
-/// What a plan may choose from.
+/// The hardware and library features a plan may use.
 #[derive(Clone, Copy, Debug)]
 pub struct Machine {
     /// Whether the processor has AVX-512.
     pub avx512: bool,
-    /// The packets that Embree has.
+    /// Packet sizes that Embree supports.
     pub embree: Packets,
 }
 
 impl Machine {
-    /// This one, with the Embree of `device`.
+    /// The current machine, with the Embree of `device`.
     pub fn of(device: &Device) -> Self {
         Self {
             avx512: has_avx512(),
@@ -50,11 +49,11 @@ impl Machine {
         }
     }
 
-    /// The lanes of a kernel, and where a choice needs a word, why; `asked` is what the user insists on.
+    /// The lane count of a kernel, and the reason if it needs explaining. `asked` forces a lane count.
     ///
-    /// Sixteen lanes need Embree's packets of sixteen: without them Embree takes each ray alone, and AVX-512 gains less than
-    /// it costs. Eight lanes are taken without packets of eight too. Embree then needs as long as with one lane, but all else
-    /// is done eight at a time.
+    /// Sixteen lanes require Embree's packets of sixteen: without them Embree traces rays one by one, and AVX-512 gains less than
+    /// it costs. Eight lanes are used even without packets of eight: Embree then takes as long as with one lane, but all other work
+    /// runs eight wide.
     fn lanes(self, accel: AccelKind, asked: Option<Lanes>) -> Result<(Lanes, Option<String>), Refusal> {
         let packets = match accel {
             AccelKind::Embree => self.embree,
@@ -95,51 +94,51 @@ impl Machine {
     }
 }
 
-/// A kernel that was chosen.
+/// A chosen kernel.
 #[derive(Clone, Debug)]
 pub struct Plan {
     /// Its name.
     pub name: String,
-    /// Why, in a sentence.
+    /// The reason for the choice, as a sentence.
     pub why: String,
-    /// Who answers rays, and whether occluders are culled before.
+    /// The intersector, and whether occluders are culled.
     pub intersector: Intersector,
-    /// Rays a packet.
+    /// Rays per packet.
     pub lanes: Lanes,
-    /// Rays that whoever answers them takes at a time.
+    /// Rays that the intersector traces at a time.
     pub together: usize,
-    /// Pairs of random numbers that a sample takes.
+    /// Pairs of random numbers per sample.
     pub pairs: u32,
-    /// How samples make packets.
+    /// How samples are grouped into packets.
     pub order: Order,
-    /// Traces the samples of a chunk to what they meet first.
+    /// The camera stage: traces the samples of a chunk to their first hits.
     pub eye: Run,
-    /// Turns hits into light, shading and visibility: a stage for each model of reflection and, where a direction is drawn for
-    /// every light, each kind of light that there is.
+    /// The shading stages: turn hits into light samples, shading and visibility. One stage per BRDF model and, if a direction is
+    /// sampled per light, per kind of light.
     pub shade: Vec<Run>,
-    /// Finds where lights are seen in part, where the estimator takes two directions there.
+    /// Finds partially visible lights, if the estimator samples two directions there.
     pub bound_points: Option<Run>,
-    /// What the intersector answers to the shading stages.
+    /// What the intersector provides to the shading stages.
     pub answers: Answers,
-    /// Which directions are drawn for each light and how they are weighed.
+    /// Which techniques sample each light, and how they are weighted.
     pub mix: Mix,
-    /// Lights of a list, where not all are asked in every pass.
+    /// Length of the list of lights, if a pass samples only some of the lights.
     pub lists: Option<u32>,
-    /// What the stages hold: at least what the scene calls for.
+    /// Effects compiled into the stages: a superset of what the scene requires.
     pub held: Effects,
 }
 
 impl Plan {
-    /// Whether shading asks lists of lights.
+    /// Whether shading uses lists of lights.
     pub fn asks_lists(&self) -> bool {
         self.order == Order::Lists
     }
 
-    /// The kernel for a scene with `features`; lanes, intersector, culling and lists are chosen where `settings` do not insist, `forced`
-    /// are effects that it holds whether the scene calls for them or not.
+    /// Chooses the kernel for a scene with `features`. Lanes, intersector, culling and lists are chosen unless `settings` force
+    /// them. `forced` effects are compiled in even if the scene does not require them.
     ///
     /// # Errors
-    /// A sentence where no kernel supports what is asked for, and what would do.
+    /// What no kernel supports, as a sentence, and a remedy.
     pub fn choose(
         features: &Features,
         forced: Effects,
@@ -181,7 +180,7 @@ impl Plan {
         } else {
             Order::Passes
         };
-        // Sixteen lanes say so by themselves.
+        // Sixteen lanes imply AVX-512.
         let set = if lanes == Lanes::Eight && machine.avx512 {
             "-avx512"
         } else {
@@ -227,7 +226,7 @@ impl Plan {
                 .flat_map(|&model| kernels::shade(estimator, needs, lists.is_some(), model))
                 .map(|row| row.run(lanes))
                 .collect(),
-            // With more shapes rays are dear: on `knot` second directions save 5 % of the error.
+            // With more shapes rays are expensive: on `knot` second directions save 5 % of the error.
             bound_points: kernels::bound_points(estimator, needs)
                 .filter(|_| lists.is_none())
                 .filter(|_| features.shapes <= IN_LINE)
@@ -240,7 +239,7 @@ impl Plan {
     }
 }
 
-/// Names in a row: `a, b and c`.
+/// Joins names: `a, b and c`.
 fn listed(effects: Effects) -> String {
     match effects.names().split_last() {
         Some((last, [])) => (*last).to_owned(),
@@ -260,7 +259,8 @@ mod tests {
         }
     }
 
-    /// A width that whoever answers rays has, on every kind of machine; `isa=avx2` leaves Embree packets of eight, `isa=sse2` none.
+    /// The chosen width is one the intersector supports, on every kind of machine. `isa=avx2` leaves Embree packets of eight,
+    /// `isa=sse2` none.
     #[test]
     fn the_plan_takes_a_width_that_is_there() {
         let (embree, line) = (AccelKind::Embree, AccelKind::Linear);
@@ -269,7 +269,7 @@ mod tests {
             (machine(true, true, false), embree, Lanes::Eight),
             (machine(true, false, false), embree, Lanes::Eight),
             (machine(false, true, false), embree, Lanes::Eight),
-            // Embree has its sixteen where the processor does, whatever `OCTOLUX_AVX512` says.
+            // Embree has packets of sixteen if the processor has AVX-512, whatever `OCTOLUX_AVX512` says.
             (machine(false, true, true), embree, Lanes::Eight),
             (machine(true, true, false), line, Lanes::Sixteen),
             (machine(true, false, false), line, Lanes::Sixteen),

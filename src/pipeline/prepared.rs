@@ -1,4 +1,4 @@
-//! A scene that is ready to be rendered: the tables, the accelerator, the plan and the threads.
+//! A scene ready to render: tables, accelerator, plan and threads.
 
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
@@ -17,15 +17,15 @@ use crate::settings::{AccelKind, Lanes};
 /// Why a render cannot start.
 #[derive(Debug, thiserror::Error)]
 pub enum SetupError {
-    /// Embree refused.
+    /// Embree reported an error.
     #[error(transparent)]
     Embree(#[from] EmbreeError),
-    /// No kernel does what is asked for.
+    /// No kernel supports the request.
     #[error("{what}")]
     Unsupported {
-        /// What cannot be done.
+        /// What is not supported.
         what: String,
-        /// What would do.
+        /// What to do instead.
         remedy: &'static str,
     },
     /// The threads could not be started.
@@ -33,30 +33,30 @@ pub enum SetupError {
     Threads(#[from] rayon::ThreadPoolBuildError),
 }
 
-/// Lists of lights, and the tree that they are drawn from.
+/// Lists of lights, and the tree from which they are sampled.
 #[derive(Clone, Copy, Debug)]
 pub struct ListsOfLights {
-    /// Lights that a pass asks in each tile.
+    /// Number of lights that a pass samples in each tile.
     pub length: u32,
     /// Lights in the tree.
     pub lights: usize,
-    /// Bytes that the tree and its numbers take beside the lights themselves.
+    /// Memory of the tree and its indices in bytes, without the lights.
     pub bytes: usize,
     /// How long it took to build.
     pub build_time: Duration,
 }
 
-/// A scene that is ready to be rendered with some [`Settings`]. Nothing of it changes, so any number of
-/// [runs](crate::run::Run) share it, one after the other or at the same time; a clone is cheap.
+/// A scene ready to render with some [`Settings`]. It is immutable, so any number of [runs](crate::run::Run) can share it, one
+/// after the other or concurrently. Clones are cheap.
 #[derive(Clone, Debug)]
 pub struct Prepared {
     pub(super) settings: Settings,
     pub(super) plan: Arc<Plan>,
     pub(super) world: Arc<World>,
     pub(super) pool: Arc<rayon::ThreadPool>,
-    /// What threads work with, kept from chunk to chunk.
+    /// Scratch memory of the threads, reused from chunk to chunk.
     pub(super) scratch: Arc<Mutex<Vec<Scratch>>>,
-    /// Where lights are seen in part, once somebody has asked.
+    /// Where lights are partially visible; computed on first use.
     partly: Arc<OnceLock<Partly>>,
     features: Features,
     machine: Machine,
@@ -69,13 +69,13 @@ impl Prepared {
     /// Chooses the kernel, builds the accelerator, and starts the threads.
     ///
     /// # Errors
-    /// [`SetupError`] where the scene cannot be rendered so.
+    /// [`SetupError`] if the scene cannot be rendered with these settings.
     pub fn new(scene: &Scene, settings: Settings) -> Result<Self, SetupError> {
         Self::holding(scene, settings, Effects::default())
     }
 
-    /// As [`Self::new`], with a kernel that also holds effects which the scene may not call for. The picture is the same, bit
-    /// for bit: the time that it takes more is what an unused effect costs.
+    /// Like [`Self::new`], with additional `effects` compiled into the kernel. The picture is the same, bit for bit; the extra time
+    /// is the cost of an unused effect.
     ///
     /// # Errors
     /// As for [`Self::new`].
@@ -113,14 +113,14 @@ impl Prepared {
         })
     }
 
-    /// Something for a thread to work with; to be [put back](Self::put_back).
+    /// Takes scratch memory; return it with [`Self::put_back`].
     pub(super) fn scratch(&self) -> Scratch {
-        // A panic elsewhere leaves whole scratch pads behind: they hold nothing between chunks.
+        // Scratch memory holds nothing between chunks, so it stays valid after a panic elsewhere poisons the lock.
         let mut scratches = self.scratch.lock().unwrap_or_else(PoisonError::into_inner);
         scratches.pop().unwrap_or_default()
     }
 
-    /// Keeps it for the next who asks.
+    /// Returns scratch memory to the pool.
     pub(super) fn put_back(&self, scratch: Scratch) {
         self.scratch
             .lock()
@@ -128,13 +128,13 @@ impl Prepared {
             .push(scratch);
     }
 
-    /// Where lights are seen in part, if the estimator sends more rays there: found when it is asked for first.
+    /// Where lights are partially visible, if the estimator traces more rays there. Computed on first use.
     pub(super) fn partly(&self) -> Option<&Partly> {
         self.plan.bound_points?;
         Some(self.partly.get_or_init(|| outlook::partly(self)))
     }
 
-    /// The same scene with another seed. Everything that was built is shared.
+    /// The same scene with another seed. All tables are shared.
     #[must_use]
     pub fn with_seed(&self, seed: u32) -> Self {
         let settings = Settings { seed, ..self.settings };
@@ -144,12 +144,12 @@ impl Prepared {
         }
     }
 
-    /// The same scene with other settings that leave what was built as it is: estimator, sampler, seed and lanes. For a view whose
-    /// user turns a knob while it renders.
+    /// The same scene with other settings that need no rebuild: estimator, sampler, seed and lanes. For interactive views, where
+    /// the user changes a setting during rendering.
     ///
     /// # Errors
-    /// [`SetupError::Unsupported`] where another setting differs, which needs a [`Prepared::new`]; or where no kernel does what is
-    /// asked for.
+    /// [`SetupError::Unsupported`] if any other setting differs, which requires a [`Prepared::new`], or if no kernel supports the
+    /// request.
     pub fn with_settings(&self, settings: Settings) -> Result<Self, SetupError> {
         let same = Settings {
             estimator: self.settings.estimator,
@@ -173,7 +173,7 @@ impl Prepared {
         })
     }
 
-    /// What was asked for.
+    /// The settings of this render.
     pub fn settings(&self) -> Settings {
         self.settings
     }
@@ -183,37 +183,37 @@ impl Prepared {
         &self.plan.name
     }
 
-    /// Why the plan chose it, in a sentence.
+    /// The reason for the choice of kernel, as a sentence.
     pub fn why(&self) -> &str {
         &self.plan.why
     }
 
-    /// Rays in a packet.
+    /// Rays per packet.
     pub fn lanes(&self) -> Lanes {
         self.plan.lanes
     }
 
-    /// Rays that whoever answers them takes at a time: those of a packet, or 1 where Embree has no packets of that width.
+    /// Rays that the intersector traces at a time: the packet width, or 1 if Embree has no packets of that width.
     pub fn rays_together(&self) -> usize {
         self.plan.together
     }
 
-    /// Who answers rays.
+    /// The intersector.
     pub fn accel(&self) -> AccelKind {
         self.plan.intersector.accel
     }
 
-    /// Whether Embree closes the edges between triangles; `None` where it is not asked.
+    /// Whether Embree runs in robust mode, which closes the edges between triangles; `None` if Embree is not the intersector.
     pub fn robust(&self) -> Option<bool> {
         (self.plan.intersector.accel == AccelKind::Embree).then_some(self.settings.robust)
     }
 
-    /// Whether occluders are culled for all rays of a tile at once; `None` where there are too many shapes for it.
+    /// Whether occluders are culled for all rays of a tile at once; `None` if there are too many shapes to cull.
     pub fn cull(&self) -> Option<bool> {
         self.plan.intersector.cull
     }
 
-    /// What lists of lights are drawn from; `None` where every pass asks all lights.
+    /// The lists of lights; `None` if every pass samples all lights.
     pub fn lists(&self) -> Option<ListsOfLights> {
         let lists = self.world.lists.as_ref()?;
         Some(ListsOfLights {
@@ -224,22 +224,22 @@ impl Prepared {
         })
     }
 
-    /// What the scene calls for, in words.
+    /// The effects that the scene requires, by name.
     pub fn needs(&self) -> Vec<&'static str> {
         self.features.effects().names()
     }
 
-    /// What the scene calls for, counted.
+    /// The features of the scene, with counts.
     pub fn features(&self) -> &Features {
         &self.features
     }
 
-    /// What the kernel holds.
+    /// The effects compiled into the kernel.
     pub fn held(&self) -> Effects {
         self.plan.held
     }
 
-    /// The version of Embree that answers rays.
+    /// The version of Embree.
     pub fn embree_version(&self) -> &str {
         &self.embree_version
     }
@@ -254,7 +254,7 @@ impl Prepared {
         &self.scene_hash
     }
 
-    /// The sample of pixel `x, y` in a pass, step by step; `None` beside the film.
+    /// Replays the sample of pixel `x, y` in a pass step by step; `None` outside the film.
     ///
     /// # Errors
     /// [`SetupError::Unsupported`] with more than one lane.

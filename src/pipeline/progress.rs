@@ -1,4 +1,4 @@
-//! What a render in progress tells those who watch it.
+//! Progress and counters of a render.
 
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::embree::EmbreeError;
 
-/// Shared between a run and whoever observes it, in any thread: a progress bar reads the counts, ctrl-c asks for a stop.
+/// Shared between a run and its observers, in any thread: a progress bar reads the counts, ctrl-c requests a stop.
 #[derive(Debug, Default)]
 pub struct Progress {
     samples: AtomicU64,
@@ -18,12 +18,12 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Asks the run to stop after the tiles at hand. What is rendered by then is a correct picture. There is no way back.
+    /// Requests a stop after the current tiles. The film is then a correct picture. A stop cannot be withdrawn.
     pub fn request_stop(&self) {
         self.stop.store(true, Ordering::Relaxed);
     }
 
-    /// Whether a stop was asked for.
+    /// Whether a stop was requested.
     pub fn stop_requested(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }
@@ -33,12 +33,12 @@ impl Progress {
         self.samples.load(Ordering::Relaxed)
     }
 
-    /// Rays traced so far, eye and shadow.
+    /// Camera and shadow rays traced so far.
     pub fn rays(&self) -> u64 {
         self.rays.load(Ordering::Relaxed)
     }
 
-    /// What Embree said of the first query that failed, if one did. The picture is wrong then.
+    /// The error of the first Embree query that failed, if any. The picture is then wrong.
     pub fn failure(&self) -> Option<&EmbreeError> {
         self.failure.get()
     }
@@ -48,7 +48,7 @@ impl Progress {
         let _ = self.failure.set(error);
     }
 
-    /// Samples (pixels x passes) that there will be at the end as far as that is known; 0 where a time decides.
+    /// Number of samples (pixels x passes) of the whole render, as far as known; 0 if a time limit ends it.
     pub fn expected(&self) -> u64 {
         self.expected.load(Ordering::Relaxed)
     }
@@ -63,14 +63,14 @@ impl Progress {
     }
 }
 
-/// What was traced and what was thrown away.
+/// Counts of traced rays and rejected contributions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counters {
     /// Pixels x passes.
     pub samples: u64,
-    /// Eye rays that went through the accelerator.
+    /// Camera rays traced through the accelerator.
     pub eye_rays: u64,
-    /// Shadow rays that were answered: by the accelerator, or by a shaft with nothing in it.
+    /// Shadow rays resolved, by the accelerator or by culling that left no occluder.
     pub shadow_rays: u64,
     /// Contributions that were not a number; never written into a picture.
     pub invalid_nan: u64,
@@ -81,7 +81,7 @@ pub struct Counters {
 }
 
 impl Counters {
-    /// Counts a contribution that is not finite or below zero, by its worst component.
+    /// Counts a contribution that is NaN, infinite or negative, by its worst component.
     pub(crate) fn reject(&mut self, value: [f32; 3]) {
         if value.iter().any(|x| x.is_nan()) {
             self.invalid_nan += 1;

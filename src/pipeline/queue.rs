@@ -1,4 +1,4 @@
-//! Queues: rays that carry what they are worth until somebody has told what they meet.
+//! Queues of rays, each with its contribution, that wait to be traced.
 
 use super::columns::{Columns, Room};
 use super::stream::Address;
@@ -7,33 +7,33 @@ use crate::estimator::per_light::Contribution;
 use crate::lane::Lane;
 use crate::math::Vec3;
 
-/// Rays that wait, in `K` columns.
+/// Waiting rays, in `K` columns.
 #[derive(Debug)]
 pub struct Queue<const K: usize>(Columns<K>);
 
-/// Rays that carry what they are worth.
+/// Rays with a contribution.
 pub type RayQueue = Queue<11>;
 
-/// Rays that carry what they are worth, and one more number each.
+/// Rays with a contribution and one additional number.
 pub type WideQueue = Queue<12>;
 
 /// A packet of queued rays.
 #[derive(Clone, Copy, Debug)]
 pub struct QueuedRays<L: Lane> {
-    /// Where they start.
+    /// Origins.
     pub origin: Vec3<L>,
     /// Unit directions.
     pub direction: Vec3<L>,
-    /// Where they end.
+    /// Upper ends of the rays.
     pub tfar: L,
-    /// A contribution, or a throughput where the radiance is not known yet.
+    /// A contribution; a throughput if the radiance is not yet known.
     pub value: Vec3<L>,
-    /// Where the pixel sums up in its chunk.
+    /// Index of the pixel's sum in the chunk.
     pub index: L::Bits,
 }
 
 impl<L: Lane> QueuedRays<L> {
-    /// The rays that a contribution waits for.
+    /// The shadow rays of a contribution.
     #[inline(always)]
     pub fn to_light<B>(point: &ShadingPoint<L, B>, address: &Address<L>, found: &Contribution<L>) -> Self {
         Self {
@@ -47,7 +47,7 @@ impl<L: Lane> QueuedRays<L> {
 }
 
 impl<const K: usize> Queue<K> {
-    /// Room for the rays of a chunk.
+    /// A queue with room for the rays of a chunk.
     pub fn new() -> Self {
         Self(Columns::new())
     }
@@ -57,12 +57,12 @@ impl<const K: usize> Queue<K> {
         self.0.len()
     }
 
-    /// Empties it.
+    /// Empties the queue.
     pub fn clear(&mut self) {
         self.0.clear();
     }
 
-    /// The rays one by one.
+    /// Iterates over the rays.
     pub fn each(&self) -> impl Iterator<Item = QueuedRays<f32>> {
         (0..self.len()).map(|at| self.rays::<f32>(at, at).1)
     }
@@ -78,7 +78,7 @@ impl<const K: usize> Queue<K> {
         room
     }
 
-    /// The rays at `at` with the values at `value`, which is the same place. Lanes behind the end have place 0.
+    /// The rays at `at` with the values at `value`, which equals `at`. Lanes past the end get index 0.
     #[inline(always)]
     fn rays<L: Lane>(&self, at: usize, value: usize) -> (L::Mask, QueuedRays<L>) {
         let lanes = self.0.lanes::<L>(at);
@@ -94,7 +94,7 @@ impl<const K: usize> Queue<K> {
 }
 
 impl RayQueue {
-    /// Adds the rays of the mask.
+    /// Pushes the active rays of the mask.
     #[inline(always)]
     pub fn push<L: Lane>(&mut self, mask: L::Mask, rays: &QueuedRays<L>) {
         self.put(mask, rays);
@@ -109,7 +109,7 @@ impl RayQueue {
 }
 
 impl WideQueue {
-    /// Adds the rays of the mask, with a number.
+    /// Pushes the active rays of the mask, each with a number.
     #[inline(always)]
     pub fn push<L: Lane>(&mut self, mask: L::Mask, rays: &QueuedRays<L>, number: L) {
         let room = self.put(mask, rays);

@@ -1,4 +1,4 @@
-//! Ray queries on arrays: what any rays meet first in a prepared scene, and whether anything is in their way.
+//! Ray queries on arrays: closest hits and occlusion of arbitrary rays in a prepared scene.
 //!
 //! ```
 //! use octolux::rays::{RayQueries, Rays};
@@ -43,27 +43,27 @@ use crate::shape::{Hit, Ray};
 
 pub use arrays::{Hits, HitsMut, NOTHING, Rays, RaysError, Vectors};
 
-/// Rays that a thread takes at a time.
+/// Rays per task of a thread.
 const CHUNK: usize = 2048;
 
-/// Answers rays in packets on all threads of a [`Prepared`] scene, with the accelerator and the lanes that were planned for it.
+/// Traces rays in packets on all threads of a [`Prepared`] scene, with its planned intersector and packet width.
 #[derive(Clone, Debug)]
 pub struct RayQueries {
     prepared: Prepared,
 }
 
 impl RayQueries {
-    /// Shares what was built.
+    /// Shares the tables of `prepared`.
     pub fn new(prepared: &Prepared) -> Self {
         Self {
             prepared: prepared.clone(),
         }
     }
 
-    /// What the rays meet first.
+    /// Closest hits of the rays.
     ///
     /// # Errors
-    /// [`RaysError`] where arrays differ in length.
+    /// [`RaysError`] if the arrays differ in length.
     pub fn intersect(&self, rays: Rays) -> Result<Hits, RaysError> {
         let n = rays.len();
         let mut hits = Hits {
@@ -84,10 +84,10 @@ impl RayQueries {
         Ok(hits)
     }
 
-    /// As [`Self::intersect`], into arrays that are there already.
+    /// Like [`Self::intersect`], into existing arrays.
     ///
     /// # Errors
-    /// [`RaysError`] where arrays differ in length; nothing is written then.
+    /// [`RaysError`] if the arrays differ in length; nothing is written then.
     pub fn intersect_into(&self, rays: Rays, hits: HitsMut) -> Result<(), RaysError> {
         rays.check(&[
             ("t", hits.t.len()),
@@ -117,20 +117,20 @@ impl RayQueries {
         Ok(())
     }
 
-    /// Whether anything is met before the end of each ray.
+    /// Whether anything is hit before the end of each ray.
     ///
     /// # Errors
-    /// [`RaysError`] where arrays differ in length.
+    /// [`RaysError`] if the arrays differ in length.
     pub fn occluded(&self, rays: Rays) -> Result<Vec<bool>, RaysError> {
         let mut occluded = vec![false; rays.len()];
         self.occluded_into(rays, &mut occluded)?;
         Ok(occluded)
     }
 
-    /// As [`Self::occluded`], into an array that is there already.
+    /// Like [`Self::occluded`], into an existing array.
     ///
     /// # Errors
-    /// [`RaysError`] where arrays differ in length; nothing is written then.
+    /// [`RaysError`] if the arrays differ in length; nothing is written then.
     pub fn occluded_into(&self, rays: Rays, occluded: &mut [bool]) -> Result<(), RaysError> {
         rays.check(&[("occluded", occluded.len())])?;
         self.prepared.pool.install(|| {
@@ -160,13 +160,13 @@ impl RayQueries {
     }
 }
 
-/// Where answers of a chunk go.
+/// Destination of the results of a chunk.
 enum Answers<'a> {
     Hits(HitsMut<'a>),
     Occluded(&'a mut [bool]),
 }
 
-/// Some rays of the arrays.
+/// A range of the rays.
 struct Task<'a> {
     world: &'a World,
     rays: Rays<'a>,
@@ -185,7 +185,7 @@ const fn kernels<T: Tracer>() -> [Kernel; 4] {
     ]
 }
 
-/// A task, for all lanes.
+/// A task, generic over the packet width.
 struct OfTask<'a, 't, T>(&'a mut Task<'t>, PhantomData<T>);
 
 impl<T: Tracer> LaneWork for OfTask<'_, '_, T> {
@@ -245,7 +245,7 @@ fn packet<L: TraceLane>(task: &Task, at: usize, count: usize) -> (L::Mask, Ray<L
             for k in 0..3 {
                 (origin[k][lane], direction[k][lane]) = (o[k], d[k]);
             }
-            // Directions stay as they are: a distance in lengths of them grows as the space does.
+            // Directions are not scaled: `t` counts multiples of the direction and scales with the space.
             tfar[lane] = space.length(f64::from(end)) as f32;
             active |= 1 << lane;
         }
@@ -271,7 +271,7 @@ fn write<L: TraceLane>(world: &World, hit: &Hit<L>, ray: &Ray<L>, lane: usize, h
     let (geometry, primitive) = (hit.geometry.lane(lane), hit.primitive.lane(lane));
     let sphere = geometry == world.sphere_geometry;
     let (normal, direction) = (hit.ng.lane(lane), ray.direction.lane(lane));
-    // In f64 no normal of a small triangle underflows.
+    // In f64 the normal of a small triangle does not underflow.
     let normal = DVec3::from(normal.map(f64::from)).normalize_or_zero();
     let facing = normal.dot(DVec3::from(direction.map(f64::from))) > 0.0;
     hits.t[at] = world.space.in_scene(hit.t.lane(lane));

@@ -1,4 +1,4 @@
-//! The film of one seed under way, block by block. [`crate::run`] decides how far it goes.
+//! The film of one seed during rendering, block by block. [`crate::run`] decides when it ends.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -16,7 +16,7 @@ use crate::film::{Film, Noise, Tile, leaf_passes};
 use crate::sampling::PassBlock;
 use crate::scene::FilmSize;
 
-/// A film under way.
+/// A film during rendering.
 #[derive(Debug)]
 pub(crate) struct Renderer {
     prepared: Prepared,
@@ -24,19 +24,19 @@ pub(crate) struct Renderer {
     progress: Arc<Progress>,
     counters: Counters,
     passes: u32,
-    /// The random numbers of the block that was begun last, with its end: a paused block is taken up with them.
+    /// The random numbers of the current block and its last pass. A paused block resumes with them.
     numbers: Option<(Arc<PassBlock>, u32)>,
-    /// From the noise of every pixel and samples a pixel on average to the samples of every pixel.
+    /// Computes the samples of every pixel from the noise of every pixel and the average samples per pixel.
     allocate: fn(FilmSize, &[Noise], &[Kind], u32) -> Vec<u32>,
-    /// The most samples of a pixel, once they are allocated.
+    /// Maximum samples of any pixel, once samples are allocated.
     most: Option<u32>,
 }
 
-/// Passes in a block are no more than this, for the memory that the tables of random numbers take.
+/// Maximum passes per block; limits the memory of the tables of random numbers.
 const MOST_PASSES: u32 = 4096;
 
 impl Renderer {
-    /// An empty film that begins at the pass `first`, the start of a leaf.
+    /// An empty film that begins at pass `first`, which is the start of a leaf.
     pub fn new(prepared: Prepared, progress: Arc<Progress>, first: u32) -> Self {
         let mut film = Film::new(prepared.settings.film);
         film.begin_at(first);
@@ -52,7 +52,7 @@ impl Renderer {
         }
     }
 
-    /// Goes on from a film of the same render, and what was traced for it.
+    /// Resumes from a film of the same render and its counters.
     pub fn resumed(prepared: Prepared, progress: Arc<Progress>, film: Film, counters: Counters) -> Self {
         progress.add(counters.samples, counters.eye_rays + counters.shadow_rays);
         Self {
@@ -64,23 +64,23 @@ impl Renderer {
         }
     }
 
-    /// The sums so far.
+    /// The film so far.
     pub fn film(&self) -> &Film {
         &self.film
     }
 
-    /// What was traced so far.
+    /// Counts so far.
     pub fn counters(&self) -> Counters {
         self.counters
     }
 
-    /// Passes so far, in which every pixel took part unless samples are allocated.
+    /// Passes so far. Every pixel took part in each, unless samples are allocated.
     pub fn passes(&self) -> u32 {
         self.passes
     }
 
-    /// The number of passes after the next block. Blocks end at 1, 2, 4, 8, … passes up to the leaves of the film and at the ends of
-    /// leaves from there on, whoever asks: so a picture's bits do not depend on when it was looked at.
+    /// Number of passes after the next block. Blocks end at 1, 2, 4, 8, … passes up to the leaf size of the film, then at the ends
+    /// of leaves. Block ends do not depend on the caller, so the bits of a picture do not depend on when it was read.
     pub fn next_stop(&self) -> u32 {
         let block = leaf_passes(self.prepared.settings.film);
         if self.passes < block {
@@ -90,9 +90,9 @@ impl Renderer {
         }
     }
 
-    /// Renders up to `min(limit, next_stop())` passes, or until a stop is requested, or until `pause`; returns the passes that every
-    /// pixel has then. One tile is rendered at least, unless there is a stop or nothing to do. Tiles keep what they have: each
-    /// pixel is divided by its own number of passes, and the next call takes up what this one left.
+    /// Renders up to `min(limit, next_stop())` passes, until a stop is requested, or until `pause`. Returns the number of passes
+    /// that every pixel then has. Renders at least one tile, unless a stop is requested or nothing is left. Finished tiles keep
+    /// their passes: each pixel is divided by its own pass count, and the next call resumes where this one ended.
     pub fn block(&mut self, limit: u32, pause: Option<Instant>) -> u32 {
         let (first, end) = (self.passes, self.next_stop().min(limit));
         if first < end {
@@ -101,12 +101,12 @@ impl Renderer {
         self.passes
     }
 
-    /// Renders a further part of `spp` samples a pixel on average: first pilot passes, then what each pixel needs (see
-    /// [`allocation`]). Returns whether there is more to do; the picture is unbiased after every part. `spp` must be
-    /// the same each time, and [`Self::block`] must not be called in between.
+    /// Renders the next part of an adaptive render with `spp` samples per pixel on average: first pilot passes, then the allocated
+    /// samples of each pixel (see [`allocation`]). Returns whether more remains. The picture is unbiased after every part. `spp`
+    /// must be the same in all calls, and [`Self::block`] must not be called in between.
     ///
-    /// Pilot blocks double the passes. Each block from there on has up to three times the samples of all before it: a few large ones,
-    /// as every block leaves in each tile a chunk that is not full.
+    /// Pilot blocks double the passes. Each later block has up to three times the samples of all blocks before it. Blocks are few
+    /// and large because every block leaves one partly filled chunk per tile.
     pub fn adaptive_block(&mut self, spp: u32, pause: Option<Instant>) -> bool {
         let (first, pilot) = (self.passes, allocation::pilot(spp));
         let steered = pilot < spp;
@@ -136,7 +136,7 @@ impl Renderer {
         self.passes < last || (steered && self.most.is_none())
     }
 
-    /// Renders the passes `first..end`; of each pixel, those that it takes part in.
+    /// Renders the passes `first..end`, each for the pixels that take part.
     fn render(&mut self, first: u32, end: u32, pause: Option<Instant>) {
         let Prepared {
             settings,

@@ -1,7 +1,7 @@
-//! One sample again, step by step: what the eye ray met, which direction each light got, and what came of it.
+//! Replays one sample step by step: the hit of the camera ray, the direction sampled for each light, and the contributions.
 //!
-//! The sample goes through the very stages of a render, as a chunk of one pixel and one pass by the kernel of one lane, whose bits are
-//! those of all widths; the steps are read from the streams in between.
+//! The sample runs through the stages of a render, as a chunk of one pixel and one pass with the one-lane kernel, whose bits are
+//! those of all widths. The steps are read from the streams between stages.
 
 mod asked;
 mod beside;
@@ -34,45 +34,44 @@ use told::{Told, found, of_spheres, technique};
 pub use asked::{Asked, Found};
 pub use beside::Beside;
 
-/// What a sample did.
+/// The steps of a sample.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Replay {
     /// The pixel and the pass.
     pub sample: [u32; 3],
-    /// Where the eye ray starts: at 0, the pinhole that positions here are relative to, or on the lens around it.
+    /// Origin of the camera ray: 0, the pinhole that positions are relative to, or a point on the lens around it.
     pub origin: [f32; 3],
-    /// Direction of the eye ray.
+    /// Direction of the camera ray.
     pub direction: [f32; 3],
-    /// What it met first.
+    /// The first hit of the camera ray.
     pub hit: Option<Met>,
-    /// Radiance that the eye sees there itself.
+    /// Emitted radiance that the camera sees directly.
     pub seen: [f64; 3],
-    /// Where light was asked for.
+    /// The point where light was sampled.
     pub point: Option<Point>,
-    /// The directions in which it was asked for: one or two for each sphere that emits, or one for the point.
+    /// The sampled directions: one or two for each spherical light, or one for the point.
     pub asked: Vec<Asked>,
-    /// The rays from the point that were traced, to lights of every kind.
+    /// The rays traced from the point, to lights of every kind.
     #[serde(skip)]
     pub rays: Vec<Segment>,
-    /// Whether estimators with a direction for every light also asked for large meshes that emit, which are in the radiance but not told
-    /// one by one.
+    /// Whether large emissive meshes were also sampled. Their light is part of the radiance, but they are not listed one by one.
     pub meshes_untold: bool,
-    /// The rays to these that were traced, and what each met.
+    /// The rays traced to the other lights, and what each hit.
     pub beside: Vec<Beside>,
     /// Radiance of the sample: what a render adds to the pixel.
     pub radiance: [f64; 3],
-    /// Contributions that were thrown away: NaN, infinite, below 0.
+    /// Rejected contributions: NaN, infinite, negative.
     pub invalid: [u64; 3],
 }
 
-/// A hit of the eye ray.
+/// The hit of the camera ray.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Met {
     /// Distance.
     pub distance: f32,
-    /// Number of the mesh in the scene, or of all meshes for a sphere.
+    /// Index of the mesh in the scene; for a sphere, the number of meshes.
     pub geometry: u32,
-    /// Number of the triangle or sphere.
+    /// Index of the triangle or sphere.
     pub primitive: u32,
     /// Barycentric coordinates.
     pub barycentric: [f32; 2],
@@ -89,14 +88,14 @@ pub struct Point {
     pub n: [f32; 3],
     /// Reflectance.
     pub rho: [f32; 3],
-    /// 1 for diffuse, above 1 for Phong; for models with microfacets the roughness of their distribution, at most 1.
+    /// 1 for diffuse, above 1 for Phong; for microfacet models the roughness, at most 1.
     pub alpha: f32,
-    /// The model of reflection; of a blend, Phong's.
+    /// The BRDF model; for a blend, Phong.
     pub model: &'static str,
 }
 
-/// Runs the sample of a pixel in a pass through the stages of `plan`, which must be of one lane. `partly` are the lights that the pixel
-/// sees in part, as [`Chunk::partly`].
+/// Runs the sample of a pixel in a pass through the stages of `plan`, which must have one lane. `partly` are the lights that the
+/// pixel sees partially, as in [`Chunk::partly`].
 pub(super) fn replay(
     plan: &Plan,
     world: &World,
@@ -222,10 +221,10 @@ fn met<T: Tracer>(world: &World, origin: Vec3<f32>, direction: Vec3<f32>) -> Opt
     })
 }
 
-/// Where a sample is replayed.
+/// The context of a replay.
 struct Sample<'a> {
     accel: AccelKind,
-    /// Whether lights are asked by lists.
+    /// Whether lights are sampled by lists.
     lists: bool,
     pixel: [u32; 2],
     settings: &'a Settings,
@@ -233,7 +232,7 @@ struct Sample<'a> {
 }
 
 impl Sample<'_> {
-    /// The point in the stream of a model, if one is there, and the directions that are asked for there.
+    /// The point in the stream of a model, if there is one, and the directions sampled there.
     fn shaded<M: Told>(&self, hits: &Streams) -> Option<(Point, Vec<Asked>)> {
         let &Self {
             accel,
@@ -265,7 +264,7 @@ impl Sample<'_> {
     }
 }
 
-/// What the shade stage asks for at a point, by its own functions.
+/// The directions that the shading stage samples at a point, computed with its own functions.
 fn directions<T: Tracer, M: Told>(
     chunk: &Chunk,
     settings: &Settings,
@@ -281,7 +280,7 @@ fn directions<T: Tracer, M: Told>(
     let split =
         |i: usize| warp == Warp::ConeOrCap && i < MARKS && chunk.partly.iter().any(|lights| lights >> i & 1 == 1);
     let shared = |technique_sample: bool| {
-        // All lights share the direction of the BRDF.
+        // All lights share the BRDF-sampled direction.
         let of = if technique_sample {
             PassBlock::after_toss
         } else {

@@ -1,11 +1,11 @@
-//! What a render is asked to do, with every choice made.
+//! Settings of a render, all resolved.
 
 use crate::scene::{FilmSize, Scene};
 use crate::settings::{AccelKind, EstimatorKind, Lanes, LightsAsked, SamplerKind};
 
-/// Every choice that makes a picture, resolved.
+/// All settings that determine a picture.
 ///
-/// [`Settings::of`] takes what a scene says; the default is for scenes that say nothing.
+/// [`Settings::of`] reads them from a scene; the default applies where a scene is silent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Settings {
     /// The size of the film in pixels.
@@ -14,25 +14,26 @@ pub struct Settings {
     pub estimator: EstimatorKind,
     /// The sampler.
     pub sampler: SamplerKind,
-    /// The seed of every random number.
+    /// The seed of all random numbers.
     pub seed: u32,
-    /// Rays in a packet; `None` leaves it to the plan, which takes the most that there are.
+    /// Rays per packet; `None` selects the widest packets available.
     pub lanes: Option<Lanes>,
-    /// Threads; 0 counts as 1.
+    /// Number of threads; 0 counts as 1.
     pub threads: usize,
-    /// Who answers rays; `None` leaves it to the plan.
+    /// The intersector; `None` leaves the choice to the plan.
     pub accel: Option<AccelKind>,
-    /// Whether Embree closes the edges between triangles, for some of its speed. It has no effect where shapes are tested in a line.
+    /// Whether Embree runs in robust mode, which closes the edges between triangles at some cost in speed. Ignored by the
+    /// brute-force intersector.
     pub robust: bool,
-    /// Whether occluders are culled for all rays of a tile at once where there are few shapes. Without it every ray is traced; the
-    /// picture differs in the last rounding alone.
+    /// Whether occluders are culled for all rays of a tile at once if there are few shapes. Without culling every ray is traced;
+    /// the picture differs only by rounding.
     pub cull: bool,
-    /// Which lights a pass asks.
+    /// Which lights a pass samples.
     pub lights: LightsAsked,
 }
 
 impl Default for Settings {
-    /// 768 x 512 pixels, `mis`, `sobol`, seed 0, the widest packets and all threads that the machine offers.
+    /// 768 x 512 pixels, `mis`, `sobol`, seed 0, the widest packets and all threads of the machine.
     fn default() -> Self {
         Self {
             film: FilmSize {
@@ -53,7 +54,7 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// What the scene says of its film, estimator, sampler and seed; the default for the rest.
+    /// The scene's film, estimator, sampler and seed; defaults for the rest.
     pub fn of(scene: &Scene) -> Self {
         let default = Self::default();
         Self {
@@ -66,7 +67,7 @@ impl Settings {
     }
 }
 
-/// As many threads as the machine offers.
+/// Number of hardware threads.
 pub fn all_threads() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }

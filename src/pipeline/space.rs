@@ -1,22 +1,22 @@
-//! Where shapes are for the packets: the camera at 0, and lengths in units that suit `f32` and Embree.
+//! The coordinates of packets: camera at 0, lengths in units that suit `f32` and Embree.
 //!
-//! Lengths are multiplied by a power of two, so that the farthest shape is 2^28 to 2^29 away. That changes exponents alone: no
-//! digit of a picture depends on the unit of a scene. It matters to Embree 4.4.0, whose test of triangles sets barycentric
-//! coordinates to 0 where twice the projected area is below 1e-18: at edges of 1e-9 units, whatever else is in the scene. Now
-//! that happens at edges of 2^-58 of the farthest distance. Fourth powers of lengths still fit into `f32`.
+//! Lengths are multiplied by a power of two, so that the farthest shape is 2^28 to 2^29 away. This changes only exponents, so no
+//! digit of a picture depends on the scene's unit. Embree 4.4.0 needs it: its triangle test sets barycentric coordinates to 0 if
+//! twice the projected area is below 1e-18, i.e. for edges of 1e-9 units, whatever the size of the scene. With this scale it
+//! happens for edges of 2^-58 of the farthest distance. Fourth powers of lengths still fit into `f32`.
 
 use glam::DVec3;
 
 use super::narrow::narrow;
 use crate::scene::Scene;
 
-/// Distance of the farthest shape, as a power of two.
+/// Distance of the farthest shape, as an exponent of two.
 const FARTHEST: i32 = 28;
 
-/// The smallest and largest exponent that `f64` holds with room for a product.
+/// Bound on the exponent of the scale; products still fit into `f64`.
 const EXPONENTS: i32 = 500;
 
-/// From the lengths of a scene to those of its packets.
+/// Transforms scene coordinates to packet coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Space {
     origin: DVec3,
@@ -25,14 +25,14 @@ pub struct Space {
 }
 
 impl Space {
-    /// The camera at the origin, lengths as they are.
+    /// Camera at the origin, no scaling.
     #[cfg(test)]
     pub const UNIT: Self = Self {
         origin: DVec3::ZERO,
         scale: 1.0,
     };
 
-    /// The space of a scene.
+    /// The transform for a scene.
     pub fn of(scene: &Scene) -> Self {
         let origin = scene.camera().origin;
         let of_spheres = scene
@@ -56,45 +56,45 @@ impl Space {
         Self { origin, scale }
     }
 
-    /// A point.
+    /// Transforms a point.
     pub fn point(&self, p: DVec3) -> [f32; 3] {
         narrow(self.vector(p - self.origin))
     }
 
-    /// A vector or a position that is relative to the camera.
+    /// Transforms a vector, or a position relative to the camera.
     pub fn vector(&self, v: DVec3) -> DVec3 {
         v * self.scale
     }
 
-    /// From the camera to a point, in double precision.
+    /// Vector from the camera to a point, in double precision.
     pub fn relative(&self, p: DVec3) -> DVec3 {
         self.vector(p - self.origin)
     }
 
-    /// A length.
+    /// Transforms a length.
     pub fn length(&self, x: f64) -> f64 {
         x * self.scale
     }
 
-    /// An area.
+    /// Transforms an area.
     pub fn area(&self, x: f64) -> f64 {
         x * self.scale * self.scale
     }
 
-    /// No two shapes are so far from each other: coordinates are below 2^29, a diagonal below 2^31.
+    /// No two shapes are this far apart: coordinates are below 2^29, so a diagonal is below 2^31.
     pub const BEYOND: f32 = (1_u64 << (FARTHEST + 3)) as f32;
 
-    /// The distance that [`Self::at_unit`] speaks of.
+    /// The reference distance of [`Self::at_unit`].
     pub const UNIT_DISTANCE: f32 = (1_u64 << FARTHEST) as f32;
 
-    /// The irradiance of a light of this intensity at the distance [`Self::UNIT_DISTANCE`], on what faces it. No digit of it depends on
-    /// the unit of length, and where it leaves single precision so does the light in the picture.
+    /// Irradiance from a light of this intensity at the distance [`Self::UNIT_DISTANCE`], on a facing surface. Its digits do not
+    /// depend on the unit of length. If the irradiance leaves the range of `f32`, so does the light in the picture.
     pub fn at_unit(&self, intensity: DVec3) -> DVec3 {
         let distance = f64::from(Self::UNIT_DISTANCE) / self.scale;
         intensity / (distance * distance)
     }
 
-    /// A length in the units of the scene.
+    /// Transforms a length back to the units of the scene.
     pub fn in_scene(&self, x: f32) -> f32 {
         (f64::from(x) / self.scale) as f32
     }
@@ -117,7 +117,7 @@ mod tests {
         Scene::parse(&text, Path::new("s.toml")).unwrap()
     }
 
-    /// A space changes no digit, and any unit of length leads to the same numbers.
+    /// The transform changes no digits, and every unit of length gives the same numbers.
     #[test]
     fn units_of_length_leave_no_trace() {
         let base = Space::of(&scene(1.0));

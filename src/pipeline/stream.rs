@@ -1,4 +1,4 @@
-//! Streams: shading points that wait for light, one stream for each model of reflection.
+//! Streams of shading points that await lighting, one stream per BRDF model.
 
 use std::marker::PhantomData;
 use std::ops::{Deref, DerefMut, Range};
@@ -10,24 +10,24 @@ use crate::estimator::ShadingPoint;
 use crate::lane::{Bits, Lane};
 use crate::math::Vec3;
 
-/// What a shading point needs to be found again on the film and in the sequence of random numbers.
+/// Locates a shading point on the film and in the random sequence.
 #[derive(Clone, Copy, Debug)]
 pub struct Address<L: Lane> {
-    /// Where the pixel sums up in its chunk.
+    /// Index of the pixel's sum in the chunk.
     pub index: L::Bits,
-    /// What stands for the pixel among random numbers.
+    /// The pixel's key for random numbers.
     pub key: L::Bits,
-    /// Pass, counted from the block's first.
+    /// Pass, relative to the first of the block.
     pub pass: L::Bits,
 }
 
-/// A packet of points: the lanes that hold any, the points, and where they belong.
+/// A packet of points: active lanes, points and addresses.
 pub type Packet<L, B> = (<L as Lane>::Mask, ShadingPoint<L, B>, Address<L>);
 
-/// The most columns that a model has of its own.
+/// Maximum number of columns specific to a model.
 const MOST_OWN: usize = 10;
 
-/// The columns of every stream. Points are pushed into those up to [`FOLLOWS`]; what shading finds out is in the others.
+/// Column layout of all streams. Pushing a point writes the columns before [`FOLLOWS`]; shading writes the others.
 mod column {
     pub const POSITION: usize = 0;
     pub const GEOMETRIC_NORMAL: usize = 3;
@@ -36,46 +36,46 @@ mod column {
     pub const INDEX: usize = 12;
     pub const KEY: usize = 13;
     pub const PASS: usize = 14;
-    /// The first of the model's own.
+    /// First of the model's columns.
     pub const OWN: usize = 15;
-    /// Which points follow their BRDF.
+    /// Which points sample their BRDF.
     pub const FOLLOWS: usize = OWN + super::MOST_OWN;
     pub const DRAWN: usize = FOLLOWS + 1;
     pub const LIGHT: usize = DRAWN + 3;
     pub const COUNT: usize = LIGHT + 3;
 }
 
-/// Shading points that wait for light, without what is special to their model.
+/// Shading points that await lighting, without the model-specific columns.
 #[derive(Debug)]
 pub struct HitStream(Columns<{ column::COUNT }>);
 
-/// Shading points of one model that wait for light: what treats their packets is compiled for it.
+/// Shading points of one model. Code that processes them is compiled for the model.
 #[derive(Debug)]
 pub struct ModelStream<M> {
     hits: HitStream,
     model: PhantomData<M>,
 }
 
-/// The columns of a model, to be filled with a packet of points.
+/// The model's columns, to be written for a packet of points.
 pub struct Fill<'a, L: Lane> {
     columns: &'a mut Columns<{ column::COUNT }>,
     room: Room<L>,
 }
 
-/// The columns of a model at a packet of points.
+/// The model's columns of a packet of points.
 pub struct Own<'a> {
     columns: &'a Columns<{ column::COUNT }>,
     at: usize,
 }
 
 impl<L: Lane> Fill<'_, L> {
-    /// Fills the model's column `i`.
+    /// Writes the model's column `i`.
     #[inline(always)]
     pub fn put(&mut self, i: usize, value: L) {
         self.columns.put(column::OWN + i, &self.room, value);
     }
 
-    /// Fills the model's columns `i` to `i + 2`.
+    /// Writes the model's columns `i` to `i + 2`.
     #[inline(always)]
     pub fn put3(&mut self, i: usize, value: Vec3<L>) {
         self.columns.put3(column::OWN + i, &self.room, value);
@@ -112,7 +112,7 @@ impl<M> DerefMut for ModelStream<M> {
 }
 
 impl<M: Model> ModelStream<M> {
-    /// Room for the points of a chunk.
+    /// A stream with room for the points of a chunk.
     pub fn new() -> Self {
         const { assert!(M::COLUMNS <= MOST_OWN, "a model has more columns than there are") };
         Self {
@@ -121,7 +121,7 @@ impl<M: Model> ModelStream<M> {
         }
     }
 
-    /// Adds the points of the mask.
+    /// Pushes the active points of the mask.
     #[inline(always)]
     pub fn push<L: Lane>(&mut self, mask: L::Mask, point: &ShadingPoint<L, M::Of<L>>, address: &Address<L>) {
         let columns = &mut self.hits.0;
@@ -136,13 +136,13 @@ impl<M: Model> ModelStream<M> {
         M::put(&point.bsdf, &mut Fill { columns, room });
     }
 
-    /// Repeats the last point behind the end: idle lanes of the last packet hold it, and no place and no address that is not one of
-    /// the stream's. To be called once all points are there.
+    /// Repeats the last point past the end, so that idle lanes of the last packet hold a valid point and address. Call it after the
+    /// last push.
     pub fn pad(&mut self) {
         self.hits.0.pad(column::OWN + M::COLUMNS);
     }
 
-    /// Becomes a part of another stream, padded.
+    /// Replaces the contents with a range of another stream, padded.
     pub fn copy(&mut self, other: &Self, part: Range<usize>) {
         self.hits.0.copy(&other.hits.0, part);
         self.pad();
@@ -171,36 +171,36 @@ impl<M: Model> ModelStream<M> {
 }
 
 impl HitStream {
-    /// Points in the stream.
+    /// Number of points in the stream.
     pub fn len(&self) -> usize {
         self.0.len()
     }
 
-    /// Empties it.
+    /// Empties the stream.
     pub fn clear(&mut self) {
         self.0.clear();
     }
 
-    /// Where the pixel of the point at `at` sums up, and its pass, counted from the block's first.
+    /// Sum index of the point at `at`, and its pass relative to the first of the block.
     #[inline(always)]
     pub fn place(&self, at: usize) -> (u32, u32) {
         let number = |column: usize| self.0.get::<f32>(column, at).to_bits();
         (number(column::INDEX), number(column::PASS))
     }
 
-    /// Where the points of the packet at `at` are.
+    /// Positions of the packet at `at`.
     #[inline(always)]
     pub fn position<L: Lane>(&self, at: usize) -> Vec3<L> {
         self.0.get3(column::POSITION, at)
     }
 
-    /// The lanes of the packet at `at`.
+    /// Active lanes of the packet at `at`.
     #[inline(always)]
     pub fn lanes<L: Lane>(&self, at: usize) -> L::Mask {
         mutate!(self.0.lanes::<L>(at), StaleTail => crate::lane::Mask::splat(true))
     }
 
-    /// Notes which points of the packet at `at` follow their BRDF, and the direction that it gave them.
+    /// Stores which points of the packet at `at` sample their BRDF, and the sampled directions.
     #[inline(always)]
     pub fn set_drawn<L: Lane>(&mut self, at: usize, by_brdf_lanes: L::Mask, wi: Vec3<L>) {
         self.0
@@ -208,49 +208,49 @@ impl HitStream {
         self.0.set3(column::DRAWN, at, wi);
     }
 
-    /// The points of the packet at `at` that follow their BRDF.
+    /// The points of the packet at `at` that sample their BRDF.
     #[inline(always)]
     pub fn by_brdf_lanes<L: Lane>(&self, at: usize) -> L::Mask {
         self.0.get::<L>(column::FOLLOWS, at).to_bits().top_bit()
     }
 
-    /// The directions of the BRDF for the packet at `at`.
+    /// The BRDF-sampled directions of the packet at `at`.
     #[inline(always)]
     pub fn sampled<L: Lane>(&self, at: usize) -> Vec3<L> {
         self.0.get3(column::DRAWN, at)
     }
 
-    /// Notes the lights that the points of the packet at `at` see in part: bits. In place of what [`Self::set_drawn`] notes.
+    /// Stores, as bits, the lights that the points of the packet at `at` see partially. Overwrites what [`Self::set_drawn`] stored.
     #[inline(always)]
     pub fn set_partly<L: Lane>(&mut self, at: usize, lights: L::Bits) {
         self.0.set(column::FOLLOWS, at, L::from_bits(lights));
     }
 
-    /// The points of the packet at `at` that see the light of bit `bit` in part.
+    /// The points of the packet at `at` that see the light of bit `bit` partially.
     #[inline(always)]
     pub fn partly<L: Lane>(&self, at: usize, bit: u32) -> L::Mask {
         self.0.get::<L>(column::FOLLOWS, at).to_bits().shl(31 - bit).top_bit()
     }
 
-    /// Sets the light that reaches the points of the packet at `at`.
+    /// Stores the reflected light of the packet at `at`.
     #[inline(always)]
     pub fn set_light<L: Lane>(&mut self, at: usize, light: Vec3<L>) {
         self.0.set3(column::LIGHT, at, light);
     }
 
-    /// The light that reaches the points of the packet at `at`.
+    /// The stored light of the packet at `at`.
     #[inline(always)]
     pub fn light<L: Lane>(&self, at: usize) -> Vec3<L> {
         self.0.get3(column::LIGHT, at)
     }
 
-    /// Where the pixels of the packet at `at` sum up.
+    /// Sum indices of the packet at `at`.
     #[inline(always)]
     pub fn index<L: Lane>(&self, at: usize) -> L::Bits {
         self.0.get::<L>(column::INDEX, at).to_bits()
     }
 
-    /// The reflectance at the points of the packet at `at`.
+    /// Reflectances of the packet at `at`.
     #[inline(always)]
     pub fn reflectance<L: Lane>(&self, at: usize) -> Vec3<L> {
         self.0.get3(column::RHO, at)

@@ -1,4 +1,4 @@
-//! Textures in lanes.
+//! Texture lookups for packets.
 
 use std::sync::Arc;
 
@@ -9,17 +9,17 @@ use crate::math::Vec3;
 use crate::math::elementary::angle;
 use crate::scene::{Texture, Wrap};
 
-/// Texture coordinates of a mesh and the picture on it.
+/// Texture coordinates of a mesh, and its texture.
 #[derive(Debug)]
 pub struct Textured {
-    /// Coordinates at the corners of each triangle.
+    /// Coordinates at the vertices of each triangle.
     triangles: Vec<[[f32; 2]; 3]>,
-    /// The picture.
+    /// The texture.
     texture: Arc<Texture>,
 }
 
 impl Textured {
-    /// A picture on triangles, whose corners are indices into `uvs`.
+    /// A texture on triangles, whose vertices index `uvs`.
     pub fn new(triangles: &[[u32; 3]], uvs: &[DVec2], texture: Arc<Texture>) -> Self {
         let corners = |triangle: &[u32; 3]| triangle.map(|i| uvs[i as usize]);
         let rounded = |corners: [DVec2; 3]| corners.map(|uv| uv.to_array().map(|x| x as f32));
@@ -31,17 +31,18 @@ impl Textured {
     }
 }
 
-/// Takes whole numbers off the coordinates of a triangle, the same for its three corners, so that it comes as close to 0 as it
-/// can. A picture that repeats looks the same, and coordinates of 1e7 keep their digits in `f32`. What crosses 0 stays.
+/// Subtracts whole numbers from the coordinates of a triangle, the same for its three vertices, to bring them as close to 0 as
+/// possible. A repeating texture looks the same, and coordinates of 1e7 keep their digits in `f32`. Triangles that cross 0 stay
+/// unchanged.
 fn near_zero(corners: [DVec2; 3]) -> [DVec2; 3] {
     let [a, b, c] = corners;
     let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-    // One of the two is 0.
+    // One of the two terms is 0.
     let whole = low.floor().max(DVec2::ZERO) + high.ceil().min(DVec2::ZERO);
     corners.map(|uv| uv - whole)
 }
 
-/// Four texels around a point of each lane, and how far between them it lies. A lane without a texture shows 1.
+/// The four texels around each lane's point and the interpolation weights. A lane without a texture gets 1.
 pub struct Fetched {
     texels: [[[f32; 16]; 3]; 4],
     x: [f32; 16],
@@ -59,7 +60,7 @@ impl Default for Fetched {
 }
 
 impl Fetched {
-    /// Fetches for a lane: the point with the weights `(b, c)` of the second and third corner of a triangle.
+    /// Fetches the texels of a lane at the point with barycentric weights `(b, c)` of the second and third vertex.
     pub fn fetch(&mut self, lane: usize, on: &Textured, triangle: u32, (b, c): (f32, f32)) {
         let [p, q, r] = on.triangles[triangle as usize];
         let a = 1.0 - b - c;
@@ -71,11 +72,11 @@ impl Fetched {
         self.take(lane, &on.texture, columns, around(1.0 - v, height, wrap));
     }
 
-    /// Fetches for a lane: the point of a sphere whose outward normal, of any length, is `n`. Columns go round, rows end at the
-    /// poles, whatever the texture says of its outside.
+    /// Fetches the texels of a lane on a sphere, at the outward normal `n` of any length. Columns wrap around and rows clamp at the
+    /// poles, whatever the wrap mode of the texture.
     pub fn fetch_on_sphere(&mut self, lane: usize, texture: &Texture, n: [f32; 3]) {
         let [x, y, z] = n;
-        // Brought to about 1: the squares of what is tiny would be 0.
+        // Scaled to about 1: squares of tiny components would underflow to 0.
         let size = x.abs().max(y.abs()).max(z.abs()).max(f32::MIN_POSITIVE);
         let [x, y, z] = [x / size, y / size, z / size];
         let longitude = angle::<f32>(x.abs(), z).copysign(x);
@@ -85,7 +86,7 @@ impl Fetched {
         self.take(lane, texture, columns, rows);
     }
 
-    /// Takes the four texels where two columns and two rows meet.
+    /// Fetches the four texels at two columns and two rows.
     fn take(&mut self, lane: usize, texture: &Texture, (columns, x): ([u32; 2], f32), (rows, y): ([u32; 2], f32)) {
         (self.x[lane], self.y[lane]) = (x, y);
         for (corner, texel) in self.texels.iter_mut().enumerate() {
@@ -96,7 +97,7 @@ impl Fetched {
         }
     }
 
-    /// The bilinear means.
+    /// The bilinearly interpolated values.
     #[inline(always)]
     pub fn mean<L: Lane>(&self) -> Vec3<L> {
         let (x, y) = (L::load(&self.x), L::load(&self.y));
@@ -112,12 +113,12 @@ impl Fetched {
     }
 }
 
-/// The two texels of a row around the coordinate `s`, and how far behind the first one's middle it is, in [0, 1].
+/// The two texels of a row around the coordinate `s`, and the distance from the first one's center, in [0, 1].
 fn around(s: f32, size: u32, wrap: Wrap) -> ([u32; 2], f32) {
     let n = size as f32;
     match wrap {
         Wrap::Repeat => {
-            // Into the unit square first: what is left of large coordinates is exact.
+            // Reduced to the unit interval first: the fraction of a large coordinate is exact.
             let at = (s - s.floor()) * n - 0.5;
             let first = at.floor();
             let second = (first + 1.0).max(0.0) as u32 % size;
@@ -160,7 +161,7 @@ mod tests {
         assert_eq!(around(0.999_999_94, 1, Wrap::Repeat).0, [0, 0]);
     }
 
-    /// Whole numbers come off each triangle alone: what has the same place on the picture has the same numbers, to the last bit.
+    /// Whole numbers are subtracted per triangle: the same place on the texture has the same coordinates, to the last bit.
     #[test]
     fn whole_numbers_come_off_before_rounding() {
         let base = [[0.25, 0.5], [6.25, 0.5], [6.125, 6.75]].map(DVec2::from_array);
@@ -177,7 +178,7 @@ mod tests {
         for by in [0.0, 1.0, 1e6, 1e7, 1e9] {
             assert_eq!(of(DVec2::splat(by), Wrap::Repeat), here, "{by}");
             assert_eq!(of(DVec2::new(by, 0.0), Wrap::Repeat), here, "{by}");
-            // From below, it ends at 0.
+            // Negative coordinates end just below 0.
             let below = of(DVec2::splat(-by - 7.0), Wrap::Repeat);
             assert_eq!(below, here.map(|[u, v]| [u - 7.0, v - 7.0]), "-{by}");
         }

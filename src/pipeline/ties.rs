@@ -1,18 +1,18 @@
-//! Which face a ray meets where several are met at one place: next to an edge, decided in `f64`.
+//! Decides in `f64` which face a ray hits near an edge, where several are hit at one place.
 //!
-//! Embree's robust test takes rays as far as 2^-23 of a triangle beyond its edges, so that none slips through. There both
-//! neighbours are met, at distances that agree to rounding or to the last bit, and which of them wins depends on the order
-//! in which they are asked: it differs between single rays and packets. At the outline of a body it may be the face behind,
-//! which is dark. So where a barycentric coordinate is below [`EDGE`], the faces around the point are asked again:
+//! Embree's robust test accepts rays up to 2^-23 of a triangle beyond its edges, so that none slips through. There a ray hits both
+//! neighbors, at distances equal up to rounding or exactly. The winner depends on the order of the tests, which differs between
+//! single rays and packets. At the silhouette of a body the winner may be the face behind, which is dark. So if a barycentric
+//! coordinate is below [`EDGE`], the faces around the point are tested again:
 //!
-//! 1. the nearest of those that the ray meets in `f64` wins. The volumes that say on which side of an edge it passes are the
-//!    same number for both neighbours but for the sign, so one of them is met;
-//! 2. where it meets none of them, as just beyond an outline, or two at one distance, as exactly at an edge, it is moved towards
-//!    the middles of these faces, by as much as rounding can have moved it, and asked again;
-//! 3. of faces in one plane that are all met the one that looks at the ray wins, then the first in the file.
+//! 1. The nearest face that the ray hits in `f64` wins. The volumes that say on which side of an edge the ray passes are equal up
+//! to sign for both neighbors, so the ray hits one of them.
+//! 2. If the ray hits none of them, as just outside a silhouette, or two at one distance, as exactly on an edge, the ray is moved
+//! towards the centroids of these faces, by as much as rounding can have moved it, and tested again.
+//! 3. Among coplanar faces that are all hit, the one that faces the ray wins, then the first in the file.
 //!
-//! Rays that meet a single face there keep the bits that they have. Faces that cross elsewhere can still be met at the very same
-//! distance: with single rays and with packets different ones may win then, for one ray in 10^7 that passes close by.
+//! Rays that hit a single face there keep their bits. Faces that intersect elsewhere can still be hit at exactly the same distance:
+//! single rays and packets may then choose different ones, for one ray in 10^7 that passes close by.
 
 use glam::DVec3;
 
@@ -21,27 +21,28 @@ use crate::lane::{Bits, Mask};
 use crate::math::Vec3;
 use crate::shape::{EDGE, Hit, Ray};
 
-/// Half-ulps that two distances may be apart and still be one, in the unit of `leave` in `stage/surface.rs`.
+/// Half-ulps by which two distances of one place may differ, in the unit of `leave` in `stage/surface.rs`.
 const ONE_PLACE: f64 = 32.0 * (f32::EPSILON / 2.0) as f64;
 
-/// Part of a distance that `f64` may be off.
+/// Relative error bound of a distance in `f64`.
 const SAME: f64 = 1e-11;
 
-/// One minus the squared cosine between the normals of faces in one plane.
+/// Threshold for coplanar faces: one minus the squared cosine between their normals.
 const PARALLEL: f64 = 1e-6;
 
-/// Visits the faces around a point: a function of the point, a radius, and what is done with the name and the corners of a face.
+/// Visits the faces around a point: a function of the point, a radius, and a callback that takes the name and the corners of a
+/// face.
 pub trait Nearby: Fn([f32; 3], f32, &mut dyn FnMut([u32; 2], [[f32; 3]; 3])) {}
 impl<F: Fn([f32; 3], f32, &mut dyn FnMut([u32; 2], [[f32; 3]; 3]))> Nearby for F {}
 
-/// The hits whose barycentric coordinates say that they are next to an edge.
+/// The hits whose barycentric coordinates are near an edge.
 #[inline(always)]
 pub fn next_to_edge<L: TraceLane>(hit: &Hit<L>) -> L::Mask {
     let least = hit.u.min(hit.v).min(L::one() - hit.u - hit.v);
     least.le(L::splat(EDGE))
 }
 
-/// Has the faces around a hit asked again where it is next to an `edge`; `doubtful` are further lanes to look at.
+/// Retests the faces around hits near an `edge`; `doubtful` adds further lanes.
 #[inline(always)]
 pub fn resolve<L: TraceLane>(
     hit: &mut Hit<L>,
@@ -85,34 +86,34 @@ pub fn resolve<L: TraceLane>(
     hit.primitive = L::Bits::select(changed, L::Bits::load(&names[1]), hit.primitive);
 }
 
-/// What a ray was said to meet.
+/// The reported hit of a ray.
 #[derive(Clone, Copy, Debug)]
 struct Met {
     name: [u32; 2],
     t: f32,
 }
 
-/// What it meets.
+/// The resolved hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Won {
     name: [u32; 2],
     t: f32,
     u: f32,
     v: f32,
-    /// Unit.
+    /// Unit normal.
     normal: [f32; 3],
 }
 
-/// A face around the point.
+/// A face near the hit point.
 #[derive(Clone, Copy, Debug)]
 struct Face {
     name: [u32; 2],
-    /// Relative to the ray's origin.
+    /// Corners relative to the ray's origin.
     corners: [DVec3; 3],
     normal: DVec3,
-    /// Where the ray meets its plane.
+    /// Distance at which the ray hits the plane.
     t: f64,
-    /// What rounding does to its barycentric coordinates.
+    /// Rounding error of the barycentric coordinates.
     slack: f64,
 }
 
@@ -120,7 +121,7 @@ fn wide(v: [f32; 3]) -> DVec3 {
     DVec3::from_array(v.map(f64::from))
 }
 
-/// The face that wins; `None` where no other is met there. A ray may be asked again in this way a few times in a million.
+/// The winning face; `None` if no other face is hit there. A few rays in a million are retested.
 #[cold]
 #[inline(never)]
 fn decide(origin: [f32; 3], direction: [f32; 3], met: Met, nearby: &dyn Nearby) -> Option<Won> {
@@ -161,7 +162,7 @@ fn decide(origin: [f32; 3], direction: [f32; 3], met: Met, nearby: &dyn Nearby) 
     let normal = won.normal.normalize();
     Some(Won {
         name: won.name,
-        // In one plane with the one that was met first, it is as far away.
+        // A face coplanar with the reported one is equally far away.
         t: if won.parallel(&own) { met.t } else { won.t as f32 },
         u: u as f32,
         v: v.min(1.0 - u) as f32,
@@ -169,7 +170,7 @@ fn decide(origin: [f32; 3], direction: [f32; 3], met: Met, nearby: &dyn Nearby) 
     })
 }
 
-/// The direction of a ray that is moved towards the middles of faces, by what rounding does to the smallest of them.
+/// The direction of a ray moved towards the centroids of faces, by the rounding error of the smallest face.
 fn inward(faces: &[Face], d: DVec3, t: f64) -> DVec3 {
     let to_middle = |face: &Face| (face.corners[0] + face.corners[1] + face.corners[2]) / 3.0 - t * d;
     let sample_light: DVec3 = faces.iter().map(|face| to_middle(face).normalize_or_zero()).sum();
@@ -178,8 +179,8 @@ fn inward(faces: &[Face], d: DVec3, t: f64) -> DVec3 {
     d + step / t * sample_light.normalize_or_zero()
 }
 
-/// The nearest of the faces that a ray meets, and whether no other is as near; of those in its plane the one that looks at the
-/// ray, then the first in the file.
+/// The nearest face that a ray hits, and whether no other is as near. Among coplanar faces the one that faces the ray wins, then
+/// the first in the file.
 fn nearest(faces: &[Face], d: DVec3) -> Option<(Face, bool)> {
     let strictly = || faces.iter().filter(|face| face.inside(d) >= 0.0);
     let first = strictly().min_by(|a, b| a.sample_brdf(d).total_cmp(&b.sample_brdf(d)))?;
@@ -193,7 +194,7 @@ fn nearest(faces: &[Face], d: DVec3) -> Option<(Face, bool)> {
 }
 
 impl Face {
-    /// `None` where the ray runs in its plane.
+    /// `None` if the ray lies in the plane of the face.
     fn new(name: [u32; 2], corners: [[f32; 3]; 3], origin: DVec3, d: DVec3) -> Option<Self> {
         let corners = corners.map(|corner| wide(corner) - origin);
         let [a, b, c] = corners;
@@ -212,32 +213,32 @@ impl Face {
         (face.t.is_finite() && total > 0.0).then_some(face)
     }
 
-    /// Whether another face lies in the same direction.
+    /// Whether two faces are parallel.
     fn parallel(&self, other: &Self) -> bool {
         self.normal.cross(other.normal).length_squared()
             <= PARALLEL * self.normal.length_squared() * other.normal.length_squared()
     }
 
-    /// Where a ray meets its plane.
+    /// Distance at which a ray hits the plane.
     fn sample_brdf(&self, d: DVec3) -> f64 {
         self.normal.dot(self.corners[0]) / self.normal.dot(d)
     }
 
-    /// Twice the volumes between the ray and the three edges, those across from the second corner, the third and the first: by sum and
-    /// difference of their ends, so that turning an edge round turns the sign alone.
+    /// Twice the volumes between the ray and the three edges: opposite the second corner, the third and the first. They use the sum
+    /// and the difference of the edge's ends, so that reversing an edge only flips the sign.
     fn sides(&self, d: DVec3) -> [f64; 3] {
         let side = |from: DVec3, to: DVec3| (from + to).cross(to - from).dot(d);
         let [a, b, c] = self.corners;
         [side(c, a), side(a, b), side(b, c)]
     }
 
-    /// The smallest barycentric coordinate of a ray: it meets the face where this is at least 0.
+    /// The smallest barycentric coordinate of a ray. The ray hits the face if it is at least 0.
     fn inside(&self, d: DVec3) -> f64 {
         let [u, v, w] = self.sides(d);
         (u / (u + v + w)).min(v / (u + v + w)).min(w / (u + v + w))
     }
 
-    /// How far apart two distances of one place may be.
+    /// Tolerance between two distances of one place.
     fn one_place(&self, place: DVec3, d: DVec3) -> f64 {
         let [a, b, c] = self.corners;
         let extent = a.max(b).max(c) - a.min(b).min(c);
@@ -249,10 +250,10 @@ impl Face {
 mod tests {
     use super::*;
 
-    /// What takes a face by its name and its corners.
+    /// The callback: takes the name and the corners of a face.
     type Visit<'a> = &'a mut dyn FnMut([u32; 2], [[f32; 3]; 3]);
 
-    /// Faces around everything, whatever the point.
+    /// Visits all faces, whatever the point.
     fn around(faces: &[[[f32; 3]; 3]]) -> impl Fn([f32; 3], f32, Visit<'_>) {
         let faces = faces.to_vec();
         move |_, _, visit| {
@@ -267,7 +268,7 @@ mod tests {
         decide([0.0; 3], direction, met, &around(faces)).map(|won| won.name)
     }
 
-    /// At the far upper edge of a box the top is seen, never the side behind it: whichever was met, and just beyond the edge too.
+    /// At the far upper edge of a box the top wins, never the side behind it: whichever was reported, and just beyond the edge too.
     #[test]
     fn at_an_outline_the_face_in_front_wins() {
         let (left, right) = ([-1.0, -1.0, -5.0], [1.0, -1.0, -5.0]);
@@ -292,7 +293,7 @@ mod tests {
         }
     }
 
-    /// Who was met first changes nothing where two faces share an edge.
+    /// The reported face does not matter where two faces share an edge.
     #[test]
     fn neighbours_agree_about_the_edge_between_them() {
         let (p, q) = ([0.1, 0.7, 3.0], [0.9, -0.3, 3.3]);
@@ -306,7 +307,7 @@ mod tests {
         }
     }
 
-    /// Of faces in one plane the one that looks at the ray wins, then the first.
+    /// Among coplanar faces the one that faces the ray wins, then the first.
     #[test]
     fn what_coincides_is_decided_by_side_and_order() {
         let up = [[-9.0, -2.0, 9.0], [9.0, -2.0, 9.0], [0.0, -2.0, -9.0]];

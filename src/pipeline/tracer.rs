@@ -1,4 +1,4 @@
-//! Who answers rays: Embree's hierarchy, or all shapes in a line. Kernels are compiled for each.
+//! The intersectors: Embree's BVH, or brute force over all shapes. Kernels are compiled for each.
 
 use super::columns::CAPACITY;
 use super::stream::HitStream;
@@ -12,25 +12,25 @@ use crate::linear::cull::{Bounds, Points};
 use crate::math::Vec3;
 use crate::shape::{Ball, Hit, Ray};
 
-/// Answers the rays of a chunk.
+/// Traces the rays of a chunk.
 pub trait Tracer {
-    /// Whether the normals of triangles that were met are unit: the line knows them beforehand.
+    /// Whether normals of triangle hits have unit length: brute force has them precomputed.
     const UNIT_NORMALS: bool;
-    /// Packets of eye rays whose hits wait until the next packet is traced: what belongs to them is fetched meanwhile.
+    /// Number of packets of camera rays whose hits wait while the next packet is traced; their data is prefetched meanwhile.
     const PREFETCH_DISTANCE: usize;
-    /// Points that are shaded for all lights before the next points are.
+    /// Points per block; a block is shaded for all lights before the next one.
     const BLOCK: usize;
-    /// Prepares for the eye rays of a tile.
+    /// Culls shapes for the camera rays of a tile.
     fn cull_for_tile<L: Lane>(world: &World, tile: &Tile, set: &mut Candidates);
-    /// Looks at the points of a stream, which must not be empty.
+    /// Computes bounds of the points of a stream, which must not be empty.
     #[inline(always)]
     fn bound_points<L: Lane>(world: &World, stream: &HitStream, points: &mut Points) {
         if world.culls {
             bound_points::<L>(world, stream, points);
         }
     }
-    /// Prepares for rays from the points of a surveyed stream into a ball; what `skip_id` names blocks none of them. Whether nothing
-    /// at all can be in their way: then they need not be asked for.
+    /// Culls occluders for rays from the points of a bounded stream into a sphere; the shape `skip_id` never occludes them. Returns
+    /// true if nothing can block them, so that no ray needs tracing.
     #[inline(always)]
     fn face_ball<L: Lane>(
         world: &World,
@@ -40,16 +40,16 @@ pub trait Tracer {
         skip_id: u32,
         set: &mut Candidates,
     ) -> bool {
-        // Where there are few shapes the line knows them, whoever answers rays.
+        // With few shapes the brute-force list exists whichever intersector traces.
         if world.culls {
             return cull::<L>(world, stream, points, ball, skip_id, set);
         }
         Self::keep_all(world, set);
         false
     }
-    /// Prepares for any rays.
+    /// Keeps all shapes, for arbitrary rays.
     fn keep_all(world: &World, set: &mut Candidates);
-    /// What active rays meet first.
+    /// Closest hits of active rays.
     fn nearest<L: TraceLane>(
         world: &World,
         set: &Candidates,
@@ -57,22 +57,22 @@ pub trait Tracer {
         ray: &Ray<L>,
         coherence: Coherence,
     ) -> Hit<L>;
-    /// As [`Self::nearest`] for coherent rays from the origin.
+    /// Like [`Self::nearest`], for coherent rays from the origin.
     fn nearest_from_origin<L: TraceLane>(world: &World, set: &Candidates, active: L::Mask, ray: &Ray<L>) -> Hit<L>;
-    /// Which active rays meet anything but what they aim at.
+    /// Which active rays hit anything but the shape with their skip id.
     fn occluded<L: TraceLane>(world: &World, set: &Candidates, active: L::Mask, ray: &Ray<L>) -> L::Mask;
 }
 
-/// By Embree.
+/// Traces with Embree.
 pub struct ByEmbree;
 
-/// One shape after the other.
+/// Tests one shape after the other.
 pub struct BruteForce;
 
 impl Tracer for ByEmbree {
     const UNIT_NORMALS: bool = false;
     const PREFETCH_DISTANCE: usize = 1;
-    // A light's rays of a whole stream make the most full packets.
+    // The rays of a whole stream to one light fill the most packets.
     const BLOCK: usize = CAPACITY;
 
     #[inline(always)]
@@ -112,7 +112,7 @@ impl Tracer for ByEmbree {
 
     #[inline(always)]
     fn occluded<L: TraceLane>(world: &World, _: &Candidates, active: L::Mask, ray: &Ray<L>) -> L::Mask {
-        // By lists, the rays of a packet go from one tile to one light.
+        // With lists, the rays of a packet go from one tile to one light.
         let alike = if world.lists.is_some() {
             Coherence::Coherent
         } else {
@@ -125,7 +125,7 @@ impl Tracer for ByEmbree {
 impl Tracer for BruteForce {
     const UNIT_NORMALS: bool = true;
     const PREFETCH_DISTANCE: usize = 0;
-    // What 256 points and their rays take, 38 kB, stays in the first cache.
+    // 256 points and their rays take 38 kB, which fits the L1 cache.
     const BLOCK: usize = 256;
 
     fn cull_for_tile<L: Lane>(world: &World, tile: &Tile, set: &mut Candidates) {
@@ -133,7 +133,7 @@ impl Tracer for BruteForce {
             return world.line.all(set);
         }
         let [first, last] = tile.corners();
-        // A pixel's far side, and a little for the rounding of points in it.
+        // The far side of a pixel, and a margin for rounding.
         let [left, top] = first.map(|low| low as f32 - 0.01);
         let [right, bottom] = last.map(|high| high as f32 + 1.01);
         let corners = [(left, top), (right, top), (right, bottom), (left, bottom)];
@@ -171,7 +171,7 @@ impl Tracer for BruteForce {
     }
 }
 
-/// The smallest number of all lanes, component by component.
+/// Minimum over all lanes, per component.
 #[inline(always)]
 fn least<L: Lane>(v: Vec3<L>) -> [f32; 3] {
     let mut least = [f32::INFINITY; 3];
@@ -182,7 +182,7 @@ fn least<L: Lane>(v: Vec3<L>) -> [f32; 3] {
     least
 }
 
-/// Looks at the box around the points of a stream.
+/// Computes the bounding box of the points of a stream.
 #[inline(always)]
 fn bound_points<L: Lane>(world: &World, stream: &HitStream, points: &mut Points) {
     let far: Vec3<L> = Vec3::splat([f32::INFINITY; 3]);
@@ -199,7 +199,7 @@ fn bound_points<L: Lane>(world: &World, stream: &HitStream, points: &mut Points)
     world.line.look::<L::Plain>(bounds, points);
 }
 
-/// Finds the shapes that may stand between the points of a stream and a ball; whether there are none.
+/// Finds the shapes that may lie between the points of a stream and a sphere. Returns true if there are none.
 #[inline(always)]
 fn cull<L: Lane>(
     world: &World,
@@ -220,7 +220,7 @@ fn cull<L: Lane>(
     set.is_empty()
 }
 
-/// The lowest and highest of `dot(normal, p) - offset` over the points of a stream.
+/// Minimum and maximum of `dot(normal, p) - offset` over the points of a stream.
 #[inline(always)]
 fn sides<L: Lane>(stream: &HitStream, normal: [f32; 3], offset: f32) -> [f32; 2] {
     let (normal, offset) = (Vec3::splat(normal), L::splat(offset));

@@ -1,7 +1,7 @@
-//! The scene as the streams see it: `f32`, relative to the camera, in tables.
+//! The scene in tables for the kernels: `f32`, relative to the camera.
 //!
-//! Positions are made relative to the pinhole in `f64` before they are rounded, so a scene far from the origin is as
-//! good as one around it, and what the camera sees close by has the most digits. Their unit is that of [`Space`].
+//! Positions are made relative to the pinhole in `f64` before rounding. A scene far from the origin is therefore as precise as one
+//! around it, and nearby geometry has the most digits. The unit is that of [`Space`].
 
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -22,85 +22,85 @@ use crate::scene::{self, Bsdf, Effect, Effects, FilmSize, Mesh, Scene, Surface, 
 use crate::settings::AccelKind;
 use crate::shape::{Ball, Hit, Sphere};
 
-/// Everything that is the same for all rays.
+/// All data shared by the rays.
 #[derive(Debug)]
 pub struct World {
-    /// Answers rays, unless the line does.
+    /// Embree's accelerator, used unless brute force traces.
     pub accel: Accel,
-    /// The shapes in a line; empty unless it answers rays or culls.
+    /// The shapes for brute force; empty unless brute force traces or culls.
     pub line: LinearScene,
-    /// Whether the line says for all rays of a tile at once what may be in their way.
+    /// Whether occluders are culled for all rays of a tile at once.
     pub culls: bool,
-    /// What surfaces do, meshes first, then spheres.
+    /// Surface properties, meshes first, then spheres.
     pub surfaces: Vec<SurfaceRecord>,
-    /// The geometry that the spheres are, and so also the number of meshes.
+    /// Geometry index of the spheres; equals the number of meshes.
     pub sphere_geometry: u32,
-    /// Of each sphere, its place among those of the scene.
+    /// For each sphere, its index in the scene.
     pub sphere_numbers: Vec<u32>,
-    /// Smooth normals of each mesh that has them.
+    /// For each mesh, its smooth normals, if any.
     pub normals: Vec<Option<SmoothNormals>>,
-    /// Corners of each triangle of the meshes with a smooth terminator.
+    /// For each mesh with a smooth terminator, the corners of its triangles.
     pub corners: Vec<Option<Corners>>,
-    /// Texture coordinates of each mesh that has a texture.
+    /// For each mesh with a texture, its texture coordinates.
     pub textured: Vec<Option<Textured>>,
     /// The texture of each sphere; empty if there are none.
     pub sphere_textures: Vec<Option<Arc<Texture>>>,
-    /// Spheres that emit something.
+    /// Spherical lights.
     pub lights: Vec<SphereLight>,
-    /// Triangles that are lights of their own.
+    /// Triangles that are individual lights.
     pub triangle_lights: Vec<TriangleLight>,
-    /// Meshes of which a triangle is picked.
+    /// Mesh lights, of which one triangle is sampled.
     pub mesh_lights: Vec<MeshLight>,
-    /// What lists of lights are drawn from, where not all lights are asked each time.
+    /// Lists of lights, if not every light is sampled each time.
     pub lists: Option<Lists>,
-    /// Disks of light in the sky.
+    /// Suns: directional lights with an angular radius.
     pub suns: Vec<Sun>,
-    /// Points, spots and lights from one direction.
+    /// Delta lights: point, spot and directional.
     pub delta_lights: Vec<DeltaLight>,
-    /// What lies beyond the scene, if it emits.
+    /// The environment, if it emits.
     pub environment: Option<Environment>,
-    /// Eye rays.
+    /// Generates camera rays.
     pub camera: CameraRays,
-    /// Of each mesh, whether faces of others lie in the planes of its own and cover them; empty if there are none.
+    /// For each mesh, whether coplanar faces of other meshes cover its own; empty if there are no such meshes.
     pub overlaps: Vec<bool>,
-    /// What lengths are here and in the scene.
+    /// Transform between scene and packet coordinates.
     pub space: Space,
 }
 
-/// What a surface does.
+/// Properties of a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfaceRecord {
-    /// Reflectance; 0 where it emits.
+    /// Reflectance; 0 if the surface emits.
     pub rho: [f32; 3],
-    /// Reflectance of the Phong lobe of a blend; its diffuse one is `rho`.
+    /// Reflectance of the Phong lobe of a blend; `rho` is that of the diffuse lobe.
     pub specular: Option<[f32; 3]>,
-    /// What it is if it has microfacets.
+    /// The microfacet model, if any.
     pub facets: Option<Facets>,
-    /// Above 1 for Phong and blends, 1 for all others.
+    /// Exponent above 1 for Phong and blends, 1 for all others.
     pub alpha: f32,
-    /// How far its Phong lobe reaches: see [`phong::reach`].
+    /// Reach of the Phong lobe: see [`phong::reach`].
     pub reach: f32,
-    /// What it calls for.
+    /// Effects that it requires.
     pub effects: Effects,
-    /// Radiance where it emits.
+    /// Radiance if the surface emits.
     pub le: Option<[f32; 3]>,
-    /// The sphere that points are put back onto, or one of no size at the camera.
+    /// The sphere onto which hit points are projected; of radius 0 at the camera if there is none.
     pub ball: Ball,
-    /// How far one of its shapes reaches along each axis, at most: the largest box around a triangle, or the radius.
+    /// Upper bound on the extent of its shapes along each axis: the largest box around a triangle, or the radius.
     pub extent: [f32; 3],
 }
 
-/// Models with microfacets.
+/// Microfacet models.
 #[derive(Clone, Copy, Debug)]
 pub enum Facets {
-    /// Metal, or a body below a coat.
+    /// Metal, or a coated body.
     Ggx {
         /// Roughness of the distribution.
         alpha: f32,
         /// Share of metal.
         metallic: f32,
     },
-    /// Metal by its index of refraction.
+    /// Metal with a complex index of refraction.
     Conductor {
         /// Roughness of the distribution.
         alpha: f32,
@@ -111,20 +111,20 @@ pub enum Facets {
     },
 }
 
-/// The ball of what no point is put back onto.
+/// Placeholder for surfaces whose hit points are not projected.
 const NOWHERE: Ball = Ball {
     center: [0.0; 3],
     radius: 0.0,
 };
 
-/// Of each triangle, the unit normals at its corners. Side by side and not by way of the vertices: a hit on a mesh of a
-/// million triangles waits for one line of the cache, not for four.
+/// For each triangle, the unit normals at its corners. They are stored per triangle, not per vertex: a hit on a mesh of a million
+/// triangles waits for one cache line instead of four.
 pub type SmoothNormals = Vec<[[f32; 3]; 3]>;
 
-/// Of each triangle, its corners.
+/// For each triangle, its corners.
 pub type Corners = Vec<[[f32; 3]; 3]>;
 
-/// The spheres relative to the camera. Of spheres that coincide once they are rounded, the first hides the others.
+/// The spheres relative to the camera. Of spheres that coincide after rounding, only the first is kept.
 fn distinct_spheres<'s>(scene: &'s Scene, space: &Space) -> Vec<(u32, &'s scene::Sphere, Sphere)> {
     let mut seen = HashSet::new();
     let narrowed = (0..).zip(scene.spheres()).map(|(number, sphere)| {
@@ -133,7 +133,7 @@ fn distinct_spheres<'s>(scene: &'s Scene, space: &Space) -> Vec<(u32, &'s scene:
     });
     narrowed
         .filter(|(_, _, Sphere { ball, origin_power })| {
-            // The sum makes one zero of the two.
+            // Adding 0 turns -0 into +0.
             let place = ball.center.map(|x| (x + 0.0).to_bits());
             seen.insert((place, ball.radius.to_bits(), origin_power.map(f32::to_bits)))
         })
@@ -155,7 +155,7 @@ fn sphere_texture(scene: &Scene, sphere: &scene::Sphere) -> Option<Arc<Texture>>
     }
 }
 
-/// What orders lights; any order will do that depends on nothing else.
+/// Sort key of lights. Any order works if it depends only on the light.
 fn by_content(light: &SphereLight) -> [f32; 7] {
     let [x, y, z] = light.center;
     let [r, g, b] = light.le;
@@ -171,7 +171,7 @@ fn overlaps(scene: &Scene) -> Vec<bool> {
     overlaps
 }
 
-/// The sides of the smallest box that every triangle fits into, moved about.
+/// The sides of the smallest box into which every triangle fits after translation.
 fn largest_box(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> [f32; 3] {
     let mut largest = [0.0_f32; 3];
     for corners in triangles {
@@ -185,7 +185,7 @@ fn largest_box(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> [f32; 3] {
 }
 
 impl World {
-    /// Builds the tables and the accelerator; with lists of `listed` lights, if there are to be any.
+    /// Builds the tables and the accelerator; with lists of `listed` lights, if any.
     ///
     /// # Errors
     /// [`EmbreeError`] if Embree cannot build.
@@ -236,7 +236,8 @@ impl World {
         let spheres = distinct_spheres(scene, &space);
         let mut lights = Vec::new();
         for (i, (_, sphere, Sphere { ball, origin_power })) in spheres.iter().enumerate() {
-            // By its power the ground is where it is to the rounding of the point, and centre and radius say less.
+            // For a sphere given by its power, only the power is exact to the rounding of the point; center and radius are less
+            // precise.
             let (put_onto, extent) = match origin_power {
                 Some(_) => (NOWHERE, [0.0; 3]),
                 None => (*ball, [ball.radius; 3]),
@@ -255,8 +256,8 @@ impl World {
             }
             surfaces.push(record);
         }
-        // Random numbers and sums follow the place of a light in this list: with an order by what a light is, the order in the
-        // file changes no bit.
+        // Random numbers and sums follow the index of a light. Sorting by content makes the result independent of the order in the
+        // file.
         lights.sort_by(|a, b| {
             by_content(a)
                 .into_iter()
@@ -308,7 +309,7 @@ impl World {
         })
     }
 
-    /// Lanes that met a mesh whose faces others cover; `None` where there is no such mesh.
+    /// Lanes that hit a mesh covered by coplanar faces of others; `None` if there is no such mesh.
     #[inline(always)]
     pub fn covered<L: Lane>(&self, hit: &Hit<L>) -> Option<L::Mask> {
         if self.overlaps.is_empty() {
@@ -319,7 +320,7 @@ impl World {
         Some(L::Mask::from_bitmask(bits.fold(0, |bits, lane| bits | 1 << lane)))
     }
 
-    /// Whether no direction can meet a light but spheres.
+    /// Whether spheres are the only lights that a sampled direction can hit.
     #[inline(always)]
     pub fn only_spheres_emit(&self) -> bool {
         self.triangle_lights.is_empty()
@@ -328,7 +329,7 @@ impl World {
             && self.suns.is_empty()
     }
 
-    /// The surface of a primitive of a geometry.
+    /// Surface index of a primitive.
     #[inline(always)]
     pub fn surface_index(&self, geometry: u32, primitive: u32) -> u32 {
         if geometry == self.sphere_geometry {
@@ -352,7 +353,7 @@ impl SurfaceRecord {
             ball,
             extent,
         };
-        // An exponent that rounds to 1 is still Phong's model.
+        // An exponent that rounds to 1 must stay Phong.
         let exponent = |alpha: f64| (alpha as f32).max(1.0_f32.next_up());
         match *surface {
             Surface::Emission(le) => record.le = Some(narrow(le)),

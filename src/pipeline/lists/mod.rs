@@ -1,10 +1,10 @@
-//! Short lists of lights: where there are many, each pass takes a few of them for the points of a tile.
+//! Short lists of lights: with many lights, each pass samples only a few of them for the points of a tile.
 //!
-//! Points of a tile, a model of reflection and a pass share a list, so that a light still is the same for a whole stream and its
-//! shadow rays are alike: rays to lights of their own for every lane take five to seven times as long. What a list is drawn from, a
-//! [`Table`], and the list itself are functions of the scene, the film, the seed, the tile and the pass alone: not of lanes, threads,
-//! chunks or what is met in them. Pixels of the two colours of a chessboard have lists of their own: adaptive renders let each colour
-//! decide the samples of the other, which must know nothing of it ([`allocation`](crate::film::allocation)).
+//! Points of one tile, BRDF model and pass share a list. A light then still serves a whole stream, and its shadow rays are
+//! coherent: with different lights per lane, rays take five to seven times as long. The list, and the [`Table`] from which it is
+//! sampled, depend only on the scene, the film, the seed, the tile and the pass: not on lanes, threads, chunks or hits. The pixels
+//! of the two colors of a checkerboard have separate lists: in adaptive renders each color determines the sample counts of the
+//! other, so the two must be independent ([`allocation`](crate::film::allocation)).
 
 mod probe;
 
@@ -22,21 +22,20 @@ use crate::sampling::PassBlock;
 use crate::sampling::hash::pcg4d;
 use crate::scene::FilmSize;
 
-/// Lengths of the tree are those of the world times this: at most 2^11, so that the third powers of long and of short ones are
-/// numbers of single precision.
+/// Scale from world lengths to lengths of the tree: at most 2^11, so that third powers of long and short lengths fit into `f32`.
 const UNIT: f32 = 1.0 / (1 << 18) as f32;
 
-/// Tables by the passes that they are for: first pass, clusters, and points from which these are looked at, 16 at most. A table is worth
-/// the more the longer it serves.
+/// Tables by pass: first pass, number of clusters, number of probe points that look at them, 16 at most. Finer tables pay off if
+/// they serve more passes.
 const LEVELS: [(u32, usize, usize); 3] = [(0, 64, 0), (4, 256, 8), (32, 1024, 16)];
 
-/// Bytes that the tables of a film may take together: on large films they have fewer clusters.
+/// Maximum memory of all tables of a film, in bytes. Tables of large films have fewer clusters.
 const MOST_BYTES: usize = 1 << 28;
 
-/// Bytes of a cluster in a table.
+/// Bytes per cluster in a table.
 const CLUSTER: usize = 20;
 
-/// Whose points a table is for.
+/// The BRDF model of a table's points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     Diffuse,
@@ -45,12 +44,12 @@ pub enum Kind {
     Conductor,
 }
 
-/// How many kinds there are.
+/// Number of kinds.
 const KINDS: usize = 4;
 
-/// A model whose points lists are made for.
+/// A BRDF model for which lists are made.
 pub trait Probed: Model {
-    /// Which table is theirs.
+    /// The table of the model.
     const KIND: Kind;
 }
 
@@ -67,30 +66,30 @@ impl Probed for model::Conductor {
     const KIND: Kind = Kind::Conductor;
 }
 
-/// What lists of lights are drawn from.
+/// The source of the lists of lights.
 #[derive(Debug)]
 pub struct Lists {
     tree: LightTree,
-    /// The place of each light in the order of leaves.
+    /// Index of each light in the order of leaves.
     places: Vec<u32>,
-    /// Of each sphere the light that it is, or `u32::MAX`.
+    /// For each sphere, its light index, or `u32::MAX`.
     of_sphere: Vec<u32>,
-    /// Of each mesh the light that its first triangle is, or `u32::MAX`.
+    /// For each mesh, the light index of its first triangle, or `u32::MAX`.
     of_mesh: Vec<u32>,
-    /// Lights that are spheres; the others are triangles.
+    /// Number of spherical lights; the other lights are triangles.
     spheres: usize,
-    /// Lights of a list.
+    /// Length of a list.
     length: u32,
     build_time: Duration,
     film: FilmSize,
-    /// The most clusters of a table.
+    /// Maximum number of clusters in a table.
     clusters: usize,
-    /// For each tile, model of reflection and level.
+    /// One table per tile, BRDF model and level.
     tables: Vec<[[OnceLock<Box<Table>>; LEVELS.len()]; KINDS]>,
 }
 
 impl Lists {
-    /// Lists of `length` of these lights for the tiles of a film; `of_mesh` says which of the triangles is the first of each mesh.
+    /// Lists of `length` lights for the tiles of a film; `of_mesh` gives the first triangle light of each mesh.
     pub fn new(
         lights: (&[SphereLight], &[TriangleLight]),
         spheres: usize,
@@ -121,12 +120,12 @@ impl Lists {
         }
     }
 
-    /// The most lights of a list.
+    /// Maximum length of a list.
     pub fn length(&self) -> u32 {
         self.length
     }
 
-    /// The pixels of a tile in squares of 4 x 4, all of them: a replay has a tile of one, and must make the same table.
+    /// All pixels of a tile in squares of 4 x 4. A replay has a one-pixel tile and must build the same table.
     fn pixels(&self, number: u32) -> Vec<[u32; 2]> {
         let FilmSize { width, height } = self.film;
         let across = width.div_ceil(TILE);
@@ -136,7 +135,7 @@ impl Lists {
         pixels.filter(|&[x, y]| x < width && y < height).collect()
     }
 
-    /// How long the tree took to build.
+    /// Build time of the tree.
     pub fn build_time(&self) -> Duration {
         self.build_time
     }
@@ -146,17 +145,17 @@ impl Lists {
         &self.tree
     }
 
-    /// Bytes beside the lights themselves, without tables.
+    /// Memory in bytes, without the lights and without tables.
     pub fn bytes(&self) -> usize {
         self.tree.bytes() + 4 * (self.places.len() + self.of_sphere.len() + self.of_mesh.len())
     }
 
-    /// Whether triangles are among the lights.
+    /// Whether any lights are triangles.
     pub fn has_triangles(&self) -> bool {
         self.places.len() > self.spheres
     }
 
-    /// The light that a sphere is.
+    /// Light index of a sphere.
     pub fn of_sphere(&self, sphere: u32) -> Option<u32> {
         self.of_sphere
             .get(sphere as usize)
@@ -164,7 +163,7 @@ impl Lists {
             .filter(|&light| light != u32::MAX)
     }
 
-    /// The light that a triangle of a mesh is.
+    /// Light index of a triangle of a mesh.
     pub fn of_triangle(&self, mesh: u32, triangle: u32) -> Option<u32> {
         let first = self
             .of_mesh
@@ -174,7 +173,7 @@ impl Lists {
         first.map(|first| first + triangle)
     }
 
-    /// Whether a light is a sphere, and its number among those of its kind.
+    /// Whether a light is a sphere, and its index among the lights of its shape.
     pub fn kind(&self, light: u32) -> (bool, usize) {
         let light = light as usize;
         if light < self.spheres {
@@ -184,20 +183,20 @@ impl Lists {
         }
     }
 
-    /// About how often a light is expected in a list: see [`Table::guess`]. `None` for one that emits nothing.
+    /// Estimated number of times a light is in a list: see [`Table::guess`]. `None` if it emits nothing.
     pub fn guess(&self, table: &Table, light: u32) -> Option<f32> {
         let place = self.places[light as usize];
         (place != u32::MAX).then(|| table.guess(&self.tree, place))
     }
 
-    /// The table for points of a tile of one model in a pass, if somebody has made it.
+    /// The table for the points of a tile, a model and a pass, if it was built.
     pub fn table(&self, tile: &Tile, kind: Kind, pass: u32) -> Option<&Table> {
         self.tables[tile.number() as usize][kind as usize][level(pass)]
             .get()
             .map(|table| &**table)
     }
 
-    /// Makes that table. Rays are traced in eight lanes whatever the plan has: the table is the same for all.
+    /// Builds that table. Its rays are always traced in eight lanes, so the table is the same for all plans.
     #[inline(never)]
     pub fn tabulate<T: Tracer>(&self, chunk: &Chunk, kind: Kind, pass: u32) {
         let level = level(pass);
@@ -215,7 +214,7 @@ impl Lists {
         });
     }
 
-    /// Makes the tables of all models for a pass.
+    /// Builds the tables of all models for a pass.
     pub fn tabulate_all(&self, chunk: &mut Chunk, pass: u32) {
         for kind in [Kind::Diffuse, Kind::Phong, Kind::Ggx, Kind::Conductor] {
             chunk.ask(Ask::Tabulate {
@@ -226,27 +225,27 @@ impl Lists {
         }
     }
 
-    /// Draws the list of a tile's pixels of one colour for a pass.
+    /// Samples the list of a tile's pixels of one color for a pass.
     pub fn draw(&self, table: &Table, address: &ListAddress, list: &mut Vec<Pick>) {
         table.draw(&self.tree, |stratum| address.number(stratum), list);
     }
 }
 
-/// Of which list a number is: all that its lights depend on beside the table.
+/// Identifies a list: everything its samples depend on besides the table.
 #[derive(Clone, Copy, Debug)]
 pub struct ListAddress {
     seed: u32,
-    /// Of the tile and the colour.
+    /// Key of the tile and the color.
     group: u32,
-    /// Which list of these it is.
+    /// Index of the list within the group.
     index: u32,
-    /// Whether lists with indices one after the other are stratified together.
+    /// Whether lists with consecutive indices are stratified together.
     stratified: bool,
 }
 
 impl ListAddress {
-    /// Of the pixels of a colour of a tile in a pass, counted from 0. Where a coin decides between two techniques, two passes that
-    /// follow each other share a list: one of them needs none.
+    /// The list of a tile's pixels of one color in a pass, counted from 0. With one-sample MIS two consecutive passes share a list,
+    /// because one of them samples BRDFs and needs none.
     pub fn new(numbers: &PassBlock, tile: &Tile, colour: u32, pass: u32, tossed: bool) -> Self {
         let stratified = numbers.one_coin();
         Self {
@@ -257,7 +256,7 @@ impl ListAddress {
         }
     }
 
-    /// The number in [0, 1) of a stratum: van der Corput's sequence over the lists, shifted digit by digit.
+    /// The number in [0, 1) of a stratum: a van der Corput sequence over the lists with digital shifts.
     fn number(&self, stratum: u32) -> f64 {
         let salt = if self.stratified { 0 } else { self.index.wrapping_add(1) };
         let [a, b, ..] = pcg4d([self.group, self.seed, stratum, salt].map(Word));
@@ -270,17 +269,17 @@ impl ListAddress {
     }
 }
 
-/// The colour of a pixel on the chessboard.
+/// The checkerboard color of a pixel.
 pub fn colour([x, y]: [u32; 2]) -> u32 {
     (x ^ y) & 1
 }
 
-/// The level of the tables for a pass.
+/// The table level of a pass.
 pub fn level(pass: u32) -> usize {
     LEVELS.iter().rposition(|&(first, ..)| first <= pass).unwrap_or(0)
 }
 
-/// Lights as the tree sees them; those that send no light that single precision holds are left out.
+/// Converts lights to emitters of the tree. Lights whose power underflows `f32` are left out.
 fn emitters((spheres, triangles): (&[SphereLight], &[TriangleLight])) -> Vec<Emitter> {
     let mean = |le: [f32; 3]| le.iter().map(|&x| f64::from(x)).sum::<f64>() / 3.0;
     let unit = f64::from(UNIT);
@@ -300,7 +299,8 @@ fn emitters((spheres, triangles): (&[SphereLight], &[TriangleLight])) -> Vec<Emi
             let corners = triangle.corners.map(|corner| corner.map(|x| x * UNIT));
             let [a, b, c] = corners;
             let mean_of = |k: usize| (a[k] + b[k] + c[k]) / 3.0;
-            // Of the uniform distribution over a triangle: a twelfth of the sum of the squares of its corners about their mean.
+            // Variance of a uniform distribution over a triangle: a twelfth of the sum of squared distances of the corners from
+            // their mean.
             let variance = |k: usize| {
                 corners
                     .iter()

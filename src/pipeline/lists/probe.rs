@@ -1,4 +1,4 @@
-//! Probe points of a tile: where the rays through the middles of its pixels meet surfaces, and what they see of lights.
+//! Probe points of a tile: the surface points seen through pixel centers, and their visibility of lights.
 
 use super::{Kind, Lists, UNIT};
 use crate::embree::{NO_SKIP_ID, Ray};
@@ -12,10 +12,10 @@ use crate::pipeline::tracer::Tracer;
 use crate::pipeline::world::{Facets, World};
 use crate::scene::{Effect, Effects};
 
-/// Lanes in which probes are traced, whatever the plan has.
+/// Packets for probe rays, whatever the plan has.
 type L = F32x8;
 
-/// What shading points are made with: all that moves them.
+/// The effects that influence shading points.
 const COMPILED_IN: Effects = Effects::of(&[
     Effect::Diffuse,
     Effect::Phong,
@@ -24,19 +24,19 @@ const COMPILED_IN: Effects = Effects::of(&[
     Effect::Blend,
 ]);
 
-/// Traces from probes to lights.
+/// Traces rays from probe points to lights.
 pub struct PreviewWriter<'a, T> {
     world: &'a World,
     lists: &'a Lists,
-    /// Where those of the probes are that look: every one or every second.
+    /// Positions of the probes that trace: all of them, or every second.
     places: [[f32; WIDE]; 3],
-    /// Probes that one of them looks for: itself, and what is behind it.
+    /// Number of probes that each tracing probe stands for: itself and the ones after it.
     each: usize,
     set: Candidates,
     tracer: std::marker::PhantomData<T>,
 }
 
-/// A point that a pixel sees.
+/// A point seen through a pixel.
 #[derive(Clone, Copy)]
 struct Traced {
     place: [f32; 3],
@@ -45,7 +45,7 @@ struct Traced {
     exponent: f32,
 }
 
-/// Finds up to [`WIDE`] points of a model, spread over those that the middles of pixels show; about `looks` of them look at lights.
+/// Finds up to [`WIDE`] points of a model, spread over the pixel centers; about `looks` of them trace rays to lights.
 pub(super) fn shoot<'a, T: Tracer>(
     chunk: &Chunk<'a>,
     lists: &'a Lists,
@@ -61,7 +61,7 @@ pub(super) fn shoot<'a, T: Tracer>(
     let wanted = seen.len().min(WIDE);
     let each = if looks < WIDE { 2 } else { 1 };
     for i in 0..wanted {
-        // One in each square of a whole tile, at another place in it.
+        // One per square of a whole tile, each at another place within its square.
         let at = (WIDE * i + 7 * i % WIDE) * seen.len() / (WIDE * WIDE);
         let point = seen[if wanted < WIDE { i } else { at }];
         for (column, place) in places.iter_mut().zip(point.place) {
@@ -87,7 +87,7 @@ pub(super) fn shoot<'a, T: Tracer>(
     (looker, probes)
 }
 
-/// The points of a model that the middles of pixels show, in their order.
+/// The points of a model seen through pixel centers, in pixel order.
 fn points<T: Tracer>(world: &World, pixels: &[[u32; 2]], kind: Kind) -> Vec<Traced> {
     let mut set = Candidates::default();
     T::keep_all(world, &mut set);
@@ -117,7 +117,7 @@ fn points<T: Tracer>(world: &World, pixels: &[[u32; 2]], kind: Kind) -> Vec<Trac
                 (Kind::Diffuse, None) => (alpha <= 1.0 || record.specular.is_some(), 1.0),
                 (Kind::Phong, None) => (alpha > 1.0, alpha),
                 (Kind::Ggx, Some(Facets::Ggx { .. })) => (true, 1.0),
-                // About as wide as the mirrored lobe of these facets, and wider: it has tails.
+                // Wider than the mirrored lobe of these facets, because that lobe has long tails.
                 (Kind::Conductor, Some(Facets::Conductor { alpha, .. })) => {
                     (true, (0.25 / (alpha * alpha)).clamp(1.1, 1000.0))
                 }
@@ -144,7 +144,7 @@ fn mirrored(n: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
 }
 
 impl<T: Tracer> Look for PreviewWriter<'_, T> {
-    /// By rays to the middle of the light, which it does not block itself.
+    /// Traces rays to the center of the light, which does not occlude itself.
     fn reaches(&mut self, light: u32, probes: &Probes) -> u32 {
         let (middle, skip_id) = match self.lists.kind(light) {
             (true, i) => (self.world.lights[i].center, self.world.lights[i].sphere),

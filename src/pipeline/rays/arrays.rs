@@ -1,16 +1,16 @@
-//! Rays and hits as they lie in the arrays of a caller.
+//! Arrays of rays and hits in the layout of the caller.
 
 use crate::embree::Coherence;
 
-/// What stands for the object and the primitive where a ray meets nothing.
+/// Object and primitive of rays that hit nothing.
 pub const NOTHING: u32 = u32::MAX;
 
-/// Vectors of three numbers as they lie in memory.
+/// Three-component vectors, in one of two layouts.
 #[derive(Clone, Copy, Debug)]
 pub enum Vectors<'a> {
-    /// One after the other: an array of shape `(n, 3)`.
+    /// Rows: an array of shape `(n, 3)`.
     Rows(&'a [[f32; 3]]),
-    /// All `x`, all `y`, all `z`: columns of one length.
+    /// Columns: all `x`, all `y`, all `z`, of equal length.
     Columns([&'a [f32]; 3]),
 }
 
@@ -39,7 +39,7 @@ impl<'a> From<[&'a [f32]; 3]> for Vectors<'a> {
 }
 
 impl Vectors<'_> {
-    /// How many vectors there are; of columns, the fewest.
+    /// Number of vectors; of columns, the length of the shortest.
     pub fn len(&self) -> usize {
         match self {
             Self::Rows(rows) => rows.len(),
@@ -47,7 +47,7 @@ impl Vectors<'_> {
         }
     }
 
-    /// Whether there is none.
+    /// Whether there are no vectors.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -68,9 +68,9 @@ impl Vectors<'_> {
     }
 }
 
-/// Rays in the units and the coordinates of the scene. They start at their origins and end after `tmax` lengths of their directions,
-/// which need not be unit. A ray meets nothing if its direction is 0, if a number of it is not finite (`tmax` may be infinite), or if
-/// it starts farther from the camera than 2^98 times the farthest shape: single precision cannot hold that.
+/// Rays in the units and coordinates of the scene. They end after `tmax` lengths of their directions, which need not be unit. A ray
+/// hits nothing if its direction is 0, if any of its numbers is not finite (`tmax` may be infinite), or if it starts farther from
+/// the camera than 2^98 times the farthest shape, which `f32` cannot represent.
 #[derive(Clone, Copy, Debug)]
 pub struct Rays<'a> {
     pub(super) origins: Vectors<'a>,
@@ -80,7 +80,7 @@ pub struct Rays<'a> {
 }
 
 impl<'a> Rays<'a> {
-    /// Rays without an end.
+    /// Rays of infinite length.
     pub fn new(origins: impl Into<Vectors<'a>>, directions: impl Into<Vectors<'a>>) -> Self {
         Self {
             origins: origins.into(),
@@ -90,7 +90,7 @@ impl<'a> Rays<'a> {
         }
     }
 
-    /// The same, with the end of each ray in lengths of its direction.
+    /// The same rays, each ending after `tmax` lengths of its direction.
     #[must_use]
     pub fn within(self, tmax: &'a [f32]) -> Self {
         Self {
@@ -99,7 +99,8 @@ impl<'a> Rays<'a> {
         }
     }
 
-    /// The same, where neighbours in the array go the same way, as those of neighbouring pixels. It changes the speed alone.
+    /// The same rays, marked coherent: neighbors in the array have similar paths, like those of neighboring pixels. Affects only
+    /// speed.
     #[must_use]
     pub fn coherent(self) -> Self {
         Self {
@@ -108,17 +109,17 @@ impl<'a> Rays<'a> {
         }
     }
 
-    /// How many rays there are.
+    /// Number of rays.
     pub fn len(&self) -> usize {
         self.origins.len()
     }
 
-    /// Whether there is none.
+    /// Whether there are no rays.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Fails unless all arrays have the length of `answers`.
+    /// Returns an error unless all arrays have the length of the rays.
     pub(super) fn check(&self, answers: &[(&'static str, usize)]) -> Result<(), RaysError> {
         let rays = self.len();
         if !self.origins.is_even() || !self.directions.is_even() {
@@ -137,37 +138,37 @@ impl<'a> Rays<'a> {
     }
 }
 
-/// Arrays whose lengths do not fit together; the message says which.
+/// Array lengths do not match; the message says which.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct RaysError(String);
 
-/// What rays meet first, ray by ray.
+/// Closest hits, ray by ray.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Hits {
-    /// Distance in lengths of the direction; infinite where nothing is met.
+    /// Distance in lengths of the direction; infinite if nothing is hit.
     pub t: Vec<f32>,
-    /// Unit geometric normal on the side of the ray's origin; 0 where nothing is met.
+    /// Unit geometric normal on the side of the ray's origin; 0 if nothing is hit.
     pub normals: Vec<[f32; 3]>,
-    /// Barycentric coordinates of the second and third corner of a triangle; 0 on spheres.
+    /// Barycentric coordinates of the second and third vertex of a triangle; 0 on spheres.
     pub uv: Vec<[f32; 2]>,
-    /// The object: meshes are counted from 0 in the scene's order, spheres from the number of meshes on; [`NOTHING`] where none is met.
+    /// Object index: meshes count from 0 in scene order, spheres from the number of meshes on; [`NOTHING`] if nothing is hit.
     pub objects: Vec<u32>,
-    /// The triangle of a mesh, 0 for a sphere; [`NOTHING`] where none is met.
+    /// The triangle of a mesh, 0 for a sphere; [`NOTHING`] if nothing is hit.
     pub primitives: Vec<u32>,
 }
 
-/// Where [`Hits`] go: arrays of a caller, each as long as there are rays.
+/// Destination of [`Hits`]: arrays of the caller, each as long as the rays.
 #[derive(Debug)]
 pub struct HitsMut<'a> {
-    /// As [`Hits::t`].
+    /// Like [`Hits::t`].
     pub t: &'a mut [f32],
-    /// As [`Hits::normals`].
+    /// Like [`Hits::normals`].
     pub normals: &'a mut [[f32; 3]],
-    /// As [`Hits::uv`].
+    /// Like [`Hits::uv`].
     pub uv: &'a mut [[f32; 2]],
-    /// As [`Hits::objects`].
+    /// Like [`Hits::objects`].
     pub objects: &'a mut [u32],
-    /// As [`Hits::primitives`].
+    /// Like [`Hits::primitives`].
     pub primitives: &'a mut [u32],
 }

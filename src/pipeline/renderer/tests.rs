@@ -1,4 +1,4 @@
-//! Adaptive sampling is unbiased, and the test that says so would find it out if it were not.
+//! Tests that adaptive sampling is unbiased, and that the test detects bias.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ fn begun(prepared: &Prepared) -> Renderer {
     Renderer::new(prepared.clone(), Arc::default(), 0)
 }
 
-/// A grey ball as large as the ground below a small lamp: of 70 directions one meets it, so samples of the estimator
+/// A grey sphere as large as the ground below a small light. One direction in 70 hits the light, so samples of the estimator
 /// `uniform` are rare and large.
 const SCENE: &str = r#"
 [camera]
@@ -43,7 +43,7 @@ const SEEDS: u32 = 60;
 
 type Allocate = fn(FilmSize, &[Noise], &[Kind], u32) -> Vec<u32>;
 
-/// Mean of the picture for each seed, at 16 samples a pixel; all alike where nothing allocates them.
+/// Mean of the picture for each seed, at 16 samples a pixel; uniform samples if `allocate` is `None`.
 fn means(sampler: SamplerKind, first_seed: u32, allocate: Option<Allocate>) -> Vec<f64> {
     let scene = Scene::parse(SCENE, Path::new("lamp.toml")).unwrap();
     let mean = |seed| {
@@ -81,7 +81,7 @@ fn z(a: &[f64], b: &[f64]) -> f64 {
     (a - b) / (va + vb).sqrt()
 }
 
-/// What must not be done: each pixel gets samples after its own noise.
+/// A biased method: each pixel gets samples according to its own noise.
 fn own_noise(_: FilmSize, noise: &[Noise], _: &[Kind], spp: u32) -> Vec<u32> {
     let deviations: Vec<f64> = noise.iter().map(|n| n.variance[0].sqrt()).collect();
     let pilot = allocation::pilot(spp);
@@ -104,7 +104,7 @@ fn allocated_samples_have_the_mean_of_uniform_ones() {
 
 #[test]
 fn the_order_in_which_samples_make_packets_changes_no_bit() {
-    // A film of whole and cut tiles, several chunks, an odd number of passes.
+    // A film with whole and clipped tiles, several chunks and an odd number of passes.
     let scene = Scene::parse(SCENE, Path::new("lamp.toml")).unwrap();
     let render = |order: Order, lanes: Lanes, adaptive: bool| {
         let settings = Settings {
@@ -192,7 +192,7 @@ fn a_paused_block_keeps_its_random_numbers() {
     assert!(numbers(&renderer).is_none(), "nobody needs them any more");
 }
 
-/// Embree keeps errors per thread: one that a query left on a thread of the pool must come out.
+/// Embree stores errors per thread. The error of a query on a pool thread must be reported.
 #[test]
 fn a_query_that_fails_is_heard_of() {
     let scene = Scene::parse(SCENE, Path::new("lamp.toml")).unwrap();

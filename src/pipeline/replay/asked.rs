@@ -1,43 +1,43 @@
-//! Directions in which a sample asks for light, and what came of them.
+//! Directions sampled for light, and the results.
 
 use serde::Serialize;
 
-/// A direction that was asked for light.
+/// A sampled direction.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Asked {
-    /// The light that it was drawn for: its place in the order of the render; of a delta light, among the delta lights.
+    /// The light it was sampled for: its index in the render; for a delta light, the index among the delta lights.
     pub light: Option<usize>,
-    /// What kind of light that is.
+    /// Kind of the light.
     pub kind: Option<&'static str>,
-    /// The number of this light among the spheres.
+    /// Index of the light among the spheres of the scene.
     pub sphere: Option<u32>,
     /// `1 - cos` of the half-angle that the light subtends.
     pub one_minus_cos_max: Option<f32>,
-    /// The density of the light's cone, per steradian.
+    /// Density of sampling the light's cone, per steradian.
     pub cone_pdf: Option<f32>,
-    /// How the direction was drawn.
+    /// Sampling technique.
     pub technique: &'static str,
-    /// The direction, where it was drawn from the lobe: also one that meets no light, or is below the horizon (then 0).
+    /// The direction sampled from the BRDF lobe, even if it hits no light; 0 if it is below the horizon.
     pub lobe: Option<[f32; 3]>,
-    /// What came of it; nothing where it has no chance to bring light.
+    /// The result; `None` if the direction cannot contribute.
     pub found: Option<Found>,
 }
 
-/// A direction that can bring light.
+/// A direction that can contribute.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Found {
     /// Unit direction.
     pub wi: [f32; 3],
     /// Cosine with the shading normal.
     pub cos_theta: f32,
-    /// `f cos` of red where the reflectance is 1.
+    /// `f cos` in the red channel for reflectance 1.
     pub shape: f32,
-    /// Density of the BRDF's own sampling there.
+    /// Density of BRDF sampling in this direction.
     pub brdf_pdf: f32,
     /// Distance to the light.
     pub distance: f32,
-    /// The contribution where nothing is in the way; by `uniform` and `brdf`, what radiance is multiplied by.
+    /// The unoccluded contribution; for `uniform` and `brdf`, the throughput.
     pub ld: [f32; 3],
-    /// Whether something else is met before the light; by `uniform` and `brdf`, whether no light is met first.
+    /// Whether something else is hit before the light; for `uniform` and `brdf`, whether the first hit is no light.
     pub occluded: bool,
 }

@@ -1,4 +1,4 @@
-//! The rays of a sample to lights that are not told one by one.
+//! Rays of a sample to lights that are not listed one by one.
 
 use serde::Serialize;
 
@@ -8,21 +8,21 @@ use crate::pipeline::stage::Segment;
 use crate::pipeline::tracer::Tracer;
 use crate::pipeline::world::World;
 
-/// A ray to a large mesh that emits.
+/// A ray to a large emissive mesh or the environment.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Beside {
     /// Unit direction.
     pub wi: [f32; 3],
-    /// How far away the light is; nothing for the environment.
+    /// Distance to the light; `None` for the environment.
     pub distance: Option<f32>,
-    /// What is met before it.
+    /// The first hit before the light.
     pub blocked_by: Option<Met>,
 }
 
-/// A ray is taken as blocked where it meets something before this part of its way: its light may be met at its end.
+/// A ray counts as blocked if it hits something within this fraction of its length: the light itself may be hit at the end.
 const WAY: f32 = 0.999;
 
-/// What became of a ray.
+/// Classifies a ray.
 pub fn of<T: Tracer>(world: &World, segment: &Segment) -> Beside {
     let end = segment.tfar.is_finite().then_some(segment.tfar);
     let met = met::<T>(world, Vec3::splat(segment.origin), Vec3::splat(segment.direction));

@@ -1,4 +1,4 @@
-//! What the stages of lights other than spheres ask for, by their own functions.
+//! Directions that the stages of lights other than spheres sample, computed with the stages' own functions.
 
 use std::slice;
 
@@ -13,7 +13,7 @@ use crate::pipeline::stage::{Chunk, each};
 use crate::pipeline::stream::Address;
 use crate::pipeline::tracer::Tracer;
 
-/// A direction or two for every triangle of a small mesh, the environment and every sun.
+/// One or two directions for every triangle light, the environment and every sun.
 pub fn each<T: Tracer, B: Brdf<f32>>(
     chunk: &Chunk,
     point: &ShadingPoint<f32, B>,
@@ -51,7 +51,7 @@ pub fn deltas<T: Tracer, B: Brdf<f32>>(
     point: &ShadingPoint<f32, B>,
     address: &Address<f32>,
 ) -> Vec<Asked> {
-    // They have no numbers: the kind of these makes no difference.
+    // Delta lights use no random numbers, so the kind does not matter.
     let kind = (Kind::Suns, "delta light");
     of_kind::<T, _, _>(chunk, point, address, kind, &chunk.world.delta_lights)
 }

@@ -1,4 +1,4 @@
-//! What a sample asks of a list of lights.
+//! Directions that a sample uses for a list of lights.
 
 use super::told::{Told, found, of_spheres, technique};
 use super::{Asked, Sample, kinds, ray};
@@ -17,7 +17,8 @@ use crate::pipeline::tracer::Tracer;
 use crate::sampling::TechniqueSample;
 use crate::scene::EstimatorKind;
 
-/// The spheres of the list of a pixel, and the direction of the BRDF where it is asked, by the stage's own functions.
+/// The directions for the spheres of a pixel's list, and the BRDF direction where it is used, computed with the stage's own
+/// functions.
 pub(super) fn directions<T: Tracer, M: Told>(
     sample: &Sample,
     point: &ShadingPoint<f32, M::Of<f32>>,

@@ -1,4 +1,4 @@
-//! What a replay tells of each model of reflection.
+//! What a replay reports for each BRDF model.
 
 use super::Found;
 use crate::bsdf::{self, Brdf, Tint};
@@ -12,11 +12,11 @@ use crate::pipeline::model;
 use crate::pipeline::world::World;
 use crate::scene::EstimatorKind;
 
-/// A model that can be told of.
+/// A BRDF model that a replay can report.
 pub trait Told: Suited + Probed {
     /// Its name.
     const NAME: &'static str;
-    /// What [`Point::alpha`](super::Point::alpha) says.
+    /// The value of [`Point::alpha`](super::Point::alpha).
     fn alpha(bsdf: &Self::Of<f32>) -> f32;
 }
 
@@ -48,7 +48,7 @@ impl Told for model::Conductor {
     }
 }
 
-/// How an estimator asks spheres at points of a model.
+/// How an estimator samples spheres at points of a model.
 pub fn of_spheres<M: Told>(estimator: EstimatorKind) -> (Mix, Warp) {
     let of_estimator = kernels::mix(estimator);
     match estimator {
@@ -58,7 +58,7 @@ pub fn of_spheres<M: Told>(estimator: EstimatorKind) -> (Mix, Warp) {
     }
 }
 
-/// How a sphere is asked, in a word.
+/// Name of the technique that samples a sphere.
 pub fn technique<B: Brdf<f32>>(warp: Warp, point: &ShadingPoint<f32, B>, light: &SphereLight) -> &'static str {
     match warp {
         Warp::ProjectedCap => "cap",
@@ -68,7 +68,7 @@ pub fn technique<B: Brdf<f32>>(warp: Warp, point: &ShadingPoint<f32, B>, light: 
     }
 }
 
-/// What came of a direction.
+/// Evaluates a sampled direction.
 pub fn found<B: Brdf<f32>>(
     world: &World,
     point: &ShadingPoint<f32, B>,

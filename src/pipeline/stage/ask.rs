@@ -1,8 +1,8 @@
-//! What the shading stages ask of an intersector, a whole queue at a time.
+//! Requests of the shading stages to the intersector, a whole queue at a time.
 //!
-//! The answers are compiled for every lane width and every intersector. The shading loops call them through a function pointer once a
-//! queue, so these loops are compiled for lane widths alone: half as many copies, each without the code that traces rays. The call is
-//! paid once for hundreds of rays.
+//! Request handlers are compiled for every lane width and intersector. The shading loops call them through a function pointer once
+//! per queue, so these loops are compiled for lane widths only: half as many copies, none of which contain tracing code. One call
+//! serves hundreds of rays.
 
 use std::marker::PhantomData;
 
@@ -21,15 +21,15 @@ use crate::pipeline::tracer::{BruteForce, ByEmbree, Tracer};
 use crate::settings::{AccelKind, Lanes};
 use crate::shape::Ball;
 
-/// A question.
+/// A request.
 pub enum Ask<'a> {
-    /// Looks at the points of a stream, which must not be empty.
+    /// Bounds the points of a stream, which must not be empty.
     Survey {
         stream: &'a HitStream,
         points: &'a mut Points,
     },
-    /// Finds what may block rays from the points of a surveyed stream into a ball; what `skip_id` names blocks none of them. `open`
-    /// becomes whether nothing at all can: such rays need not be traced.
+    /// Culls occluders for rays from the points of a bounded stream into a sphere; the shape `skip_id` never occludes them. Sets
+    /// `open` if nothing can block them, so that no ray needs tracing.
     Shaft {
         stream: &'a HitStream,
         points: &'a mut Points,
@@ -38,7 +38,7 @@ pub enum Ask<'a> {
         open: &'a mut bool,
         set: &'a mut Candidates,
     },
-    /// Prepares for any rays.
+    /// Keeps all shapes, for arbitrary rays.
     All { set: &'a mut Candidates },
     /// See [`shadow::splat_unoccluded`].
     Visible {
@@ -74,16 +74,16 @@ pub enum Ask<'a> {
     },
 }
 
-/// Answers of one intersector in packets of one width.
+/// Request handler of one intersector and packet width.
 #[derive(Clone, Copy, Debug)]
 pub struct Answers {
     answer: fn(&mut Chunk, Ask),
-    /// Points that are shaded for all lights before the next points are.
+    /// Points per block; a block is shaded for all lights before the next one.
     pub block: usize,
 }
 
 impl Answers {
-    /// For packets of 1, 8 or 16 lanes; eight have AVX-512 where it is there.
+    /// For packets of 1, 8 or 16 lanes. Eight lanes use AVX-512 if the processor has it.
     pub fn of(accel: AccelKind, lanes: Lanes) -> Self {
         match accel {
             AccelKind::Embree => Self::by::<ByEmbree>(lanes),
@@ -104,13 +104,13 @@ impl Answers {
 }
 
 impl Chunk<'_> {
-    /// Asks the intersector of the plan.
+    /// Sends a request to the intersector of the plan.
     pub fn ask(&mut self, ask: Ask) {
         (self.answers.answer)(self, ask);
     }
 }
 
-/// A question and the chunk that it is about, for all lane widths.
+/// A request with its chunk, generic over the lane width.
 struct Answering<'a, 'c, T>(&'a mut Chunk<'c>, Ask<'a>, PhantomData<T>);
 
 impl<T: Tracer> LaneWork for Answering<'_, '_, T> {

@@ -1,4 +1,4 @@
-//! Eye rays: through the film, to the first hit, into the hit streams.
+//! Camera rays: from the film to the first hit, into the hit streams.
 
 use std::marker::PhantomData;
 
@@ -16,11 +16,11 @@ use crate::pipeline::world::World;
 use crate::sampling::warp;
 use crate::scene::Effect;
 
-/// Traces every sample of a chunk. Emitters that are seen go onto the film, surfaces into the streams.
-/// What the stage holds are the bits of [`Effects`](crate::scene::Effects).
+/// Traces every sample of a chunk. Visible emitters go to the film, surfaces into the streams. `COMPILED_IN` are the bits of the
+/// compiled [`Effects`](crate::scene::Effects).
 pub struct CameraStage<T, const COMPILED_IN: u32>(PhantomData<T>);
 
-/// Counts the samples of a film on which nothing is in sight.
+/// Counts the samples of views that contain nothing.
 pub struct Blank;
 
 impl<T: Tracer, const COMPILED_IN: u32> Stage for CameraStage<T, COMPILED_IN> {
@@ -42,16 +42,15 @@ impl Stage for Blank {
 fn trace<L: TraceLane, T: Tracer, const COMPILED_IN: u32>(chunk: &mut Chunk, scratch: &mut Scratch) {
     let Scratch { grid, hits, set, .. } = scratch;
     if has(COMPILED_IN, Effect::Lens) {
-        // Rays through a lens leave the tile's frustum.
+        // Rays through a lens can leave the tile's frustum.
         T::keep_all(chunk.world, set);
     } else {
         T::cull_for_tile::<L>(chunk.world, chunk.tile, set);
     }
     hits.clear();
     let samples = grid.fill(chunk);
-    // Where only pixels are listed, a tile whose size is no multiple of the packet's lets packets straddle passes, so that
-    // only the last packet of a chunk has idle lanes. Behind the last sample these stay on its pass: their addresses must
-    // exist too.
+    // If only pixels are listed and the tile size is no multiple of the packet size, packets straddle passes, so that only the last
+    // packet of a chunk has idle lanes. Past the last sample, lanes stay in its pass, because their addresses must be valid too.
     let (length, listed) = (grid.len(), grid.lists_passes());
     let [[left, top], _] = chunk.tile.corners();
     let first_pixel = L::Bits::splat(top.wrapping_mul(chunk.film_width).wrapping_add(left));
@@ -82,7 +81,7 @@ fn trace<L: TraceLane, T: Tracer, const COMPILED_IN: u32>(chunk: &mut Chunk, scr
                 L::Bits::from_fn(|lane| chunk.pass_order[(turn + (at + lane) / length).min(last)])
             };
             if pairs_apart {
-                // Chunks begin with the first of a pair.
+                // Chunks start with the first pass of a pair.
                 index = index + (passes + L::Bits::splat(chunk.first.wrapping_neg())).shr(1) * area;
             }
             at += L::N;
@@ -138,7 +137,7 @@ fn trace<L: TraceLane, T: Tracer, const COMPILED_IN: u32>(chunk: &mut Chunk, scr
     chunk.counters.samples += samples as u64;
 }
 
-/// A packet of rays and what they have met.
+/// A packet of rays and its hits.
 struct Traced<L: TraceLane> {
     active: L::Mask,
     ray: Ray<L>,
@@ -146,7 +145,7 @@ struct Traced<L: TraceLane> {
     address: Address<L>,
 }
 
-/// Has the normals of the triangles that were met on their way into the cache.
+/// Prefetches the normals of the hit triangles.
 #[inline(always)]
 fn fetch_normals<L: TraceLane>(world: &World, hit: &Hit<L>) {
     let (mut geometries, mut primitives) = ([0; 16], [0; 16]);
@@ -159,7 +158,7 @@ fn fetch_normals<L: TraceLane>(world: &World, hit: &Hit<L>) {
     }
 }
 
-/// Puts each hit where it belongs, and what lies beyond the scene onto the film.
+/// Pushes each hit into its stream. Adds emission and environment radiance to the film.
 #[inline(always)]
 fn resolve<L: TraceLane, T: Tracer, const COMPILED_IN: u32>(chunk: &mut Chunk, hits: &mut Streams, seen: &Traced<L>) {
     let Traced {
@@ -224,7 +223,7 @@ fn resolve<L: TraceLane, T: Tracer, const COMPILED_IN: u32>(chunk: &mut Chunk, h
     let mut diffuse = reflects & !phong;
     let mut specular = point.rho;
     if surfaces.call::<COMPILED_IN>(Effect::Blend) {
-        // A blend is two surfaces at one point: it goes into both streams, and each lobe is sampled as its model is.
+        // A blend is two surfaces at one point: it goes into both streams, and each lobe is sampled by its model.
         let blends = surfaces.those(chunk.world, |surface| surface.specular.is_some()) & phong;
         diffuse = diffuse | blends;
         let record = |lane: usize| surfaces.record(chunk.world, lane).specular.unwrap_or_default();

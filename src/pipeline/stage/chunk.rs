@@ -10,21 +10,21 @@ use crate::pipeline::stream::Address;
 use crate::pipeline::world::World;
 use crate::sampling::{PassBlock, TechniqueSample};
 
-/// The order of a chunk's samples. A pixel's own samples come in the order of the chunk's turns in each, so a picture does not
-/// depend on it.
+/// The order of a chunk's samples. The samples of one pixel keep the order of the chunk's passes in all variants, so the picture
+/// does not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
-    /// Pass by pass, in each the pixels of the tile: packets hold one pass, so mostly one technique.
+    /// Pass by pass, and in each the pixels of the tile. A packet holds one pass, so mostly one sampling technique.
     Passes,
-    /// Four neighbouring pixels after the other, each with all its passes: packets are as narrow as they can be. On a mesh
-    /// whose triangles are smaller than pixels the rays of a packet then share most of their way.
+    /// Groups of four neighboring pixels, each group with all its passes. Packets are as narrow as possible, so their rays share
+    /// most of the traversal on meshes whose triangles are smaller than pixels.
     Neighbours,
-    /// Pass by pass, in each the pixels of the tile of one colour of the chessboard, then those of the other: those that share a list
-    /// of lights come after each other.
+    /// Pass by pass, and in each first the tile's pixels of one checkerboard color, then those of the other: points that share a
+    /// list of lights are consecutive.
     Lists,
 }
 
-/// A chunk of work: some passes of a block for every pixel of a tile that takes part in them.
+/// A chunk of work: some passes of a block, for every pixel of a tile that takes part in them.
 #[derive(Debug)]
 pub struct Chunk<'a> {
     /// The scene.
@@ -35,39 +35,40 @@ pub struct Chunk<'a> {
     pub tile: &'a Tile,
     /// Pixels in a row of the film.
     pub film_width: u32,
-    /// First pass, counted from the block's first.
+    /// First pass, relative to the first of the block.
     pub first: u32,
-    /// All passes, counted so too, in the order in which they are taken; there is one at least.
+    /// All passes, relative to the first of the block, in processing order; at least one.
     pub pass_order: &'a [u32],
-    /// How they make packets.
+    /// How samples are grouped into packets.
     pub order: Order,
-    /// How directions of lights and of the BRDF are combined, for the stages that ask.
+    /// How light sampling and BRDF sampling are combined, for stages that read it at run time.
     pub mix: Mix,
-    /// What the intersector answers.
+    /// The request handler of the intersector.
     pub answers: Answers,
-    /// Of each pixel of the tile, the lights that `product` sends two rays to: bits from the lowest on; empty where it never does.
+    /// For each pixel of the tile, the lights to which `product` traces two rays: a bit mask, lowest bit first; empty if there are
+    /// none.
     pub partly: &'a [u32],
-    /// Sums of the chunk, slot by slot and in each pixel by pixel of its tile.
+    /// Sums of the chunk, slot by slot, and in each slot pixel by pixel.
     pub sum: &'a mut ChunkSum,
-    /// What was traced.
+    /// Ray counts.
     pub counters: &'a mut Counters,
-    /// Where a replay keeps the shadow rays that were traced; a render keeps none.
+    /// Log of traced shadow rays for a replay; `None` in a render.
     pub log: Option<Vec<Segment>>,
 }
 
-/// A ray of which it was asked what is in its way.
+/// A traced shadow ray.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Segment {
-    /// Where it starts, relative to the pinhole.
+    /// Origin, relative to the pinhole.
     pub origin: [f32; 3],
-    /// Unit.
+    /// Unit direction.
     pub direction: [f32; 3],
-    /// Where it ends; infinite where it has no end.
+    /// Length; infinite for an unbounded ray.
     pub tfar: f32,
 }
 
 impl Chunk<'_> {
-    /// Keeps the rays of a queue that is about to be traced, if anybody wants them: one look for a whole queue.
+    /// Logs the rays of a queue before tracing, if a log exists: one check per queue.
     #[inline(always)]
     pub fn keep<const K: usize>(&mut self, queue: &Queue<K>) {
         if let Some(log) = &mut self.log {
@@ -79,14 +80,14 @@ impl Chunk<'_> {
         }
     }
 
-    /// How often [`Self::technique_sample`] has to be called for a light.
+    /// How often [`Self::technique_sample`] must be called per light.
     #[inline(always)]
     pub fn tosses(&self) -> u32 {
         if self.mix.both() { 2 } else { 1 }
     }
 
-    /// Which points of a packet follow their BRDF in looking for light `i`, and the numbers for it: by a coin, or all of them the
-    /// second time. The direction of the BRDF is then the same for all lights.
+    /// Which points of a packet sample their BRDF for light `i`, and the random numbers: by one-sample MIS, or all points in the
+    /// second call. The BRDF-sampled direction is the same for all lights.
     #[inline(always)]
     pub fn technique_sample<L: Lane>(&self, address: &Address<L>, i: usize, time: u32) -> TechniqueSample<L::Bits> {
         let (numbers, key, pass) = (self.numbers, address.key, address.pass);
@@ -101,12 +102,12 @@ impl Chunk<'_> {
     }
 }
 
-/// Pairs of random numbers of a sample: the point in the pixel, then one for each direction.
+/// Pairs of random numbers of a sample: the film position first, then one pair per direction.
 pub mod pairs {
-    /// Point in the pixel.
+    /// Position in the pixel.
     pub const PIXEL: u32 = 0;
-    /// The one direction of `uniform` and `brdf`, and that of the BRDF which all spheres share in `mis`, all lights in `mis2-balance`
-    /// and `mis2-power`.
+    /// The single direction of `uniform` and `brdf`; the BRDF direction shared by all spheres in `mis`, and by all lights in
+    /// `mis2-balance` and `mis2-power`.
     pub const DIRECTION: u32 = 1;
     /// Direction to light `i`.
     pub const fn light(i: usize) -> u32 {

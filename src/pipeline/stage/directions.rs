@@ -1,4 +1,4 @@
-//! Which densities suit the points of which model.
+//! Which densities apply to which BRDF models.
 
 use std::ops::Range;
 
@@ -10,10 +10,9 @@ use crate::estimator::density::{Average, ConeOnly, ConeOrCap, Density, LobeInCap
 use crate::pipeline::model::{self, Model};
 use crate::pipeline::stream::ModelStream;
 
-/// How the directions of a light are drawn for all points of a stream. A density that suits some models is implemented for no
-/// others.
+/// Samples the directions of a light for all points of a stream. A density is implemented only for the models it supports.
 pub trait Directions<M: Model>: Density {
-    /// Draws a direction of the light for each point of the block that follows it.
+    /// Samples a light direction for each point of the block that uses light sampling.
     fn toward_light<L: TraceLane>(
         self,
         chunk: &Chunk,
@@ -25,7 +24,7 @@ pub trait Directions<M: Model>: Density {
     );
 }
 
-/// Densities whose directions are drawn packet by packet: for all models, or for one.
+/// Densities that sample packet by packet: for all models, or for one.
 macro_rules! packet_by_packet {
     ($($density:ty: $(<$any:ident>)? $([$model:ty])?;)*) => {$(
         impl$(<$any: Model>)? Directions<$($any)? $($model)?> for $density {

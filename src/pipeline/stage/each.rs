@@ -1,5 +1,5 @@
-//! Shading under the lights of one kind, by estimators that draw a direction for every light: one loop for all kinds. How directions
-//! are weighed is looked up when a stage runs: it is no part of what is compiled.
+//! Shading under the lights of one kind, for estimators that sample every light: one loop serves all kinds. The weighting of
+//! techniques is read at run time, not compiled in.
 
 use std::marker::PhantomData;
 use std::slice;
@@ -16,16 +16,16 @@ use crate::pipeline::space::Space;
 use crate::pipeline::stream::Address;
 use crate::sampling::{Pair, TechniqueSample};
 
-/// A direction for every triangle of small meshes.
+/// Samples every triangle of small meshes.
 pub struct PerTriangle<M>(PhantomData<M>);
 
-/// A direction for the environment.
+/// Samples the environment.
 pub struct PerEnvironment<M>(PhantomData<M>);
 
-/// A direction for every disk in the sky.
+/// Samples every sun.
 pub struct PerSun<M>(PhantomData<M>);
 
-/// The direction of every delta light: in all estimators, for no other technique can find them.
+/// Samples every delta light: in all estimators, because no other technique can find them.
 pub struct PerDelta<M>(PhantomData<M>);
 
 impl<M: Model> Stage for PerTriangle<M> {
@@ -61,12 +61,12 @@ impl<M: Model> Stage for PerSun<M> {
 impl<M: Model> Stage for PerDelta<M> {
     #[inline(always)]
     fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
-        // They have no random numbers, and so no place among the lights that do.
+        // Delta lights have no random numbers, so they have no index among the lights that do.
         each::<L, M, _>(chunk, scratch, 0, &chunk.world.delta_lights);
     }
 }
 
-/// What [`LightKind::sample`] draws from for light `i`, the first or the second time; nothing for a delta light.
+/// The random numbers for [`LightKind::sample`] of light `i`, in the first or second call; unused for a delta light.
 #[inline(always)]
 pub fn technique_sample<L: Lane, K: LightKind>(
     chunk: &Chunk,
@@ -84,8 +84,8 @@ pub fn technique_sample<L: Lane, K: LightKind>(
     }
 }
 
-/// Lights of a kind, of which the first has the number `first`. The light is the outer loop: it is the same for a whole stream, and its
-/// shadow rays are as alike as they can be.
+/// Shades the lights of a kind; the first has index `first`. Lights are the outer loop: one light serves a whole stream, so its
+/// shadow rays are as coherent as possible.
 #[inline(always)]
 fn each<L: TraceLane, M: Model, K: LightKind>(chunk: &mut Chunk, scratch: &mut Scratch, first: usize, lights: &[K]) {
     let Scratch {

@@ -1,4 +1,4 @@
-//! Points of rough surfaces with microfacets: which lanes have them, and their parameters.
+//! Points on microfacet surfaces: which lanes have them, and their parameters.
 
 use super::surface::{SurfacePoint, Surfaces};
 use crate::bsdf::{Conductor, Ggx, Microfacets};
@@ -9,7 +9,7 @@ use crate::pipeline::model::Streams;
 use crate::pipeline::stream::Address;
 use crate::pipeline::world::{Facets, World};
 
-/// Puts the points of such surfaces into their streams; returns the lanes that were such points.
+/// Pushes such points into their streams; returns their lanes.
 #[inline(always)]
 pub fn push<L: TraceLane>(
     world: &World,
@@ -19,7 +19,7 @@ pub fn push<L: TraceLane>(
     reflects: L::Mask,
     address: &Address<L>,
 ) -> L::Mask {
-    // One loop, and no closures: these would be calls, compiled without the lanes' instructions.
+    // A plain loop without closures: closures would become calls, compiled without the lanes' instruction set.
     let (mut coated, mut metals) = (0, 0);
     let (mut alpha, mut metallic, mut index) = ([1.0; 16], [0.0; 16], [[1.0; 16]; 6]);
     for lane in reflects.lanes() {

@@ -1,34 +1,33 @@
-//! In which order the samples of a chunk make packets.
+//! The order in which the samples of a chunk are grouped into packets.
 
 use super::chunk::{Chunk, Order};
 use crate::pipeline::lists::colour;
 
-/// The most lanes that a packet has: what is listed is repeated so far behind its end, that any packet is one load.
+/// Maximum number of lanes of a packet. Columns are padded by this much, so that any packet is one load.
 const LANES: usize = 16;
 
-/// What eye packets are loaded from, in columns, relative to the first pixel of the tile and the first pass of the chunk:
-/// tiles of one shape share it. The pixels of a tile, which serve pass after pass; or where packets mix passes, every
-/// sample of a chunk.
+/// Source columns of camera packets, relative to the first pixel of the tile and the first pass of the chunk, so tiles of one shape
+/// share them. They list the pixels of a tile, reused pass after pass; or every sample of a chunk, if packets mix passes.
 #[derive(Debug, Default)]
 pub struct Grid {
     pub x: Vec<f32>,
     pub y: Vec<f32>,
-    /// Where the pixel sums up in its chunk.
+    /// Index of the pixel's sum in the chunk.
     pub index: Vec<u32>,
-    /// What is to be added to the number of the tile's first pixel on the film.
+    /// Offset from the film index of the tile's first pixel.
     pub pixel: Vec<u32>,
-    /// What stands for the pixel among random numbers; for the eye stage to fill, chunk by chunk.
+    /// The pixel's key for random numbers; set by the camera stage for each chunk.
     pub key: Vec<u32>,
-    /// Of samples only: the pass, counted from the block's first.
+    /// For samples only: the pass, relative to the first of the block.
     pub pass: Vec<u32>,
-    /// The place of that pass among the turns of its chunk.
+    /// Position of that pass in the chunk's order.
     turn: Vec<u32>,
     length: usize,
     shape: Option<Shape>,
 }
 
-/// What decides the columns where all pixels take part in all passes: steps to the last column and row of the tile, pixels in a
-/// row of the film, and passes if samples are listed.
+/// Determines the columns if all pixels take part in all passes: offset of the tile's last column and row, film width, and number
+/// of passes if samples are listed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Shape {
     size: [u32; 2],
@@ -37,11 +36,11 @@ struct Shape {
 }
 
 impl Grid {
-    /// Lists what the packets of a chunk are loaded from; returns the number of its samples.
+    /// Fills the columns for a chunk; returns the number of its samples.
     pub fn fill(&mut self, chunk: &Chunk) -> usize {
         let tile = chunk.tile;
         let listed = !tile.goals().is_empty() || chunk.order == Order::Neighbours;
-        // Pairs of passes have places of their own where noise is measured, and those of listed samples are listed with them.
+        // While noise is measured, pairs of passes have separate sums. With listed samples these indices must be listed too.
         let even = tile.goals().is_empty() && !(listed && tile.measures_noise());
         let [[left, top], [right, bottom]] = tile.corners();
         let shape = even.then_some(Shape {
@@ -79,7 +78,7 @@ impl Grid {
         }
     }
 
-    /// Repeats the keys behind the end as the other columns are.
+    /// Pads the keys like the other columns.
     pub fn repeat_keys(&mut self) {
         for at in 0..LANES {
             let row = if self.lists_passes() {
@@ -91,20 +90,20 @@ impl Grid {
         }
     }
 
-    /// The number of rows.
+    /// Number of rows.
     pub fn len(&self) -> usize {
         self.length
     }
 
-    /// Whether samples are listed, each with its pass, and not only pixels.
+    /// Whether samples with their passes are listed, instead of pixels.
     pub fn lists_passes(&self) -> bool {
         !self.turn.is_empty()
     }
 
-    /// Pass by pass and in each the pixels that take part, in tile order.
+    /// Pass by pass, and in each the active pixels in tile order.
     fn pass_by_pass(&mut self, chunk: &Chunk) {
         let (pixels, goals, first) = (chunk.tile.offsets(), chunk.tile.goals(), chunk.numbers.first());
-        // Where goals are even the passes 2k and 2k + 1 have the same pixels, and the second of them is a copy.
+        // If all goals are even, the passes 2k and 2k + 1 have the same pixels, and the second is a copy.
         let twins = goals.iter().all(|goal| goal.is_multiple_of(2));
         let mut members = vec![0_u32; goals.len()];
         let by_colour: Vec<usize> = match chunk.order {
@@ -126,7 +125,7 @@ impl Grid {
                     count += usize::from(goals[at] > first + pass);
                 }
                 for (at, &goal) in (0..).zip(if by_colour.is_empty() { goals } else { &[] }) {
-                    // Written in any case, and kept by what is added: a branch would be guessed wrong.
+                    // Writes unconditionally and advances only if active: a branch would be mispredicted.
                     members[count] = at;
                     count += usize::from(goal > first + pass);
                 }
@@ -143,7 +142,7 @@ impl Grid {
         }
     }
 
-    /// By squares of 2 x 2 pixels along Morton's curve, in each pass by pass.
+    /// By squares of 2 x 2 pixels along a Morton curve, and in each square pass by pass.
     fn neighbours(&mut self, chunk: &Chunk) {
         let pixels = chunk.tile.offsets();
         let spread = |x: u32| (x & 1) | (x & 2) << 1 | (x & 4) << 2;
@@ -188,21 +187,21 @@ impl Grid {
     }
 }
 
-/// The pixels of a tile, first those of one colour of the chessboard, then the others.
+/// The pixels of a tile, first those of one checkerboard color, then the others.
 fn by_colour<'a>(chunk: &Chunk<'a>) -> impl Iterator<Item = usize> + use<'a> {
-    // The corners of tiles are of one colour.
+    // The corners of all tiles have the same color.
     let offsets = chunk.tile.offsets();
     let of = move |wanted: u32| (0..offsets.len()).filter(move |&at| colour(offsets[at]) == wanted);
     of(0).chain(of(1))
 }
 
-/// Whether a pixel takes part in a pass, counted from the block's first.
+/// Whether a pixel takes part in a pass, relative to the first of the block.
 fn takes_part(chunk: &Chunk, at: usize, pass: u32) -> bool {
     let pass = chunk.numbers.first() + pass;
     chunk.tile.goals().get(at).is_none_or(|&goal| goal > pass)
 }
 
-/// What a pass adds to the places of pixels: while noise is measured every pair of passes has sums of its own.
+/// Offset of a pass's sums: while noise is measured, every pair of passes has separate sums.
 fn slot(chunk: &Chunk, pass: u32) -> u32 {
     if chunk.tile.measures_noise() {
         (pass - chunk.first) / 2 * chunk.tile.area() as u32

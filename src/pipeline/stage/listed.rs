@@ -1,11 +1,10 @@
-//! Shading under many lights, by estimators that draw a direction for every light: for those of a short list, another one for each
-//! pass and colour of a tile ([`lists`](crate::pipeline::lists)).
+//! Shading under many lights, for estimators that sample every light: here every light of a short list, which differs per pass and
+//! color of a tile ([`lists`](crate::pipeline::lists)).
 //!
-//! A light that is expected `n` times in a list counts `1 / n` times when it is there. Where directions of the BRDF count too, the
-//! two techniques are weighed as if it were there `m` times, a guess that needs no way down the tree: `f m / (n (m p + q))` for a
-//! direction of the light and `f / (m p + q)` for one of the BRDF, in the words of [`density`](crate::estimator::density). The
-//! weights sum to one whatever `m` is, and `n` alone must be right. A direction of the BRDF is traced to the light that it meets,
-//! for no list need have it.
+//! A light with an expected count of `n` in a list is weighted by `1 / n` for each occurrence. If BRDF sampling is combined, the
+//! MIS weights assume that the light occurs `m` times, an estimate that needs no tree traversal: `f m / (n (m p + q))` for a light
+//! sample and `f / (m p + q)` for a BRDF sample, in the notation of [`density`](crate::estimator::density). The weights sum to one
+//! for any `m`; only `n` must be exact. A BRDF ray is traced to the light that it hits, which need not be on any list.
 
 use std::marker::PhantomData;
 
@@ -27,7 +26,7 @@ use crate::pipeline::queue::{QueuedRays, RayQueue, WideQueue};
 use crate::pipeline::stream::{HitStream, ModelStream};
 use crate::shape::Ball;
 
-/// A direction for every light of a list, or two.
+/// One or two directions for every light of a list.
 pub struct PerListed<D, M>(PhantomData<(D, M)>);
 
 impl<D: Directions<M>, M: Probed> Stage for PerListed<D, M> {
@@ -50,7 +49,7 @@ impl<D: Directions<M>, M: Probed> Stage for PerListed<D, M> {
             return;
         }
         let of_spheres = D::of(chunk.mix);
-        // Triangles may mix techniques where spheres do not.
+        // Triangles may use MIS where spheres do not.
         let mix = if lists.has_triangles() {
             chunk.mix
         } else {
@@ -111,15 +110,15 @@ impl<D: Directions<M>, M: Probed> Stage for PerListed<D, M> {
     }
 }
 
-/// What points have in common that share a list, in a tile.
+/// What points of a tile that share a list have in common.
 #[derive(PartialEq, Eq)]
 struct Shared {
-    /// Counted from the block's first.
+    /// Relative to the first of the block.
     pass: u32,
     colour: u32,
 }
 
-/// What the point at `at` shares, and where the points end that share it.
+/// The shared properties of the point at `at`, and the end of the run of points that have them.
 fn segment(chunk: &Chunk, stream: &HitStream, at: usize) -> (Shared, usize) {
     let offsets = chunk.tile.offsets();
     let [left, top] = chunk.tile.corners()[0];
@@ -136,13 +135,12 @@ fn segment(chunk: &Chunk, stream: &HitStream, at: usize) -> (Shared, usize) {
     (first, end.unwrap_or(stream.len()))
 }
 
-/// Whether all points follow their BRDF.
+/// Whether all points sample their BRDF.
 fn all_heads(part: &HitStream) -> bool {
     (0..part.len()).all(|at| part.by_brdf_lanes::<f32>(at))
 }
 
-/// How a light is weighed that a list has: its radiance is multiplied by the first number, the chance of its own directions by the
-/// second.
+/// Weights of a listed light: a factor for its radiance, and a factor for the density of its light sampling.
 fn worth(mix: Mix, pick: &Pick) -> (f32, f32) {
     let expected = mutate!(pick.expected, ExpectedOnceEach => pick.expected.max(1.0));
     let guess = if mix.mixed() { pick.guess } else { 1.0 };
@@ -251,7 +249,7 @@ fn toward_triangle<L: TraceLane, M: Probed>(
     }
 }
 
-/// Queues the directions of the BRDF, of the points that follow it, with their densities.
+/// Queues the BRDF rays of the points that sample their BRDF, with their densities.
 #[inline(always)]
 fn sample_brdf<L: TraceLane, M: Probed>(mix: Mix, chunk: &Chunk, part: &ModelStream<M>, looks: &mut WideQueue) {
     for at in (0..part.len()).step_by(L::N) {

@@ -1,5 +1,5 @@
-//! Shading under large meshes that emit, by estimators that draw a direction for every light: a triangle of each is picked for every
-//! point. How directions are weighed is looked up when a stage runs.
+//! Shading under large emissive meshes, for estimators that sample every light: each point samples one triangle per mesh. The
+//! weighting of techniques is read at run time, not compiled in.
 
 use std::marker::PhantomData;
 
@@ -14,11 +14,11 @@ use crate::pipeline::model::Model;
 use crate::pipeline::queue::QueuedRays;
 use crate::shape::{Ball, NO_SKIP_ID};
 
-/// A direction for every large mesh.
+/// Samples every large mesh.
 pub struct PerMesh<M>(PhantomData<M>);
 
 impl<M: Model> Stage for PerMesh<M> {
-    /// A direction of the BRDF is traced to the triangle that it meets first: only then its other density is known.
+    /// A BRDF ray is traced to the first triangle that it hits; only then the density of light sampling is known.
     #[inline(always)]
     fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
         let Scratch {

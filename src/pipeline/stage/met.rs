@@ -1,4 +1,4 @@
-//! What directions of the BRDF meet where lights are drawn from lists: any light, in a list or not.
+//! Resolves BRDF rays if lights come from lists: any light counts, on a list or not.
 
 use super::{Chunk, shadow};
 use crate::bsdf::Lobe;
@@ -12,8 +12,8 @@ use crate::pipeline::queue::WideQueue;
 use crate::pipeline::tracer::Tracer;
 use crate::sampling::warp;
 
-/// Adds, for every ray that meets a light first, its `f_cos` times the radiance, over the density by which the direction was drawn, as
-/// the chunk weighs it against the light's own directions; the ray's number is the density of the BRDF. Spheres count if `spheres`.
+/// For every ray whose first hit is a light, adds `f_cos` times the radiance, divided by its density and MIS-weighted as in the
+/// chunk. The ray's number is the density of the BRDF. Spheres count only if `spheres`.
 #[inline(always)]
 pub fn met<L: TraceLane, T: Tracer>(
     chunk: &mut Chunk,
@@ -29,7 +29,7 @@ pub fn met<L: TraceLane, T: Tracer>(
         let hit = T::nearest(chunk.world, set, active, &ray, Coherence::Incoherent);
         let mut value = [[0.0_f32; 3]; 16];
         let mut counts = 0;
-        // Few rays meet lights: one after the other, by the same operations in any number of lanes.
+        // Few rays hit lights, so they are processed one by one; the operations are the same for any number of lanes.
         for lane in hit.found.lanes() {
             let met = (hit.geometry.lane(lane), hit.primitive.lane(lane), hit.t.lane(lane));
             let from = (rays.origin.lane(lane), rays.direction.lane(lane), pdf.lane(lane));
@@ -54,7 +54,7 @@ pub fn met<L: TraceLane, T: Tracer>(
     queue.clear();
 }
 
-/// Radiance over density of a ray that has met something first; `None` where that is no light that counts.
+/// Radiance over density at a first hit; `None` if that is no light that counts.
 fn weighed(
     chunk: &Chunk,
     (lists, table): (&Lists, &Table),

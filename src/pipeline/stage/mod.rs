@@ -1,5 +1,5 @@
-//! The stages of a chunk, in the order of flow: [`eye`] fills the hit streams, [`shade`] fills the shadow queue,
-//! [`shadow`] empties it onto the film.
+//! The stages of a chunk, in order: [`camera`] fills the hit streams, [`shade`] fills the shadow queue, [`shadow`] traces it and
+//! adds to the film.
 
 mod ask;
 pub mod camera;

@@ -1,4 +1,4 @@
-//! Which points of a tile see a light in part: there visibility is all that is left of the noise of `product`.
+//! Finds the points of a tile that see a light partially. There visibility is the only remaining noise of `product`.
 
 use std::ops::Range;
 
@@ -15,17 +15,17 @@ use crate::pipeline::stream::{HitStream, ModelStream};
 use crate::sampling::Pair;
 use crate::shape::Ball;
 
-/// Lights that a point can be marked for: the bits of its mark.
+/// Maximum number of lights that can be marked: the bits of a mark.
 pub const MARKS: usize = 32;
 
-/// Rays from a point to a light, evenly around its rim: a straight edge that hides some of the disk, but less than a hundredth from
-/// one side, may pass between two of them.
+/// Rays per point and light, evenly spaced around the rim. A straight edge that hides part of the disk, but less than a hundredth
+/// from one side, may pass between two of them.
 const RAYS: u32 = 8;
 
-/// Where in a light's cone the rays go, as the first of two random numbers: 15/16 of its solid angle are nearer to its axis.
+/// Where the rays go within the light's cone, as the first of two random numbers: 15/16 of the solid angle are closer to the axis.
 const RIM: u32 = 15 << 28;
 
-/// Leaves in `scratch.partly`, for each place on the film, the lights of which its diffuse point sees some and not all.
+/// Writes to `scratch.partly`, for each film index, the lights that its diffuse point sees partially.
 pub struct Penumbra;
 
 impl Stage for Penumbra {
@@ -64,7 +64,7 @@ impl Stage for Penumbra {
             if open {
                 continue;
             }
-            // A ray that arrives adds 1 to red, and every ray has added 1 to green.
+            // Each unoccluded ray adds 1 to red; each traced ray has added 1 to green.
             chunk.sum.0.fill([0.0; 4]);
             for turn in 0..RAYS {
                 skip_id::<L>(chunk, stream, light, turn, queue);
@@ -111,17 +111,17 @@ fn skip_id<L: TraceLane>(
     }
 }
 
-/// Which direction of two, of the points that see a light in part.
+/// Selects one of two directions, for points that see a light partially.
 #[derive(Clone, Copy, Debug)]
 pub struct Half {
-    /// The light's place in the marks.
+    /// Bit of the light in the marks.
     pub bit: u32,
-    /// Whether it is the second.
+    /// Whether it is the second direction.
     pub second: bool,
 }
 
 impl Half {
-    /// The first direction to light `i`, where `partly` has a mark for it.
+    /// The first direction to light `i`, if `partly` marks it.
     #[inline(always)]
     pub fn first(partly: u32, i: usize) -> Option<Self> {
         (i < MARKS && partly >> i & 1 == 1).then_some(Self {
@@ -131,7 +131,7 @@ impl Half {
     }
 }
 
-/// Notes at each point of the block the lights that are seen in part around its pixel; those of all together.
+/// Stores at each point of the block the lights that are partially visible around its pixel; returns their union.
 #[inline(always)]
 pub fn mark<L: Lane>(chunk: &Chunk, stream: &mut HitStream, block: Range<usize>) -> u32 {
     if chunk.partly.is_empty() {
@@ -141,7 +141,7 @@ pub fn mark<L: Lane>(chunk: &Chunk, stream: &mut HitStream, block: Range<usize>)
     for at in block.step_by(L::N) {
         stream.index::<L>(at).store(&mut index);
         for lane in 0..L::N {
-            // While noise is measured a pixel has several places.
+            // While noise is measured, a pixel has several sums.
             lights[lane] = chunk.partly[index[lane] as usize % chunk.partly.len()];
             all |= lights[lane];
         }

@@ -1,22 +1,22 @@
-//! What the steps of `product` on Phong surfaces hand to each other.
+//! Buffers between the steps of `product` on Phong surfaces.
 //!
-//! Written in one loop, rings, arc and direction are a chain of some 370 dependent instructions, of which a processor has one packet in
-//! work at a time. In three loops over a block the packets overlap. Between the loops a packet's numbers lie in columns.
+//! In one loop, rings, arc and direction form a chain of some 370 dependent instructions, and the processor works on one packet at
+//! a time. In three loops over a block, packets overlap. Columns hold the data of the packets between the loops.
 
 use crate::lane::{Lane, Mask};
 use crate::light::{Ring, Rings};
 
-/// Points of a block: its columns stay in the nearest cache.
+/// Points per block; its columns fit the L1 cache.
 pub const BLOCK: usize = 256;
 
-/// Six numbers of [`Rings`], then the ring that was drawn, its weight and the number for its arc.
+/// Six numbers of [`Rings`], then the sampled ring, its weight and the random number for its arc.
 const COLUMNS: usize = 10;
 
-/// Packets of a block that the light and the lobe of a lane have anything in common for.
+/// The packets of a block in which the light overlaps the lobe of any lane.
 #[derive(Debug)]
 pub struct RingBlock {
     columns: Box<Aligned>,
-    /// Where each packet starts in its stream, and which of its lanes count.
+    /// Start of each packet in its stream, and its active lanes.
     packets: Vec<(usize, u32)>,
 }
 
@@ -24,15 +24,15 @@ pub struct RingBlock {
 #[repr(C, align(64))]
 struct Aligned([[f32; BLOCK]; COLUMNS]);
 
-/// What [`RingBlock::sampled`] gives back.
+/// The result of [`RingBlock::sampled`].
 pub struct Drawn<L: Lane> {
-    /// Lanes that count.
+    /// Active lanes.
     pub active: L::Mask,
-    /// The ring.
+    /// The sampled ring.
     pub ring: Ring<L>,
-    /// [`Rings::weight`] of it.
+    /// [`Rings::weight`] of the ring.
     pub weight: L,
-    /// The number for its arc.
+    /// The random number for its arc.
     pub v: L,
 }
 
@@ -45,25 +45,25 @@ impl RingBlock {
         }
     }
 
-    /// Empties it.
+    /// Empties the block.
     #[inline(always)]
     pub fn clear(&mut self) {
         self.packets.clear();
     }
 
-    /// Packets in the block.
+    /// Number of packets in the block.
     #[inline(always)]
     pub fn len(&self) -> usize {
         self.packets.len()
     }
 
-    /// Where packet `i` starts in its stream.
+    /// Start of packet `i` in its stream.
     #[inline(always)]
     pub fn start(&self, i: usize) -> usize {
         self.packets[i].0
     }
 
-    /// Adds the rings of the packet that starts at `start`.
+    /// Pushes the rings of the packet that starts at `start`.
     #[inline(always)]
     pub fn push<L: Lane>(&mut self, start: usize, active: L::Mask, rings: &Rings<L>) {
         let i = self.packets.len();
@@ -94,7 +94,7 @@ impl RingBlock {
         }
     }
 
-    /// Notes the ring that was drawn for packet `i`.
+    /// Stores the sampled ring of packet `i`.
     #[inline(always)]
     pub fn set_drawn<L: Lane>(&mut self, i: usize, ring: &Ring<L>, weight: L, v: L) {
         for (k, number) in [ring.t, ring.half_arc, weight, v].into_iter().enumerate() {
@@ -102,7 +102,7 @@ impl RingBlock {
         }
     }
 
-    /// The ring that was drawn for packet `i`.
+    /// The sampled ring of packet `i`.
     #[inline(always)]
     pub fn sampled<L: Lane>(&self, i: usize) -> Drawn<L> {
         Drawn {

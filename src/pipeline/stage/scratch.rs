@@ -1,4 +1,4 @@
-//! What threads work with, and what a stage is.
+//! Per-thread scratch memory, and the stage trait.
 
 use super::chunk::Chunk;
 use super::grid::Grid;
@@ -10,47 +10,47 @@ use crate::linear::cull::Points;
 use crate::pipeline::model::Streams;
 use crate::pipeline::queue::{RayQueue, WideQueue};
 
-/// A step of a chunk, written once for packets of any width.
+/// A stage of a chunk, written once for packets of any width.
 pub trait Stage {
-    /// Does the step. `#[inline(always)]`, as is everything in it that handles lanes.
+    /// Runs the stage. `#[inline(always)]`, like everything in it that handles lanes.
     fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch);
 }
 
-/// What a thread works with; made once, used for chunk after chunk.
+/// Working memory of a thread; allocated once and reused for all chunks.
 #[derive(Debug)]
 pub struct Scratch {
     /// The pixels of the tile, or the samples of the chunk.
     pub grid: Grid,
-    /// Shading points by model of reflection: see [`Model`](crate::pipeline::model::Model).
+    /// Shading points by BRDF model: see [`Model`](crate::pipeline::model::Model).
     pub hits: Streams,
     /// Points that share a list of lights, by model.
     pub parts: Streams,
-    /// That list.
+    /// The list of lights.
     pub list: Vec<Pick>,
-    /// Rays that wait for their visibility; empty between steps, as the next two.
+    /// Shadow rays to be traced. This queue and the next two are empty between stages.
     pub queue: RayQueue,
-    /// Rays to triangles of meshes that emit, with the names of these.
+    /// Rays to triangles of mesh lights, with the triangles' skip ids.
     pub aimed: WideQueue,
-    /// Rays along directions of the BRDF, with their densities.
+    /// BRDF rays, with their densities.
     pub looks: WideQueue,
-    /// Where the points of a stream are.
+    /// Bounds of the points of a stream.
     pub points: Points,
-    /// Shapes that rays at hand may meet.
+    /// Shapes that the current rays may hit.
     pub set: Candidates,
-    /// The ways from the points of a stream to each light.
+    /// The culled occluders between the points of a stream and each light.
     pub shafts: Vec<Shaft>,
-    /// Rings of lobes that lights lie in, between the steps of `product`.
+    /// Rings of BRDF lobes that overlap lights, between the steps of `product`.
     pub rings: RingBlock,
-    /// What [`Penumbra`](super::Penumbra) has found.
+    /// Output of [`Penumbra`](super::Penumbra).
     pub partly: Vec<u32>,
 }
 
-/// What may be in the way of rays from the points of a stream to a light.
+/// Potential occluders of rays from the points of a stream to a light.
 #[derive(Debug, Default)]
 pub struct Shaft {
     /// Nothing at all: the rays need not be asked for.
     pub open: bool,
-    /// The shapes that may be.
+    /// The potential occluders.
     pub set: Candidates,
 }
 

@@ -1,4 +1,4 @@
-//! Shading: from hit streams to rays that carry what they are worth.
+//! Shading: turns hit streams into rays with contributions.
 
 use std::hint::black_box;
 use std::marker::PhantomData;
@@ -20,15 +20,15 @@ use crate::pipeline::queue::{QueuedRays, RayQueue};
 use crate::pipeline::stream::{Address, HitStream, ModelStream};
 use crate::shape::Ball;
 
-/// A direction for every sphere that emits, or two.
+/// One or two directions for every spherical light.
 pub struct PerLight<D, M>(PhantomData<(D, M)>);
 
-/// `uniform` and `brdf`: one direction for the point.
+/// `uniform` and `brdf`: one direction per point.
 pub struct PerPoint<D, M>(PhantomData<(D, M)>);
 
 impl<D: Directions<M>, M: Model> Stage for PerLight<D, M> {
-    /// The light is the outer loop: it is the same for a whole stream, and its shadow rays are as alike as they can be. Each
-    /// technique has a loop of its own, for whole packets mostly follow one.
+    /// Lights are the outer loop: one light serves a whole stream, so its shadow rays are as coherent as possible. Each technique
+    /// has its own loop, because most packets use a single technique.
     #[inline(always)]
     fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
         let Scratch {
@@ -83,7 +83,7 @@ impl<D: Directions<M>, M: Model> Stage for PerLight<D, M> {
                 };
                 density.toward_light::<L>(chunk, stream, rings, block.clone(), light, &mut sink);
                 if D::WARP == Warp::ConeOrCap && light.half.is_some() {
-                    // As below: the queue has room for one ray of each point.
+                    // As below: the queue has room for one ray per point.
                     chunk.ask(Ask::Visible {
                         queue: sink.queue,
                         set,
@@ -92,7 +92,7 @@ impl<D: Directions<M>, M: Model> Stage for PerLight<D, M> {
                     density.toward_light::<L>(chunk, stream, rings, block.clone(), &light.second(), &mut sink);
                 }
                 if density.mix().both() {
-                    // The queue has room for one ray of each point.
+                    // The queue has room for one ray per point.
                     chunk.ask(Ask::Visible {
                         queue: sink.queue,
                         set,
@@ -114,11 +114,11 @@ impl<D: Directions<M>, M: Model> Stage for PerLight<D, M> {
     }
 }
 
-/// A light and the pair of random numbers for its cone.
+/// A light and the random pair for its cone.
 pub struct Light {
     pub sphere: SphereLight,
     pair: u32,
-    /// Which direction, of the points that see it in part; `None` where nobody does.
+    /// The direction to sample at points that see the light partially; `None` if no point does.
     half: Option<Half>,
 }
 
@@ -132,18 +132,18 @@ impl Light {
         }
     }
 
-    /// The same for second directions.
+    /// The same light with second directions.
     fn second(&self) -> Self {
         let half = self.half.map(|half| Half { second: true, ..half });
         Self { half, ..*self }
     }
 }
 
-/// Where contributions of a light go: where nothing can be in their way, to their points at once; else to the rays that wait.
+/// Destination of a light's contributions: the points themselves if nothing can block the rays, else the ray queue.
 pub struct Sink<'a> {
     pub open: bool,
     pub queue: &'a mut RayQueue,
-    /// Rays that need not be asked for.
+    /// Number of rays that needed no tracing.
     pub answered: u64,
 }
 
@@ -174,7 +174,7 @@ impl Sink<'_> {
     }
 }
 
-/// Tosses for each point of a stream and draws the direction of its BRDF, where it may be asked for.
+/// Chooses the technique for each point of a stream, and samples its BRDF where BRDF sampling is possible.
 #[inline(always)]
 pub fn prepare<L: TraceLane, D: Density, M: Model>(
     density: D,
@@ -202,7 +202,7 @@ pub fn prepare<L: TraceLane, D: Density, M: Model>(
     }
 }
 
-/// The points of the packet at `at` that follow their BRDF when they look for a light.
+/// The points of the packet at `at` that use BRDF sampling for a light.
 #[inline(always)]
 fn by_brdf_lanes<L: Lane, D: Density, M: Model>(
     chunk: &Chunk,
@@ -217,7 +217,7 @@ fn by_brdf_lanes<L: Lane, D: Density, M: Model>(
     chunk.numbers.by_brdf_lanes(key, pass, light.pair, chunk.tile.number())
 }
 
-/// Directions of a light, for the points that follow it.
+/// Samples a light, for the points that use light sampling.
 #[inline(always)]
 pub fn sample_light<L: TraceLane, D: per_light::Directions<L, M::Of<L>>, M: Model>(
     density: D,
@@ -240,7 +240,7 @@ pub fn sample_light<L: TraceLane, D: per_light::Directions<L, M::Of<L>>, M: Mode
             }
         }
         let tossed = mix.mixed() && !mix.both();
-        // One coin for all lights is known already; one for each takes a hash, which many a packet can do without.
+        // If all lights share one random choice, it is known already. A choice per light costs a hash, which many packets can skip.
         let known = D::SHARES_COIN || chunk.numbers.one_coin();
         if tossed && known {
             active = active & !by_brdf_lanes::<L, D, M>(chunk, stream, at, light);
@@ -271,8 +271,8 @@ pub fn sample_light<L: TraceLane, D: per_light::Directions<L, M::Of<L>>, M: Mode
             density.toward_light(&point, &view, numbers, active)
         } else {
             let sampled = per_light::draw(&view, numbers);
-            // Loaded again: sixteen registers do not hold all that is needed before a direction is drawn and after it. The compiler
-            // would keep the first load's instead, on the stack.
+            // Reloads the point. Sixteen registers cannot hold everything needed before and after sampling, and without a reload
+            // the compiler spills the first load to the stack.
             let (_, point, _) = stream.packet::<L>(black_box(at));
             per_light::by_light(density, &point, &sampled, active)
         };
@@ -287,7 +287,7 @@ pub fn sample_light<L: TraceLane, D: per_light::Directions<L, M::Of<L>>, M: Mode
     }
 }
 
-/// Directions of the part of each point's lobe that lies inside the light, in the three steps of [`per_light::by_lobe`].
+/// Samples the part of each point's lobe that lies inside the light, in the three steps of [`per_light::by_lobe`].
 #[inline(always)]
 pub fn in_lobe<L: TraceLane>(
     chunk: &Chunk,
@@ -332,7 +332,7 @@ pub fn in_lobe<L: TraceLane>(
     }
 }
 
-/// Directions of the BRDF, for the points that follow it and as far as they meet a light.
+/// Samples the BRDF, for the points that use BRDF sampling; keeps directions that hit a light.
 #[inline(always)]
 fn sample_brdf<L: TraceLane, D: Density, M: Model>(
     density: D,
@@ -367,7 +367,7 @@ fn sample_brdf<L: TraceLane, D: Density, M: Model>(
 }
 
 impl<D: per_point::Density, M: Model> Stage for PerPoint<D, M> {
-    /// Where only spheres emit, a direction that misses them all is dropped before it costs a ray.
+    /// If only spheres emit, a direction that misses all of them is dropped before a ray is traced.
     #[inline(always)]
     fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
         let Scratch { hits, queue, set, .. } = scratch;
@@ -396,7 +396,8 @@ impl<D: per_point::Density, M: Model> Stage for PerPoint<D, M> {
     }
 }
 
-/// Lanes whose direction may meet any of the lights. The accelerator decides; this only must never say no too early.
+/// Lanes whose direction may hit any of the lights. Conservative: it may report misses as hits, never hits as misses; tracing
+/// decides.
 #[inline(always)]
 pub(super) fn may_meet<L: Lane>(lights: &[SphereLight], p: Vec3<L>, wi: Vec3<L>) -> L::Mask {
     let mut meets = L::Mask::splat(false);

@@ -1,4 +1,4 @@
-//! Visibility: queued rays through the accelerator, what they are worth onto the film. Each step leaves its queue empty.
+//! Visibility: traces queued rays and adds their contributions to the film. Each function leaves its queue empty.
 
 use std::ops::Range;
 
@@ -15,7 +15,7 @@ use crate::pipeline::queue::{QueuedRays, RayQueue, WideQueue};
 use crate::pipeline::stream::HitStream;
 use crate::pipeline::tracer::Tracer;
 
-/// Adds the contribution of every ray with nothing but the sphere `light` before its end.
+/// Adds the contribution of every ray that hits nothing except the sphere `light` before its end.
 #[inline(always)]
 pub fn splat_unoccluded<L: TraceLane, T: Tracer>(
     chunk: &mut Chunk,
@@ -35,7 +35,7 @@ pub fn splat_unoccluded<L: TraceLane, T: Tracer>(
     queue.clear();
 }
 
-/// Adds the contribution of every ray: nothing can be in its way.
+/// Adds the contribution of every ray, because nothing can block them.
 #[inline(always)]
 pub fn unoccluded<L: Lane>(chunk: &mut Chunk, queue: &mut RayQueue) {
     chunk.keep(queue);
@@ -47,7 +47,7 @@ pub fn unoccluded<L: Lane>(chunk: &mut Chunk, queue: &mut RayQueue) {
     queue.clear();
 }
 
-/// Adds the light that has reached the points of a stream without a ray.
+/// Adds the light that the points of a stream received without tracing.
 #[inline(always)]
 pub fn splat_stream<L: Lane>(chunk: &mut Chunk, stream: &HitStream, block: Range<usize>) {
     for at in block.step_by(L::N) {
@@ -59,7 +59,7 @@ pub fn splat_stream<L: Lane>(chunk: &mut Chunk, stream: &HitStream, block: Range
     }
 }
 
-/// Adds the contribution of every ray with nothing before its end but the triangle that its number names.
+/// Adds the contribution of every ray that hits nothing before its end, except the triangle with the ray's number as skip id.
 #[inline(always)]
 pub fn visible_each<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut WideQueue, set: &Candidates) {
     chunk.keep(queue);
@@ -72,8 +72,8 @@ pub fn visible_each<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut Wide
     queue.clear();
 }
 
-/// Adds, for every ray that meets the mesh first, its `f_cos` times the radiance, over the density by which the
-/// direction was drawn, as the chunk weighs it; the ray's number is the density of the BRDF.
+/// For every ray whose first hit is the mesh, adds `f_cos` times the radiance, divided by its density and MIS-weighted as in the
+/// chunk. The ray's number is the density of the BRDF.
 #[inline(always)]
 pub fn resolve_mesh_hits<L: TraceLane, T: Tracer>(
     chunk: &mut Chunk,
@@ -102,8 +102,8 @@ pub fn resolve_mesh_hits<L: TraceLane, T: Tracer>(
     queue.clear();
 }
 
-/// Adds, for every ray that meets an emitter first, its throughput times the radiance there; where there is an environment or a sun, also
-/// for every ray that meets nothing.
+/// For every ray whose first hit is an emitter, adds its throughput times the radiance. With an environment or a sun, does so for
+/// rays that hit nothing, too.
 #[inline(always)]
 pub fn resolve_emitter_hits<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut RayQueue, set: &Candidates) {
     chunk.keep(queue);
@@ -159,8 +159,8 @@ pub(super) fn segment<L: Lane>(rays: &QueuedRays<L>, skip_id: L::Bits) -> Ray<L>
     }
 }
 
-/// Adds what is a number to the film, lane by lane in order; counts what is not, by cause. Lanes that add nothing must have a place
-/// too: they add 0 to it, for to guess how many lanes count costs more than to add them.
+/// Adds finite, nonnegative values to the film, lane by lane in order, and counts the others by cause. Idle lanes need a valid
+/// index too: they add 0. A data-dependent number of lanes mispredicts and is slower.
 #[inline(always)]
 pub(super) fn splat<L: Lane>(
     sum: &mut ChunkSum,
@@ -172,7 +172,7 @@ pub(super) fn splat<L: Lane>(
     let infinity = L::splat(f32::INFINITY);
     let low = value.x.min(value.y).min(value.z);
     let high = value.x.max(value.y).max(value.z);
-    // NaN in any component makes the sum one, and fails every comparison.
+    // A NaN component makes the sum NaN, which fails every comparison.
     let total = value.x + value.y + value.z;
     let sound = low.ge(L::zero()) & high.lt(infinity) & total.ge(L::zero());
     for lane in (lanes & !sound).lanes() {

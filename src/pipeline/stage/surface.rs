@@ -1,4 +1,4 @@
-//! What an eye ray meets: the surface of each lane, and the shading point there.
+//! Surfaces and shading points at the hits of camera rays.
 
 use crate::embree::{Hit, Ray, TraceLane};
 use crate::estimator::ShadingPoint;
@@ -9,19 +9,19 @@ use crate::pipeline::tracer::Tracer;
 use crate::pipeline::world::{SurfaceRecord, World};
 use crate::scene::{Effect, Effects};
 
-/// Whether a stage that holds these effects holds this one.
+/// Whether a stage with these effects compiled in has this one.
 pub const fn has(held: u32, effect: Effect) -> bool {
     Effects::from_bits(held).has(effect)
 }
 
-/// The surface of each lane, and what a packet needs of it.
+/// The surface of each lane, and the packet's summary.
 pub struct Surfaces<L: Lane> {
     index: L::Bits,
-    /// Lanes that met a sphere.
+    /// Lanes that hit a sphere.
     spheres: L::Mask,
-    /// Lanes that met an emitter.
+    /// Lanes that hit an emitter.
     pub emits: L::Mask,
-    /// What any of them calls for.
+    /// Union of the effects of all surfaces in the packet.
     effects: Effects,
     rho: Vec3<L>,
     alpha: L,
@@ -30,14 +30,14 @@ pub struct Surfaces<L: Lane> {
 }
 
 impl<L: Lane> Surfaces<L> {
-    /// Looks up what was met.
+    /// Looks up the surfaces of hits.
     #[inline(always)]
     pub fn of(world: &World, hit: &Hit<L>) -> Self {
         let spheres = hit.geometry.eq(L::Bits::splat(world.sphere_geometry)) & hit.found;
         let index = L::Bits::select(spheres, hit.geometry + hit.primitive, hit.geometry);
         let first = index.lane(hit.found.lanes().next().unwrap_or(0));
         if (hit.found & !index.eq(L::Bits::splat(first))).none() {
-            // Most packets meet one surface.
+            // Most packets hit a single surface.
             let one = &world.surfaces[first as usize];
             let index = L::Bits::splat(first);
             let emits = L::Mask::splat(one.le.is_some());
@@ -52,7 +52,7 @@ impl<L: Lane> Surfaces<L> {
                 extent: Vec3::splat(one.extent),
             };
         }
-        // One loop, and no closures: these would be calls, compiled without the lanes' instructions.
+        // A plain loop without closures: closures would become calls, compiled without the lanes' instruction set.
         let (mut indices, mut columns) = ([0; 16], [[0.0; 16]; 8]);
         let (mut emits, mut effects) = (0, Effects::default());
         L::Bits::select(hit.found, index, L::Bits::splat(first)).store(&mut indices);
@@ -80,47 +80,47 @@ impl<L: Lane> Surfaces<L> {
         }
     }
 
-    /// Whether any surface of the packet calls for an effect, of those that the stage holds. An effect that is held for other
-    /// scenes then costs a look at one number a packet.
+    /// Whether any surface of the packet requires an effect that is compiled in. A compiled-in effect that is not used then costs
+    /// one test per packet.
     #[inline(always)]
     pub fn call<const COMPILED_IN: u32>(&self, effect: Effect) -> bool {
         has(COMPILED_IN, effect) && self.effects.has(effect)
     }
 
-    /// Lanes whose surface is one of those.
+    /// Lanes whose surface satisfies the predicate.
     #[inline(always)]
     pub fn those(&self, world: &World, which: impl Fn(&SurfaceRecord) -> bool) -> L::Mask {
         let bits = (0..L::N).filter(|&lane| which(self.record(world, lane)));
         L::Mask::from_bitmask(bits.fold(0, |bits, lane| bits | 1 << lane))
     }
 
-    /// The surface of a lane.
+    /// The surface record of a lane.
     pub fn record<'w>(&self, world: &'w World, lane: usize) -> &'w SurfaceRecord {
         &world.surfaces[self.index.lane(lane) as usize]
     }
 }
 
-/// What a model of reflection is made from, in each lane that met a surface.
+/// The inputs of a BRDF model, in each lane that hit a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfacePoint<L: Lane> {
-    /// The point, moved off its surface.
+    /// The hit point, offset from its surface.
     pub p: Vec3<L>,
-    /// Geometric normal on the side of `wo`; unit.
+    /// Unit geometric normal on the side of `wo`.
     pub ng: Vec3<L>,
-    /// Shading normal on the side of `ng`; unit.
+    /// Unit shading normal on the side of `ng`.
     pub n: Vec3<L>,
-    /// To where the ray came from; unit.
+    /// Unit direction to the ray's origin.
     pub wo: Vec3<L>,
     /// Reflectance.
     pub rho: Vec3<L>,
     /// Phong's exponent; 1 for other models.
     pub alpha: L,
-    /// How far the lobe of this exponent reaches.
+    /// Reach of the Phong lobe with this exponent.
     pub reach: L,
 }
 
 impl<L: Lane> SurfacePoint<L> {
-    /// The point with a model.
+    /// The point with a BRDF.
     #[inline(always)]
     pub fn with<B>(&self, bsdf: B) -> ShadingPoint<L, B> {
         ShadingPoint {
@@ -131,7 +131,7 @@ impl<L: Lane> SurfacePoint<L> {
     }
 }
 
-/// Point, normals and parameters of each lane that met a surface.
+/// Computes point, normals and parameters of each lane that hit a surface.
 #[inline(always)]
 pub fn shading_point<L: TraceLane, T: Tracer, const COMPILED_IN: u32>(
     world: &World,
@@ -144,13 +144,13 @@ pub fn shading_point<L: TraceLane, T: Tracer, const COMPILED_IN: u32>(
     if has(COMPILED_IN, Effect::Lens) {
         p = p + ray.origin;
     }
-    // The normal of a triangle is as long as its area: of small ones the square of that would be denormal.
+    // The normal of a triangle is as long as its area; for small triangles its square would be denormal.
     let mut ng = if T::UNIT_NORMALS { hit.ng } else { hit.ng.unit() };
     if surfaces.spheres.any() {
-        // A sphere smaller than the spacing of numbers can be met at its very centre.
+        // A sphere smaller than the spacing of floats can be hit at its exact center.
         let outward = Vec3::select(hit.ng.max_abs().gt(L::zero()), hit.ng.unit(), wo);
         ng = Vec3::select(surfaces.spheres, outward, ng);
-        // Back onto the sphere: the error of a distance grows as distance over radius.
+        // Projected back onto the sphere, because the error of the distance grows as distance over radius.
         let ball = |lane: usize| &surfaces.record(world, lane).ball;
         let center = Vec3::new(
             L::from_fn(|lane| ball(lane).center[0]),
@@ -184,18 +184,18 @@ pub fn shading_point<L: TraceLane, T: Tracer, const COMPILED_IN: u32>(
     point
 }
 
-/// How far a shading point leaves its surface, in the unit that [`leave`] says.
+/// Offset of a shading point from its surface, in the unit defined at [`leave`].
 ///
-/// What rounding can do, in half-ulps `u` of `size` below: the distance `n·a / n·d` loses 3 u in each product and 1 u in the
-/// quotient, `t d` another, and the shadow ray's `n·(a - p)` 4 u more; Embree forms `n` anew for it. All at their worst
-/// together that is about 20 u. Counted on 12 scales x 12 offsets of a plane, a sphere, a mesh and a floor a thousand times
-/// as far as it is seen from (`selftest --case 24`), by Embree 4.4.0 and in a line: acne up to 3 u, none from 4 u on.
+/// Rounding error in half-ulps `u` of `size` (see below): the distance `n·a / n·d` loses 3 u in each product and 1 u in the
+/// quotient, `t d` another, and the shadow ray's `n·(a - p)` 4 u more; Embree recomputes `n` for it. The worst case of all together
+/// is about 20 u. Measured on 12 scales x 12 offsets of a plane, a sphere, a mesh and a floor a thousand times as large as its
+/// distance (`selftest --case 24`), with Embree 4.4.0 and brute force: acne up to 3 u, none from 4 u on.
 const OFFSET: f32 = 8.0 * f32::EPSILON / 2.0;
 
-/// The point `p` of a surface, moved to the side of its normal as far as rounding can have put it on the other.
+/// The point `p` of a surface, offset along its normal by as much as rounding can have moved it to the other side.
 ///
-/// Rounding works on coordinates, of the point and of the corners of its triangle, and it counts as far as it is along the
-/// normal: `size = |n|·(|p| + extent)`. For a floor that is its depth below the eye, however far it reaches.
+/// Rounding acts on coordinates, of the point and of the corners of its triangle, and counts by its component along the normal:
+/// `size = |n|·(|p| + extent)`. For a floor this is its depth below the camera, however large the floor is.
 #[inline(always)]
 fn leave<L: Lane>(p: Vec3<L>, ng: Vec3<L>, extent: Vec3<L>) -> Vec3<L> {
     let size =
@@ -206,7 +206,7 @@ fn leave<L: Lane>(p: Vec3<L>, ng: Vec3<L>, extent: Vec3<L>) -> Vec3<L> {
     )
 }
 
-/// What the texture of each lane shows; 1 where there is none.
+/// The texture value of each lane; 1 without a texture.
 #[inline(always)]
 pub fn texels<L: Lane>(world: &World, hit: &Hit<L>, surfaces: &Surfaces<L>) -> Vec3<L> {
     let mut fetched = Fetched::default();
@@ -232,10 +232,10 @@ fn face<L: Lane>(v: Vec3<L>, towards: Vec3<L>) -> Vec3<L> {
     v.negated(v.dot(towards).lt(L::zero()))
 }
 
-/// The interpolated normal where the mesh has one, on the side of `ng`; else `ng`.
+/// The interpolated normal on the side of `ng`, if the mesh has smooth normals; else `ng`.
 #[inline(always)]
 fn smooth_normal<L: Lane>(world: &World, hit: &Hit<L>, surfaces: &Surfaces<L>, ng: Vec3<L>) -> Vec3<L> {
-    // Loaded first, weighed after: the loads of all lanes wait for memory together.
+    // Loads come first and interpolation after, so that the memory latencies of all lanes overlap.
     let mut corners = [[0.0_f32; 16]; 9];
     let mut smooth = 0_u32;
     let (mut indices, mut primitives) = ([0; 16], [0; 16]);
@@ -257,13 +257,13 @@ fn smooth_normal<L: Lane>(world: &World, hit: &Hit<L>, surfaces: &Surfaces<L>, n
     let w = L::one() - u - v;
     let mean = |k: usize| w * L::load(&corners[k]) + u * L::load(&corners[3 + k]) + v * L::load(&corners[6 + k]);
     let sum = Vec3::new(mean(0), mean(1), mean(2));
-    // Opposite normals can cancel; then the triangle's own has to do.
+    // Opposite normals can cancel; then the geometric normal is used.
     let usable = L::Mask::from_bitmask(smooth) & sum.length_squared().gt(L::splat(1e-12));
     let normal = sum.normalize();
     Vec3::select(usable, mutate!(face(normal, ng), NormalNotFaced => normal), ng)
 }
 
-/// Lanes whose mesh has a smooth terminator, and how far the shading point moves there: see
+/// Lanes whose mesh has a smooth terminator, and the displacement of the shading point there: see
 /// [`Mesh::smooth_terminator`](crate::scene::Mesh::smooth_terminator).
 #[inline(always)]
 fn lift<L: Lane>(world: &World, hit: &Hit<L>, surfaces: &Surfaces<L>, p: Vec3<L>, n: Vec3<L>) -> (L::Mask, Vec3<L>) {
@@ -288,14 +288,14 @@ fn lift<L: Lane>(world: &World, hit: &Hit<L>, surfaces: &Surfaces<L>, p: Vec3<L>
     for (i, weight) in weights.into_iter().enumerate() {
         sum = sum + column(&normals, i) * weight;
     }
-    // The interpolated normal may have been turned to the side of the eye: then those of the corners are too.
+    // If the interpolated normal was flipped towards the camera, the vertex normals are flipped too.
     let turned = sum.dot(n).lt(L::zero());
     for (i, weight) in weights.into_iter().enumerate() {
         let normal = column(&normals, i).negated(turned);
         let below = normal.dot(column(&corners, i) - p).max(L::zero());
         by = by + normal * (below * weight);
     }
-    // As in `smooth_normal`: where normals cancel, the triangle is flat.
+    // As in `smooth_normal`: if the normals cancel, the triangle counts as flat.
     let usable = L::Mask::from_bitmask(smooth) & sum.length_squared().gt(L::splat(1e-12));
     (usable, by)
 }

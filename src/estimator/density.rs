@@ -1,11 +1,11 @@
-//! How directions of a light and directions of the BRDF make one estimate.
+//! Combines light sampling and BRDF sampling into one estimate.
 //!
-//! With `f` the integrand, `p` the density of the light's own directions and `q` that of the BRDF's:
+//! With the integrand `f`, the density `p` of light sampling and the density `q` of BRDF sampling:
 //!
-//! | [`Mix`] | a pass draws | a direction counts |
+//! | [`Mix`] | samples per pass | estimate |
 //! | --- | --- | --- |
 //! | `Light` | one of `p` | `f / p` |
-//! | `Average` | one of `p` or of `q`, by a fair coin | `2 f / (p + q)` |
+//! | `Average` | one of `p` or of `q`, with equal probability | `2 f / (p + q)` |
 //! | `Balance` | one of `p` and one of `q` | `f / (p + q)` |
 //! | `Power` | one of `p` and one of `q` | `f p / (p^2 + q^2)` or `f q / (p^2 + q^2)` |
 //!
@@ -15,34 +15,34 @@
 use crate::bsdf::{Lobe, Tint};
 use crate::lane::{Lane, Mask};
 
-/// Which directions are drawn and how they are weighed.
+/// Which techniques are sampled and how they are weighted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mix {
-    /// Those of the light alone.
+    /// Light sampling only.
     #[default]
     Light,
-    /// The average of both densities, in one sample (the hand-out, section 6).
+    /// The average of both densities with one sample, i.e. one-sample MIS (the hand-out, section 6).
     Average,
-    /// One of each, by the balance heuristic.
+    /// One sample of each technique, balance heuristic.
     Balance,
-    /// One of each, by the power heuristic.
+    /// One sample of each technique, power heuristic.
     Power,
 }
 
 impl Mix {
-    /// Whether directions of the BRDF count too.
+    /// Whether BRDF sampling is used too.
     #[inline(always)]
     pub const fn mixed(self) -> bool {
         !matches!(self, Self::Light)
     }
 
-    /// Whether a pass draws one direction of each, not one by a coin.
+    /// Whether a pass samples both techniques, instead of choosing one at random.
     #[inline(always)]
     pub const fn both(self) -> bool {
         matches!(self, Self::Balance | Self::Power)
     }
 
-    /// Of the lanes whose coin shows heads, those that follow their BRDF: all, or none.
+    /// Of the lanes that chose BRDF sampling, those that use it: all, or none without MIS.
     #[inline(always)]
     pub fn by_brdf<L: Lane>(self, by_brdf_lanes: L::Mask) -> L::Mask {
         if self.mixed() {
@@ -52,20 +52,20 @@ impl Mix {
         }
     }
 
-    /// `f_cos` times the weight, over the density, without the colours. `omega` is one over the light's own density, in
-    /// steradians; `by_brdf` are lanes whose direction is the BRDF's.
+    /// `f_cos` times the MIS weight, over the density, without colors. `omega` is the reciprocal density of light sampling, in
+    /// steradians; `by_brdf` are the lanes with BRDF samples.
     #[inline(always)]
     pub fn weight<L: Lane, T: Tint<L>>(self, omega: L, lobe: Lobe<L, T>, by_brdf: L::Mask) -> T {
         match self {
             Self::Light => lobe.shape.scaled(omega),
-            // With one division: `2 Ω f_cos / (1 + Ω q)`.
+            // With a single division: `2 Ω f_cos / (1 + Ω q)`.
             Self::Average => {
                 let twice = mutate!(omega + omega, MixtureWithoutHalf => omega);
                 lobe.shape.scaled(twice).over(omega.mul_add(lobe.pdf, L::one()))
             }
             Self::Balance => lobe.shape.scaled(omega).over(omega.mul_add(lobe.pdf, L::one())),
             Self::Power => {
-                // `f_cos / own / (1 + (other / own)^2)`: a square that overflows leaves 0, which is the limit.
+                // `f_cos / own / (1 + (other / own)^2)`: if the square overflows, the result is 0, which is the limit.
                 let ratio = omega * lobe.pdf;
                 let alone = T::chosen(by_brdf, lobe.shape.over(lobe.pdf), lobe.shape.scaled(omega));
                 let ratio = L::select(mutate!(by_brdf, HeuristicTurned => !by_brdf), L::one() / ratio, ratio);
@@ -75,46 +75,46 @@ impl Mix {
     }
 }
 
-/// How the directions of a sphere that emits are drawn. All but the first take the light's whole pair of random numbers.
+/// How directions to a spherical light are sampled. All variants except the first use both random numbers of the light's pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Warp {
-    /// Uniformly in the light's cone; of the light's pair, a coin may have taken a bit.
+    /// Uniform in the light's cone. The technique choice may have used a bit of the light's pair.
     Cone,
-    /// Of a diffuse point: in the cone, or by the cosine where the light is large or low.
+    /// Diffuse points: uniform in the cone, or cosine-weighted if the light is large or low.
     ConeOrCap,
-    /// Of a diffuse point: by the cosine.
+    /// Diffuse points: cosine-weighted.
     ProjectedCap,
-    /// Of a Phong point: by its lobe.
+    /// Phong points: proportional to the lobe.
     LobeInCap,
 }
 
-/// A [`Mix`] that is known when a stage is compiled, or one that is looked up when it runs: [`Mix`] itself.
+/// A [`Mix`] known at compile time, or one read at run time: [`Mix`] itself.
 pub trait Density: Copy {
-    /// How the directions of a light are drawn.
+    /// How directions to a light are sampled.
     const WARP: Warp = Warp::Cone;
-    /// Whether all lights of a point follow one coin, also where random numbers are independent.
+    /// Whether all lights of a point share one technique choice, even with independent random numbers.
     const SHARES_COIN: bool = false;
     /// The density for a stage that runs with this mix.
     fn of(mix: Mix) -> Self;
-    /// Which it is.
+    /// The mix.
     fn mix(self) -> Mix;
-    /// One over the density of a light's own directions, with the chance that it is asked at all; `omega` is that without.
+    /// Reciprocal density of light sampling, including the probability that the light is selected; `omega` is without it.
     #[inline(always)]
     fn asked<L: Lane>(self, omega: L) -> L {
         omega
     }
 }
 
-/// A mix for lights of which not all are asked.
+/// A mix for lights that are selected with a probability.
 #[derive(Clone, Copy, Debug)]
 pub struct Listed {
     mix: Mix,
-    /// One over the chance that a light is asked, or a guess of it.
+    /// Reciprocal of the selection probability, or of an estimate of it.
     inverse: f32,
 }
 
 impl Listed {
-    /// For a light that is asked with about this chance.
+    /// For a light with about this selection probability.
     pub fn new(mix: Mix, chance: f32) -> Self {
         Self {
             mix,
@@ -139,7 +139,7 @@ impl Density for Listed {
     }
 }
 
-/// Types that stand for a mix which is known when a stage is compiled.
+/// Defines types for mixes known at compile time.
 macro_rules! known {
     ($($(#[$doc:meta])* $name:ident: $mix:ident, $warp:ident;)*) => {$(
         $(#[$doc])*
@@ -167,10 +167,11 @@ known! {
     Average: Average, Cone;
     /// `cos / Π`: uniform in the projected solid angle of the light, for diffuse surfaces.
     Projected: Light, ProjectedCap;
-    /// `1 / Ω`, or `cos / Π` where the light is large or low ([`suits_cap`](super::per_light::suits_cap)): `product` on diffuse surfaces.
+    /// `1 / Ω`, or `cos / Π` if the light is large or low ([`suits_cap`](super::per_light::suits_cap)): `product` on diffuse
+    /// surfaces.
     ConeOrCap: Light, ConeOrCap;
-    /// The lobe over what it has between the light's nearest and farthest ring, over the share of the ring that is in the light:
-    /// `product` on Phong surfaces ([`Rings`](crate::light::Rings)).
+    /// The lobe, divided by its mass between the light's nearest and farthest ring and by the fraction of the ring inside the
+    /// light: `product` on Phong surfaces ([`Rings`](crate::light::Rings)).
     LobeInCap: Light, LobeInCap;
 }
 

@@ -1,7 +1,7 @@
-//! What an estimator asks of a kind of light. The stage of a kind and a replay ask it alike.
+//! The interface between estimators and kinds of light, used by the stages and by replays.
 //!
-//! Spheres have more: how their directions are drawn depends on the model of reflection ([`super::per_light::Directions`]). Of a large
-//! mesh a triangle is picked for every point ([`super::per_triangle`]).
+//! Spheres have more: their sampling depends on the BRDF model ([`super::per_light::Directions`]). A large mesh samples one
+//! triangle per point ([`super::per_triangle`]).
 
 use super::density::Density;
 use super::per_light::Contribution;
@@ -14,39 +14,39 @@ use crate::math::Vec3;
 use crate::sampling::TechniqueSample;
 use crate::shape::{Ball, NO_SKIP_ID};
 
-/// A kind of light, for estimators that draw a direction for every light.
+/// A kind of light, for estimators that sample every light.
 pub trait LightKind {
-    /// Whether its light comes from one direction: it needs no random number, and no other technique finds it.
+    /// Whether this is a delta light: it needs no random numbers, and no other technique finds it.
     const DELTA: bool = false;
 
-    /// Whether it may contribute at every point, so that it need not be asked.
+    /// Whether it can contribute at every point, so that [`Self::may_contribute`] need not be called.
     const ALWAYS: bool = false;
 
-    /// What of it is put into lanes once for many points.
+    /// Data broadcast to all lanes once for many points.
     type Spread<L: Lane>;
 
-    /// What is found out at points before a direction is drawn.
+    /// Data computed per point before sampling.
     type View<L: Lane>;
 
-    /// What its shadow rays skip.
+    /// The skip id of its shadow rays.
     fn id(&self) -> u32 {
         NO_SKIP_ID
     }
 
-    /// Where all its shadow rays go.
+    /// Bounds of its shadow rays.
     fn bounds(&self) -> Reach;
 
-    /// The light in every lane.
+    /// Broadcasts the light to all lanes.
     fn spread<L: Lane>(&self) -> Self::Spread<L>;
 
     /// The light as seen from `p`.
     fn seen_from<L: Lane>(&self, spread: &Self::Spread<L>, p: Vec3<L>) -> Self::View<L>;
 
-    /// Lanes where any direction to it may count; never too few.
+    /// Lanes where the light may contribute; conservative.
     fn may_contribute<L: Lane, M: Brdf<L>>(&self, point: &ShadingPoint<L, M>, view: &Self::View<L>) -> L::Mask;
 
-    /// Draws a direction of the light, or of the BRDF where `technique_sample` shows heads and the density mixes both, and weighs it by the
-    /// densities of both; `None` where no lane gets light by it.
+    /// Samples the light, or the BRDF in lanes where `technique_sample` chose it and the density mixes both, and weights the sample
+    /// by both densities; `None` if no lane receives light.
     fn sample<L: Lane, D: Density, M: Brdf<L>>(
         &self,
         density: D,

@@ -1,14 +1,13 @@
-//! The estimators of direct light, written once, generic over lanes.
+//! Estimators of direct light, generic over lanes.
 //!
-//! `L_o = ∫ L_e V f max(n·wi, 0) dwi`. One sample of it is, for a direction `wi` drawn with density `pdf`,
-//! `L_e V f_cos / pdf`. Two shapes of that:
+//! `L_o = ∫ L_e V f max(n·wi, 0) dwi`. A sample with a direction `wi` of density `pdf` is `L_e V f_cos / pdf`. There are two forms:
 //!
-//! - [`per_light`]: `light`, `mis`, `mis2-balance`, `mis2-power` and `projected` draw one direction for every light, or two. It
-//!   counts that light alone, so its radiance is known before any ray is traced and only its visibility is missing.
-//!   [`density`] says how directions of the light and of the BRDF are combined.
-//! - [`per_point`]: `uniform` and `brdf` draw one direction for the point. Whatever it meets first brings the radiance.
+//! - [`per_light`]: `light`, `mis`, `mis2-balance`, `mis2-power` and `projected` sample one or two directions per light. Only that
+//!   light counts, so its radiance is known before tracing and only its visibility is missing. [`density`] defines how light and
+//!   BRDF sampling are combined.
+//! - [`per_point`]: `uniform` and `brdf` sample one direction per point. Its first hit determines the radiance.
 //!
-//! Both know neither scene nor accelerator: they are functions of points, directions and random numbers.
+//! Neither depends on the scene or the accelerator: they are functions of points, directions and random numbers.
 
 pub mod density;
 pub mod kind;
@@ -23,14 +22,14 @@ use crate::bsdf::Brdf;
 use crate::lane::Lane;
 use crate::math::Vec3;
 
-/// Where light is asked for.
+/// A point where light is sampled.
 #[derive(Clone, Copy, Debug)]
 pub struct ShadingPoint<L: Lane, B> {
-    /// The point, already moved off its surface.
+    /// The point, offset from its surface.
     pub p: Vec3<L>,
-    /// Geometric normal on the side of `wo`; unit.
+    /// Unit geometric normal on the side of `wo`.
     pub ng: Vec3<L>,
-    /// The model of reflection, with the shading normal.
+    /// The BRDF, with the shading normal.
     pub bsdf: B,
 }
 
@@ -45,7 +44,7 @@ impl<L: Lane, B: Brdf<L>> ShadingPoint<L, B> {
 }
 
 impl<L: Lane, B> ShadingPoint<L, B> {
-    /// The same point with another model.
+    /// The same point with another BRDF.
     #[inline(always)]
     pub fn with<C>(&self, bsdf: C) -> ShadingPoint<L, C> {
         ShadingPoint {

@@ -1,4 +1,4 @@
-//! A delta light: the one direction that its light comes from. All estimators count it so, for no other technique can find it.
+//! Delta lights: the light's single direction. All estimators use it, because no other technique can find a delta light.
 
 use super::ShadingPoint;
 use super::per_light::Contribution;
@@ -8,7 +8,7 @@ use crate::light::DeltaLight;
 use crate::light::delta::Arriving;
 use crate::math::Vec3;
 
-/// What a light adds at each active point; `None` where no lane gets light by it.
+/// Contribution of a light at each active point; `None` if no lane receives light.
 #[inline(always)]
 pub fn sample<L: Lane, B: Brdf<L>>(
     point: &ShadingPoint<L, B>,

@@ -1,4 +1,4 @@
-//! `light` and `mis` under what lies beyond the scene: a direction for the whole sky.
+//! `light` and `mis` for the environment: one direction for the whole sphere of directions.
 
 use super::ShadingPoint;
 use super::density::Density;
@@ -9,8 +9,8 @@ use crate::light::environment::EnvironmentLight;
 use crate::math::Vec3;
 use crate::sampling::TechniqueSample;
 
-/// Draws one direction at each active point and weighs it; `None` where no lane gets light by it. The light is at an infinite
-/// distance; otherwise as for spheres ([`super::per_light::sample`]).
+/// Samples one direction at each active point and weights it; `None` if no lane receives light. The light is infinitely far away;
+/// otherwise as for spheres ([`super::per_light::sample`]).
 #[inline(always)]
 pub fn sample<L: Lane, D: Density, M: Brdf<L>, B: EnvironmentLight>(
     density: D,

@@ -1,6 +1,6 @@
-//! `light` and `mis`: a direction for every light, of its cone; or for `mis` with half a chance one of the BRDF, which all
-//! lights share. It costs as much as that of a cone and mostly meets no light at all: drawn for each light anew it took a third
-//! of the time of shading, and gained nothing, since a direction seldom meets two lights.
+//! `light` and `mis`: a direction in the cone of every light. `mis` instead uses a BRDF sample with probability one half, which all
+//! lights share. A BRDF sample costs as much as a cone sample and mostly hits no light. Sampling it per light took a third of the
+//! shading time and gained nothing, because a direction seldom hits two lights.
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -13,35 +13,35 @@ use crate::math::elementary::sin_cos_turn;
 use crate::math::{Frame, Vec3};
 use crate::sampling::{Pair, TechniqueSample, warp};
 
-/// One unoccluded contribution of a light, and what has to be asked before it counts.
+/// An unoccluded contribution of a light, and the shadow ray that decides its visibility.
 #[derive(Clone, Copy, Debug)]
 pub struct Contribution<L: Lane> {
-    /// Lanes with anything to ask for; elsewhere the contribution is exactly 0.
+    /// Lanes that need a shadow ray; in the others the contribution is exactly 0.
     pub active: L::Mask,
-    /// Direction to the light; unit.
+    /// Unit direction to the light.
     pub wi: Vec3<L>,
     /// Distance to the light.
     pub distance: L,
-    /// `le * f_cos / pdf`, to be counted where nothing else stands before the light.
+    /// `le * f_cos / pdf`; counts if nothing occludes the light.
     pub ld: Vec3<L>,
 }
 
-/// A [`Contribution`] before it has a colour.
+/// A [`Contribution`] before colors are applied.
 #[derive(Clone, Copy, Debug)]
 pub struct Weighed<L: Lane, T = L> {
-    /// Lanes with anything to ask for; elsewhere the weight is exactly 0.
+    /// Lanes that need a shadow ray; in the others the weight is exactly 0.
     pub active: L::Mask,
-    /// Direction to the light; unit.
+    /// Unit direction to the light.
     pub wi: Vec3<L>,
     /// Distance to the light.
     pub distance: L,
-    /// `f_cos / pdf` without the colours of the light and of the material.
+    /// `f_cos / pdf` without the colors of the light and of the material.
     pub weight: T,
 }
 
 impl<L: Lane, T: Tint<L>> Weighed<L, T> {
-    /// `le * f_cos / pdf` for points of this reflectance. Selected at the end: what overflows in an idle lane must not reach the sum of
-    /// its point as infinity times 0.
+    /// `le * f_cos / pdf` for points with this reflectance. Idle lanes are masked last: an overflow there must not reach the sum as
+    /// infinity times 0.
     #[inline(always)]
     pub fn ld(&self, light: &SphereLight, rho: Vec3<L>) -> Vec3<L> {
         let le = Vec3::splat(light.le);
@@ -53,13 +53,13 @@ impl<L: Lane, T: Tint<L>> Weighed<L, T> {
 #[derive(Clone, Copy, Debug)]
 pub struct Drawn<L: Lane> {
     cone: Cone<L>,
-    /// `1 - cos` about the axis of the cone.
+    /// `1 - cos` of the angle from the axis of the cone.
     t: L,
     wi: Vec3<L>,
 }
 
-/// One sample of the density: a direction of the BRDF where the coin shows heads and both kinds count, else of the light. What a
-/// render does in two steps, since its packets mostly follow one technique, and lights share the direction of the BRDF.
+/// One sample of the density: BRDF sampling in lanes that chose it if the density mixes both, else light sampling. A render splits
+/// this in two steps, because its packets mostly use one technique and lights share the BRDF sample.
 #[inline(always)]
 pub fn sample<L: Lane, D: Directions<L, B>, B: Brdf<L>>(
     density: D,
@@ -83,9 +83,9 @@ pub fn sample<L: Lane, D: Directions<L, B>, B: Brdf<L>>(
     })
 }
 
-/// How the directions of a light are drawn at points of a model. A density that suits some models is implemented for no others.
+/// Samples a light at points of a model. A density is implemented only for the models it supports.
 pub trait Directions<L: Lane, B: Brdf<L>>: Density {
-    /// Draws and weighs a direction of the light for each active point; `None` where no lane gets light by it.
+    /// Samples a direction to the light for each active point and weights it; `None` if no lane receives light.
     fn toward_light(
         self,
         point: &ShadingPoint<L, B>,
@@ -95,7 +95,7 @@ pub trait Directions<L: Lane, B: Brdf<L>>: Density {
     ) -> Option<Weighed<L, B::Tint>>;
 }
 
-/// `Density: models => how`, for points `point` and what else [`Directions::toward_light`] is given.
+/// `Density: models => expression`, in terms of `point` and the other arguments of [`Directions::toward_light`].
 macro_rules! directions {
     ($($density:ty: $([$model:ident])? $(<$any:ident>)? => |$own:ident, $point:ident, $view:ident, $pair:ident, $active:ident| $by:expr;)*) => {$(
         impl<L: Lane $(, $any: Brdf<L>)?> Directions<L, $($model<L>)? $($any)?> for $density {
@@ -127,7 +127,7 @@ directions! {
     LobeInCap: [Bsdf] => |_own, point, view, pair, active| by_lobe(&point.with(point.bsdf.as_phong()), view, pair, active);
 }
 
-/// Samples of lanes that are in one of two at most.
+/// Merges samples whose active lanes are disjoint.
 #[inline(always)]
 fn either<L: Lane, T: Tint<L>>(a: Option<Weighed<L, T>>, b: Option<Weighed<L, T>>) -> Option<Weighed<L, T>> {
     match (a, b) {
@@ -141,7 +141,7 @@ fn either<L: Lane, T: Tint<L>>(a: Option<Weighed<L, T>>, b: Option<Weighed<L, T>
     }
 }
 
-/// Draws one direction in the cone of a light, uniformly.
+/// Samples a direction uniformly in the cone of a light.
 #[inline(always)]
 pub fn draw<L: Lane>(view: &View<L>, numbers: Pair<L::Bits>) -> Drawn<L> {
     let cone = view.cone();
@@ -152,8 +152,7 @@ pub fn draw<L: Lane>(view: &View<L>, numbers: Pair<L::Bits>) -> Drawn<L> {
     Drawn { cone, t, wi }
 }
 
-/// Weighs a direction that [`draw`] has drawn; `None` where no lane gets light by it. Ask [`may_contribute`] before drawing: it is
-/// cheaper.
+/// Weights a direction from [`draw`]; `None` if no lane receives light. Test [`may_contribute`] before sampling, which is cheaper.
 #[inline(always)]
 pub fn by_light<L: Lane, D: Density, B: Brdf<L>>(
     density: D,
@@ -166,8 +165,8 @@ pub fn by_light<L: Lane, D: Density, B: Brdf<L>>(
     weigh(density, point, drawn, cos_theta, technique)
 }
 
-/// Draws a direction of the part of the light above the horizon in proportion to its cosine. The points must be diffuse: what is
-/// left of `f_cos / pdf` is the light's projected solid angle over pi, the same for every direction.
+/// Samples the part of the light above the horizon, cosine-weighted. For diffuse points only: `f_cos / pdf` then reduces to the
+/// projected solid angle of the light over pi, the same for every direction.
 #[inline(always)]
 pub fn by_cap<L: Lane, B: Brdf<L>>(
     point: &ShadingPoint<L, B>,
@@ -179,7 +178,7 @@ pub fn by_cap<L: Lane, B: Brdf<L>>(
     let (u, v) = numbers.unit::<L>();
     let cap = Cap::above(point.bsdf.normal(), &cone);
     let drawn = cap.draw(u, v);
-    // The cosine itself is above 0 by its form; that of the direction is not, where a light is at the horizon.
+    // The cosine is positive by construction; that of the rounded direction may not be, if a light is at the horizon.
     let lit = cap.projected().gt(L::zero()) & drawn.cos_theta.gt(L::zero());
     let active = active & lit & point.ng.dot(drawn.wi).gt(L::zero());
     if active.none() {
@@ -194,19 +193,19 @@ pub fn by_cap<L: Lane, B: Brdf<L>>(
     })
 }
 
-/// Sine of half the angle of a light, squared, from which it counts as large: its cosines then differ, and near it the time that the
-/// cap takes is small beside the noise that it saves. Half an angle of 26 degrees.
+/// Squared sine of the half-angle from which a light counts as large. Its cosines then vary, and at close range the cost of the cap
+/// is small compared with the noise it removes. Corresponds to a half-angle of 26 degrees.
 const LARGE: f32 = 0.19;
 
-/// Lanes where a diffuse point draws by the cosine, not in the cone: the light is large, or its rim is below the horizon, where a part
-/// of the cone is lost.
+/// Lanes where a diffuse point samples the cap instead of the cone: the light is large, or its rim is below the horizon, where cone
+/// samples are wasted.
 #[inline(always)]
 pub fn suits_cap<L: Lane, B: Brdf<L>>(point: &ShadingPoint<L, B>, view: &View<L>) -> L::Mask {
     let large = (view.radius * view.radius).gt(view.distance * view.distance * L::splat(LARGE));
     large | point.bsdf.normal().dot(view.to_center).lt(view.radius)
 }
 
-/// Draws a direction of a light for diffuse points, by [`by_cap`] where [`suits_cap`] says so, else in the cone.
+/// Samples a light at diffuse points: by [`by_cap`] where [`suits_cap`] holds, else in the cone.
 #[inline(always)]
 pub fn by_cone_or_cap<L: Lane, D: Density, B: Brdf<L, Tint = L>>(
     density: D,
@@ -230,7 +229,8 @@ pub fn by_cone_or_cap<L: Lane, D: Density, B: Brdf<L, Tint = L>>(
     either(cone, cap)
 }
 
-/// Draws a direction of the part of each point's lobe that lies inside the light, in proportion to the lobe. What a render does in three steps over many packets, which then overlap.
+/// Samples the part of each point's lobe inside the light, in proportion to the lobe. A render does this in three steps over many
+/// packets, which then overlap.
 #[inline(always)]
 pub fn by_lobe<L: Lane>(
     point: &ShadingPoint<L, Phong<L>>,
@@ -249,8 +249,7 @@ pub fn by_lobe<L: Lane>(
     on_ring(point, &cone, &ring, rings.weight(&ring), v, active)
 }
 
-/// The direction at `v` of the arc of a ring that lies inside the light; `weight` is [`Rings::weight`]. `None` where no lane gets
-/// light by it.
+/// The direction at `v` on the arc of a ring inside the light; `weight` is [`Rings::weight`]. `None` if no lane receives light.
 #[inline(always)]
 pub fn on_ring<L: Lane>(
     point: &ShadingPoint<L, Phong<L>>,
@@ -275,7 +274,7 @@ pub fn on_ring<L: Lane>(
     })
 }
 
-/// Draws the direction of the BRDF that all lights of a point share; 0 where it does not leave the surface.
+/// Samples the BRDF direction that all lights of a point share; 0 if it does not leave the surface.
 #[inline(always)]
 pub fn along_lobe<L: Lane, B: Brdf<L>>(point: &ShadingPoint<L, B>, numbers: Pair<L::Bits>) -> Vec3<L> {
     let (u, v) = numbers.unit::<L>();
@@ -284,7 +283,7 @@ pub fn along_lobe<L: Lane, B: Brdf<L>>(point: &ShadingPoint<L, B>, numbers: Pair
     wi.or_zero(above)
 }
 
-/// Weighs a direction that [`along_lobe`] has drawn, for `light`; `None` where no lane gets light by it.
+/// Weights a direction from [`along_lobe`] for `light`; `None` if no lane receives light.
 #[inline(always)]
 pub fn by_brdf<L: Lane, D: Density, B: Brdf<L>>(
     density: D,
@@ -301,7 +300,7 @@ pub fn by_brdf<L: Lane, D: Density, B: Brdf<L>>(
     weigh(density, point, &Drawn { cone, t, wi }, cos_theta, technique)
 }
 
-/// `f_cos / pdf` of directions without the reflectance; lanes that count, and those of them that follow their BRDF.
+/// `f_cos / pdf` without the reflectance; active lanes, and those of them with BRDF samples.
 #[inline(always)]
 fn weigh<L: Lane, D: Density, B: Brdf<L>>(
     density: D,
@@ -329,7 +328,7 @@ fn weigh<L: Lane, D: Density, B: Brdf<L>>(
     })
 }
 
-/// Lanes where a direction of the cone can have a value that is not exactly 0.
+/// Lanes where a direction in the cone can contribute.
 #[inline(always)]
 pub fn may_contribute<L: Lane, B: Brdf<L>>(point: &ShadingPoint<L, B>, view: &View<L>) -> L::Mask {
     point.bsdf.may_reflect(&Ball {
@@ -345,7 +344,7 @@ mod tests {
     use super::*;
     use crate::lane::{Bits, F32x8};
 
-    /// Every other point looks away from a light whose radiance times their reflectance is more than `f32` holds.
+    /// Every other point faces away from a light whose radiance times the reflectance overflows `f32`.
     #[test]
     fn what_overflows_in_an_idle_lane_stays_out_of_it() {
         let light = SphereLight {

@@ -1,4 +1,4 @@
-//! `uniform` and `brdf`: one direction for the point; what it meets first brings the light.
+//! `uniform` and `brdf`: one direction per point; its first hit determines the radiance.
 
 use super::ShadingPoint;
 use crate::bsdf::{Brdf, Tint};
@@ -7,16 +7,16 @@ use crate::math::elementary::sin_cos_turn;
 use crate::math::{Frame, Vec3};
 use crate::sampling::{Pair, warp};
 
-/// Which density directions are drawn from.
+/// The sampling density.
 pub trait Density {
-    /// The whole sphere, or else the BRDF's lobe.
+    /// Whether it is uniform over the sphere; otherwise it is the BRDF's lobe.
     const UNIFORM: bool;
 }
 
-/// `1 / 4 pi`.
+/// Uniform over the sphere: `1 / 4 pi`.
 pub struct Sphere;
 
-/// The BRDF's own lobe.
+/// Proportional to the BRDF's lobe.
 pub struct Lobe;
 
 impl Density for Sphere {
@@ -26,10 +26,10 @@ impl Density for Lobe {
     const UNIFORM: bool = false;
 }
 
-/// A direction, and what the radiance from it has to be multiplied by.
+/// A sampled direction and its throughput.
 #[derive(Clone, Copy, Debug)]
 pub struct Proposal<L: Lane> {
-    /// Lanes with a direction above the surface; elsewhere the contribution is exactly 0.
+    /// Lanes with a direction above the surface; in the others the contribution is exactly 0.
     pub active: L::Mask,
     /// Unit direction.
     pub wi: Vec3<L>,
@@ -37,7 +37,7 @@ pub struct Proposal<L: Lane> {
     pub throughput: Vec3<L>,
 }
 
-/// Draws one direction at each active point; `None` where no lane has one that counts.
+/// Samples one direction at each active point; `None` if no lane has a contributing one.
 #[inline(always)]
 pub fn sample<L: Lane, D: Density>(
     point: &ShadingPoint<L, impl Brdf<L>>,

@@ -1,4 +1,4 @@
-//! `light` and `mis` under a disk in the sky: a direction of its cone, or of the BRDF.
+//! `light` and `mis` for a sun: samples its cone, or the BRDF.
 
 use super::ShadingPoint;
 use super::density::Density;
@@ -9,7 +9,7 @@ use crate::light::Sun;
 use crate::math::Vec3;
 use crate::sampling::TechniqueSample;
 
-/// Lanes where any direction of the disk can have a value that is not 0: it is in a ball about its middle as large as its chord.
+/// Lanes where a direction to the sun can contribute. The sun is bounded by a sphere around its center with the chord as radius.
 #[inline(always)]
 pub fn may_contribute<L: Lane, B: Brdf<L>>(point: &ShadingPoint<L, B>, sun: &Sun) -> L::Mask {
     point.bsdf.may_reflect(&Ball {
@@ -20,8 +20,8 @@ pub fn may_contribute<L: Lane, B: Brdf<L>>(point: &ShadingPoint<L, B>, sun: &Sun
     })
 }
 
-/// Draws one direction at each active point and weighs it, as for spheres ([`super::per_light::sample`]); `None` where no lane gets light
-/// by it.
+/// Samples one direction at each active point and weights it, as for spheres ([`super::per_light::sample`]); `None` if no lane
+/// receives light.
 #[inline(always)]
 pub fn sample<L: Lane, D: Density, B: Brdf<L>>(
     density: D,

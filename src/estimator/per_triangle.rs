@@ -1,4 +1,4 @@
-//! `light` and `mis` under triangles that emit: a direction for every one, or for one of a mesh.
+//! `light` and `mis` for emissive triangles: samples each triangle, or one triangle of a mesh.
 
 use super::ShadingPoint;
 use super::density::Density;
@@ -9,10 +9,10 @@ use crate::light::triangle::View;
 use crate::math::Vec3;
 use crate::sampling::{Pair, TechniqueSample};
 
-/// What a direction is drawn from.
+/// Random numbers of a sample.
 #[derive(Clone, Copy, Debug)]
 pub struct Numbers<L: Lane> {
-    /// Lanes that follow the BRDF, where the density is an average.
+    /// Lanes that use BRDF sampling, if the density mixes both.
     pub by_brdf_lanes: L::Mask,
     /// First number, in [0, 1).
     pub u: L,
@@ -28,11 +28,11 @@ impl<L: Lane> From<TechniqueSample<L::Bits>> for Numbers<L> {
     }
 }
 
-/// Draws one direction at each active point for the triangle that it sees and weighs it; `None` where no lane gets light by it.
-/// Ask [`View::rises_above`] first: a triangle below the horizon has nothing to draw.
+/// Samples one direction at each active point for its triangle and weights it; `None` if no lane receives light. Test
+/// [`View::rises_above`] first: a triangle below the horizon cannot be sampled.
 ///
-/// `share` is the chance in (0, 1] with which the triangle was picked among those of its light, in each lane. Directions are
-/// drawn as for spheres ([`super::per_light::sample`]).
+/// `share` is the probability in (0, 1] with which the triangle was chosen among those of its light, per lane. Directions are
+/// sampled as for spheres ([`super::per_light::sample`]).
 #[inline(always)]
 pub fn sample<L: Lane, D: Density, B: Brdf<L>>(
     density: D,
@@ -71,20 +71,20 @@ pub fn sample<L: Lane, D: Density, B: Brdf<L>>(
     })
 }
 
-/// A direction of the BRDF, to be weighed when it is known which triangle it meets.
+/// A BRDF sample, to be weighted once the triangle that it hits is known.
 #[derive(Clone, Copy, Debug)]
 pub struct Look<L: Lane> {
-    /// Lanes with a direction that may count.
+    /// Lanes with a direction that may contribute.
     pub active: L::Mask,
     /// Unit direction.
     pub wi: Vec3<L>,
     /// `f_cos`.
     pub f_cos: Vec3<L>,
-    /// Density of the direction by the BRDF, per steradian.
+    /// Density of BRDF sampling, per steradian.
     pub pdf: L,
 }
 
-/// Draws a direction of the BRDF at each active point.
+/// Samples the BRDF at each active point.
 #[inline(always)]
 pub fn look<L: Lane, B: Brdf<L>>(
     point: &ShadingPoint<L, B>,
@@ -108,8 +108,8 @@ pub fn look<L: Lane, B: Brdf<L>>(
     })
 }
 
-/// What to multiply `f_cos` and the radiance by, where a direction with the density `pdf` of the BRDF meets the triangle of
-/// `view`, which has the chance `share`, at `distance`.
+/// The factor for `f_cos` and the radiance, if a direction with BRDF density `pdf` hits the triangle of `view`, chosen with
+/// probability `share`, at `distance`.
 #[inline(always)]
 pub fn weigh<L: Lane, D: Density>(density: D, view: &View<L>, share: L, wi: Vec3<L>, distance: L, pdf: L) -> L {
     let lobe = Lobe { shape: L::one(), pdf };

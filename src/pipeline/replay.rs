@@ -80,7 +80,7 @@ pub struct Met {
 /// A shading point.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Point {
-    /// The point, moved off its surface.
+    /// The point, offset from its surface.
     pub p: [f32; 3],
     /// Geometric normal.
     pub ng: [f32; 3],

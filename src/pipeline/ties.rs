@@ -6,9 +6,9 @@
 //! coordinate is below [`EDGE`], the faces around the point are tested again:
 //!
 //! 1. The nearest face that the ray hits in `f64` wins. The volumes that say on which side of an edge the ray passes are equal up
-//! to sign for both neighbors, so the ray hits one of them.
+//!    to sign for both neighbors, so the ray hits one of them.
 //! 2. If the ray hits none of them, as just outside a silhouette, or two at one distance, as exactly on an edge, the ray is moved
-//! towards the centroids of these faces, by as much as rounding can have moved it, and tested again.
+//!    towards the centroids of these faces, by as much as rounding can have moved it, and tested again.
 //! 3. Among coplanar faces that are all hit, the one that faces the ray wins, then the first in the file.
 //!
 //! Rays that hit a single face there keep their bits. Faces that intersect elsewhere can still be hit at exactly the same distance:

@@ -48,7 +48,7 @@ pub struct Scratch {
 /// Potential occluders of rays from the points of a stream to a light.
 #[derive(Debug, Default)]
 pub struct Shaft {
-    /// Nothing at all: the rays need not be asked for.
+    /// Nothing can block the rays, so they need no tracing.
     pub open: bool,
     /// The potential occluders.
     pub set: Candidates,

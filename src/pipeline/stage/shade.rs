@@ -396,8 +396,7 @@ impl<D: per_point::Density, M: Model> Stage for PerPoint<D, M> {
     }
 }
 
-/// Lanes whose direction may hit any of the lights. Conservative: it may report misses as hits, never hits as misses; tracing
-/// decides.
+/// Lanes whose direction may hit any of the lights. Conservative: tracing decides.
 #[inline(always)]
 pub(super) fn may_meet<L: Lane>(lights: &[SphereLight], p: Vec3<L>, wi: Vec3<L>) -> L::Mask {
     let mut meets = L::Mask::splat(false);

@@ -1,18 +1,19 @@
-//! The part of a light above the horizon, sampled uniformly in projected solid angle: in proportion to the cosine with the normal,
-//! which is all that varies over an unoccluded light on a diffuse surface.
+//! The part of a light above the horizon, sampled uniformly in projected solid angle, i.e. cosine-weighted. The cosine is all that
+//! varies over an unoccluded light on a diffuse surface.
 //!
-//! The idea is that of Peters and Dachsbacher 2019, "Sampling Projected Spherical Caps in Real Time"; regions and maps are derived
-//! here anew, for single precision. Projected onto the plane of the surface the cap's rim is an ellipse, and the horizon the unit
-//! circle. With `h` and `c` the heights of the cap's axis and of its rim's middle, and `x` along the axis' shadow:
+//! The idea is from Peters and Dachsbacher 2019, "Sampling Projected Spherical Caps in Real Time". Regions and maps are derived
+//! anew here for single precision. In the projection onto the plane of the surface, the cap's rim is an ellipse and the horizon is
+//! the unit circle. With `h` and `c` the heights of the cap's axis and of the center of its rim, and `x` along the projected axis:
 //!
-//! - **whole**: the ellipse, filled as a disk is;
-//! - **cut**, the axis above the horizon: fans about the middle of the ellipse, one to the arc of the rim, whose area is linear in
-//!   the rim's angle, and one to the arc of the horizon, whose area is that of Kepler's equation;
-//! - **lune**, the axis below: strips along `x` between rim and horizon. Their lengths are `height^2 / (sum of both ends)`, their
-//!   sum is a quadrature of positive terms and is inverted by Newton's method.
+//! - **whole**: the ellipse, filled like a disk;
+//! - **cut**, axis above the horizon: two fans around the center of the ellipse. The area of the fan to the rim's arc is linear in
+//!   the rim's angle; the area of the fan to the horizon's arc follows Kepler's equation;
+//! - **lune**, axis below the horizon: strips along `x` between rim and horizon. Their lengths are `height^2 / (sum of both ends)`.
+//!   Their sum is a quadrature of positive terms, inverted by Newton's method.
 //!
-//! No difference of nearly equal numbers decides a direction: offsets from the axis are found, not points of the plane, so the
-//! maps hold for caps of a sine of 1e-7 as for half the sky. Three of the maps' lengths are squares over sums, as in [`Cone`].
+//! No direction depends on a difference of nearly equal numbers: the maps compute offsets from the axis instead of points of the
+//! plane. They therefore hold for caps with a sine of 1e-7 as well as for half the sky. Three of the maps' lengths are squares over
+//! sums, as in [`Cone`].
 
 use std::f32::consts::{FRAC_1_PI, PI};
 
@@ -21,30 +22,30 @@ use crate::lane::{Lane, Mask};
 use crate::math::elementary::{angle, exp, ln, sin_cos_turn};
 use crate::math::{Frame, Vec3};
 
-/// What a light subtends above the plane of a surface.
+/// The part of a light above the plane of a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Cap<L: Lane> {
-    /// To the middle of the light; towards the normal across the axis; along the horizon.
+    /// Towards the center of the light; perpendicular to it towards the normal; along the horizon.
     axes: [Vec3<L>; 3],
     /// `1 - cos` of the half-angle, its cosine and its sine.
     one_minus_cos_max: L,
     cosine: L,
     sine: L,
-    /// Of the axis: height over the plane, and length of its shadow in it.
+    /// Height of the axis over the plane, and length of its projection.
     high: L,
     level: L,
-    /// `x` of the ellipse's middle, and 1 less that.
+    /// `x` of the ellipse's center, and 1 minus that.
     middle: L,
     from_middle: L,
     /// Half the arc of the rim above the horizon, and half the arc of the horizon inside the rim; radians.
     rim: L,
     horizon: L,
-    /// Halves of the areas of both fans, or of the lune.
+    /// Half the areas of both fans, or of the lune.
     by_rim: L,
     by_horizon: L,
-    /// Sine of half the rim's arc of a lune, squared.
+    /// Squared sine of half the rim's arc of a lune.
     tip: L,
-    /// What its strips add up to, in the units of [`Self::rest`].
+    /// Sum of the lune's strips, in the units of [`Self::rest`].
     strips: L,
     lune: L::Mask,
 }
@@ -52,15 +53,15 @@ pub struct Cap<L: Lane> {
 /// A direction in the cap.
 #[derive(Clone, Copy, Debug)]
 pub struct Drawn<L: Lane> {
-    /// The direction; unit.
+    /// The unit direction.
     pub wi: Vec3<L>,
-    /// Its cosine with the normal; above 0 but for underflow.
+    /// Its cosine with the normal; positive except for underflow.
     pub cos_theta: L,
-    /// `1 - cos` from the axis of the light's cone.
+    /// `1 - cos` of the angle from the axis of the light's cone.
     pub t: L,
 }
 
-/// Nodes and weights of Gauss and Legendre on [0, 1].
+/// Gauss-Legendre nodes and weights on [0, 1].
 const NODES: [(f32, f32); 8] = [
     (0.019_855_072, 0.050_614_268),
     (0.101_666_76, 0.111_190_52),
@@ -73,7 +74,7 @@ const NODES: [(f32, f32); 8] = [
 ];
 
 impl<L: Lane> Cap<L> {
-    /// The part of a cone above the plane with the unit normal `n`. From inside a light it is the hemisphere.
+    /// The part of a cone above the plane with the unit normal `n`. Inside a light it is the hemisphere.
     #[inline(always)]
     pub fn above(n: Vec3<L>, cone: &Cone<L>) -> Self {
         let (zero, one, two) = (L::zero(), L::one(), L::splat(2.0));
@@ -86,7 +87,7 @@ impl<L: Lane> Cap<L> {
         let (a, b) = (n.dot(frame.tangent), n.dot(frame.bitangent));
         let high = n.dot(axis);
         let level = a.mul_add(a, b * b).sqrt();
-        // Where the normal is the axis any direction across it will do.
+        // If the normal is the axis, any perpendicular direction works.
         let leans = level.gt(zero);
         let (a, b) = (
             L::select(leans, a.div_or_zero(level, leans), one),
@@ -95,7 +96,7 @@ impl<L: Lane> Cap<L> {
         let up = frame.tangent * a + frame.bitangent * b;
         let across = frame.bitangent * a - frame.tangent * b;
 
-        // Height of the rim's middle over its radius: the rim is above the horizon where `level cos(angle) + rise > 0`.
+        // Height of the rim's center over its radius: the rim is above the horizon where `level cos(angle) + rise > 0`.
         let rise = cosine * high / sine;
         let risen = high.ge(zero);
         let crosses = rise.abs().lt(level);
@@ -144,11 +145,11 @@ impl<L: Lane> Cap<L> {
         half + half
     }
 
-    /// Draws a direction from `u` and `v` in [0, 1). There is none where [`Self::projected`] is 0.
+    /// Samples a direction from `u` and `v` in [0, 1). Undefined where [`Self::projected`] is 0.
     #[inline(always)]
     pub fn draw(&self, u: L, v: L) -> Drawn<L> {
         let (zero, one) = (L::zero(), L::one());
-        // Both halves are alike; neighbours stay neighbours across the middle.
+        // The two halves are symmetric. The map is continuous across the middle.
         let signed = u + u - one;
         let share = signed.abs();
         let area = share * (self.by_rim + self.by_horizon);
@@ -181,7 +182,7 @@ impl<L: Lane> Cap<L> {
         }
     }
 
-    /// Height, and `t`, the way up and the way aside from the axis, of a point of the ellipse. With `(p, q)` on the unit disk the
+    /// Height of a point of the ellipse, and its offset from the axis: `t`, up and sideways. With `(p, q)` on the unit disk the
     /// height is the root of `(c + s p level)^2 + s^2 (1 - p^2 - q^2)`.
     #[inline(always)]
     fn in_fan_of_rim(&self, area: L, v: L) -> (L, Vec3<L>) {
@@ -199,11 +200,11 @@ impl<L: Lane> Cap<L> {
         )
     }
 
-    /// Twice the area between the middle of the ellipse and an arc of the horizon: `phi - middle sin(phi)`, where nothing cancels.
+    /// Twice the area between the center of the ellipse and an arc of the horizon: `phi - middle sin(phi)`, without cancellation.
     #[inline(always)]
     fn kepler(&self, phi: L) -> L {
         let x = phi * phi;
-        // phi - sin(phi) = phi^3 / 3! - phi^5 / 5! + …, to 1e-7 of it up to a right angle.
+        // phi - sin(phi) = phi^3 / 3! - phi^5 / 5! + …, relative error 1e-7 up to a right angle.
         let mut series = L::splat(1.0 / 39_916_800.0);
         for coefficient in [-1.0 / 362_880.0, 1.0 / 5_040.0, -1.0 / 120.0, 1.0 / 6.0] {
             series = series.mul_add(x, L::splat(coefficient));
@@ -211,14 +212,14 @@ impl<L: Lane> Cap<L> {
         phi * (self.middle * x).mul_add(series, self.from_middle)
     }
 
-    /// `1 - x`, `|y|` and the height of a point between the middle of the ellipse and the arc of the horizon.
+    /// `1 - x`, `|y|` and the height of a point between the center of the ellipse and the arc of the horizon.
     #[inline(always)]
     fn in_fan_of_horizon(&self, area: L, v: L, active: L::Mask) -> (L, L, L) {
         let (one, two) = (L::one(), L::splat(2.0));
         let twice = (area + area).or_zero(active);
         let mut phi = self.horizon * area.div_or_zero(self.by_horizon, active).min(one);
         let half = |phi: L| sin_cos_turn(phi * L::splat(0.25 * FRAC_1_PI));
-        // Convex, and never far from a straight line.
+        // The function is convex and nearly linear.
         for _ in 0..4 {
             let (sin, _) = half(phi);
             let slope = (two * self.middle * sin).mul_add(sin, self.from_middle);
@@ -237,15 +238,15 @@ impl<L: Lane> Cap<L> {
         )
     }
 
-    /// Of the strip of a lune at `p` of its half, `sin(angle / 2)` of the rim over that of its end: `y`, the far end in `x`, the
-    /// sum of both ends, and the height of the rim over `2 s level`.
+    /// The strip of a lune at `p`, which is `sin(angle / 2)` of the rim over its value at the end: `y`, the far end in `x`, the sum
+    /// of both ends, and the height of the rim over `2 s level`.
     #[inline(always)]
     fn strip(&self, p: L) -> [L; 4] {
         let one = L::one();
         let squared = self.tip * p * p;
         let sine = (squared * (one - squared)).safe_sqrt();
         let y = self.sine * (sine + sine);
-        // `1 - y^2`, of positive terms.
+        // `1 - y^2` from positive terms.
         let turned = one - squared - squared;
         let far = (self.sine * turned)
             .mul_add(self.sine * turned, self.cosine * self.cosine)
@@ -254,7 +255,7 @@ impl<L: Lane> Cap<L> {
         [y, far, far + near, self.tip * (one - p) * (one + p)]
     }
 
-    /// How much of the strips of a lune lies beyond `p`, over `s^3 tip^(5/2)`.
+    /// The area of the lune's strips beyond `p`, over `s^3 tip^(5/2)`.
     #[inline(always)]
     fn rest(&self, p: L) -> L {
         let width = L::one() - p;
@@ -265,7 +266,7 @@ impl<L: Lane> Cap<L> {
         sum * width
     }
 
-    /// The length of the strip of a lune at `p`, by how fast it moves.
+    /// The length of the lune's strip at `p`, times the derivative of its position.
     #[inline(always)]
     fn length(&self, p: L) -> L {
         let one = L::one();
@@ -286,7 +287,7 @@ impl<L: Lane> Cap<L> {
         // Most lengths are about (1 - p^2)^2.
         let root = exp(ln(left) * third);
         let mut p = one - root * (root * root).mul_add(L::splat(0.263), L::splat(0.737));
-        // The third root of the rest is nearly a straight line.
+        // The cube root of the rest is nearly linear.
         for _ in 0..4 {
             let (rest, length) = (self.rest(p), self.length(p));
             let sound = self.lune & rest.gt(L::zero()) & length.gt(L::zero());

@@ -1,7 +1,7 @@
-//! Lights whose light comes from one direction at each point: a point, a spot, and light from infinitely far away.
+//! Lights that illuminate each point from a single direction: point, spot and directional lights.
 //!
-//! No direction is drawn, so no density weighs them: `L_o = f_cos E / cos`, with `E / cos` the irradiance on a surface that faces the
-//! light. At distance `d` of a point with the intensity `I` that is `I / d²`.
+//! No direction is sampled, so there is no density: `L_o = f_cos E / cos`, where `E / cos` is the irradiance on a surface that
+//! faces the light. At distance `d` from a point light with intensity `I` it is `I / d²`.
 
 use super::falloff::Falloff;
 use super::reach::Reach;
@@ -9,20 +9,20 @@ use crate::lane::{Lane, Mask};
 use crate::math::Vec3;
 use crate::shape::Ball;
 
-/// How much before a light its shadow rays end, of their length: a surface that a light lies in does not block it. Rounding in the
-/// distance of a surface is 1e-6 of the camera's; pbrt-v4 takes 1e-4 (`ShadowEpsilon`).
+/// Shadow rays end this fraction of their length before the light, so that a surface containing the light does not block it. The
+/// rounding error of a surface's distance is 1e-6 of its distance from the camera; pbrt-v4 uses 1e-4 (`ShadowEpsilon`).
 pub const SHADOW_GAP: f32 = 1.0 / 65536.0;
 
-/// A light, the same for all lanes.
+/// A delta light, the same for all lanes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DeltaLight {
-    /// Where it is.
+    /// Position or direction.
     pub place: Place,
-    /// Irradiance on a surface that faces it, at the distance `unit` where it is somewhere; W m⁻².
+    /// Irradiance on a surface that faces the light, at the distance `unit` if the light has a position; W m⁻².
     pub le: [f32; 3],
 }
 
-/// Where a light is.
+/// Position or direction of a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Place {
     /// At a point.
@@ -38,21 +38,21 @@ pub enum Place {
     Toward([f32; 3]),
 }
 
-/// The light that arrives at points.
+/// Incident light at points.
 #[derive(Clone, Copy, Debug)]
 pub struct Arriving<L: Lane> {
-    /// Lanes with any light.
+    /// Lanes that receive light.
     pub active: L::Mask,
-    /// To the light; unit.
+    /// Unit direction to the light.
     pub wi: Vec3<L>,
-    /// Where shadow rays to it end.
+    /// Length of shadow rays to the light.
     pub distance: L,
-    /// What [`DeltaLight::le`] is multiplied by, without the cosine.
+    /// Factor for [`DeltaLight::le`], without the cosine.
     pub strength: L,
 }
 
 impl DeltaLight {
-    /// Where its shadow rays go.
+    /// Bounds of its shadow rays.
     pub fn reach(&self) -> Reach {
         match self.place {
             Place::At { position, .. } => Reach::Ball(Ball {
@@ -63,7 +63,7 @@ impl DeltaLight {
         }
     }
 
-    /// The light that arrives at `p` where nothing is in its way.
+    /// Unoccluded incident light at `p`.
     #[inline(always)]
     pub fn seen_from<L: Lane>(&self, p: Vec3<L>) -> Arriving<L> {
         let (position, unit, spot) = match self.place {
@@ -83,13 +83,13 @@ impl DeltaLight {
         let inverse = L::one() / distance;
         let wi = to_light * inverse;
         let near = L::splat(unit) * inverse;
-        // Not a closure: it would be a call, compiled without the lanes' instructions.
+        // Not a closure: it would become a call, compiled without the lanes' instruction set.
         let falloff = match spot {
             Some(spot) => mutate!(spot.at(wi), FalloffForgotten => L::one()),
             None => L::one(),
         };
         Arriving {
-            // At the light itself nothing has a direction.
+            // At the light's position no direction is defined.
             active: squared.gt(L::zero()) & falloff.gt(L::zero()),
             wi,
             distance: distance * L::splat(1.0 - SHADOW_GAP),

@@ -1,6 +1,6 @@
-//! What lies beyond the scene and emits: the same radiance from everywhere, or a picture of all directions.
+//! Environments: constant radiance, or a latitude-longitude map.
 //!
-//! Both say for a direction what radiance comes from there and one over the density with which they draw it.
+//! Both return, for a direction, its radiance and the reciprocal of its sampling density.
 
 use std::f32::consts::FRAC_1_PI;
 use std::sync::Arc;
@@ -13,26 +13,26 @@ use crate::math::{Frame, Vec3};
 use crate::sampling::{Discrete, Pair, warp};
 use crate::texels::Texels;
 
-/// Light from beyond the scene.
+/// Light from the environment.
 pub trait EnvironmentLight {
-    /// Draws unit directions for points with the unit normal `n`; lanes that are not active hold nothing of use.
+    /// Samples unit directions for points with the unit normal `n`; inactive lanes are undefined.
     fn draw<L: Lane>(&self, n: Vec3<L>, numbers: Pair<L::Bits>, active: L::Mask) -> Vec3<L>;
-    /// Radiance from unit directions, and one over the density of [`Self::draw`] there, in steradians, for directions above the
-    /// surface. Both are 0 where nothing can be drawn, and in lanes that are not active.
+    /// Radiance from unit directions above the surface, and the reciprocal density of [`Self::draw`] in steradians. Both are 0
+    /// where nothing can be sampled, and in inactive lanes.
     fn meet<L: Lane>(&self, wi: Vec3<L>, active: L::Mask) -> (Vec3<L>, L);
 }
 
-/// What lies beyond a scene.
+/// The environment of a scene.
 #[derive(Clone, Debug)]
 pub enum Environment {
-    /// The same from everywhere.
+    /// Constant radiance.
     Constant(Constant),
-    /// A picture.
+    /// A latitude-longitude map.
     LatLong(LatLong),
 }
 
 impl Environment {
-    /// Radiance from unit directions; 0 in lanes that are not active.
+    /// Radiance from unit directions; 0 in inactive lanes.
     #[inline(always)]
     pub fn radiance<L: Lane>(&self, wi: Vec3<L>, active: L::Mask) -> Vec3<L> {
         match self {
@@ -42,7 +42,7 @@ impl Environment {
     }
 }
 
-/// The same radiance from everywhere.
+/// Constant radiance from all directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Constant {
     /// Radiance.
@@ -50,7 +50,7 @@ pub struct Constant {
 }
 
 impl EnvironmentLight for Constant {
-    /// Uniform over the hemisphere above the surface: nothing else can count.
+    /// Uniform over the hemisphere above the surface; other directions cannot contribute.
     #[inline(always)]
     fn draw<L: Lane>(&self, n: Vec3<L>, numbers: Pair<L::Bits>, _: L::Mask) -> Vec3<L> {
         let (u, v) = numbers.unit::<L>();
@@ -65,31 +65,31 @@ impl EnvironmentLight for Constant {
     }
 }
 
-/// A picture of all directions by longitude and latitude, interpolated between the centres of its texels.
+/// A latitude-longitude map of all directions, interpolated between texel centers.
 ///
-/// Directions are drawn texel by texel, uniform in the solid angle of each: a row by the first number, a column of it by the
-/// second (Pharr, Jakob, Humphreys, "Physically Based Rendering", 4th edition, section 12.5). A texel's chance is the mean of the
-/// interpolated luminance over it times its solid angle, so that what shines into a black texel from its neighbour is drawn too.
+/// Directions are sampled by texel, uniform in its solid angle: the first number selects a row, the second a column (Pharr, Jakob,
+/// Humphreys, "Physically Based Rendering", 4th edition, section 12.5). The probability of a texel is the mean of the interpolated
+/// luminance over it times its solid angle, so a black texel with a bright neighbor is sampled too.
 #[derive(Clone, Debug)]
 pub struct LatLong {
     width: usize,
     height: usize,
-    /// Radiance of the centres, row by row from the top.
+    /// Radiance at texel centers, row by row from the top.
     texels: Arc<Texels>,
     rows: Discrete,
-    /// The columns of each row; none in a row that is black.
+    /// The column distribution of each row; `None` for a black row.
     columns: Vec<Option<Discrete>>,
-    /// For each edge between rows `1 - |cos|` of its angle from the top.
+    /// `1 - |cos|` of the polar angle at each edge between rows.
     edges: Vec<f32>,
-    /// One over the density of each texel, in steradians; 0 where it is 0.
+    /// Reciprocal density of each texel, in steradians; 0 where the density is 0.
     inverse: Vec<f32>,
-    /// Axes of the picture in the scene: right of the middle, up, and against the middle.
+    /// Axes of the map in the scene: right of the center, up, and opposite to the center.
     axes: [[f32; 3]; 3],
 }
 
 impl LatLong {
-    /// From texels row by row from the top, whose middle looks against the third of `axes`; `None` where all are black. Neither
-    /// side may be 0.
+    /// From texels row by row from the top; the map's center is opposite to the third of `axes`. `None` if all texels are black.
+    /// Width and height must be positive.
     pub fn new(width: usize, height: usize, texels: Arc<Texels>, axes: [[f32; 3]; 3]) -> Option<Self> {
         let cosine = |row: usize| (std::f64::consts::PI * row as f64 / height as f64).cos();
         let solid_angle = |row: usize| std::f64::consts::TAU / width as f64 * (cosine(row) - cosine(row + 1));
@@ -97,7 +97,7 @@ impl LatLong {
             let of_row = row * width..(row + 1) * width;
             of_row.map(|index| luminance(&texels.at(index))).collect()
         };
-        // Rows side by side: each sums by itself, so threads change no bit.
+        // Rows are processed in parallel. Each is summed separately, so threads do not change the bits.
         let rows = (0..height).into_par_iter().map(|row| {
             let near = [row.saturating_sub(1), row, (row + 1).min(height - 1)].map(luminance);
             let (mut weights, solid_angle) = (mean(&near), solid_angle(row));
@@ -120,7 +120,7 @@ impl LatLong {
             }
         });
         let edge = |row: usize| {
-            // 1 - cos = 2 sin^2 of the half, from the nearer pole.
+            // 1 - cos = 2 sin^2 of half the angle, from the nearer pole.
             let from_pole = row.min(height - row) as f64 * std::f64::consts::PI / height as f64;
             (2.0 * (from_pole / 2.0).sin().powi(2)) as f32
         };
@@ -136,20 +136,20 @@ impl LatLong {
         })
     }
 
-    /// `1 - |cos|` of the angle from the top at a place of a row, and whether the row is in the lower half. The row across the
-    /// middle of an odd number goes from one pole's side to the other's.
+    /// `1 - |cos|` of the polar angle at a position within a row, and whether it is in the lower half. With an odd number of rows
+    /// the middle row spans both halves.
     #[inline(always)]
     fn latitude(&self, row: usize, place: f32) -> (f32, bool) {
         let (above, below) = (self.edges[row], self.edges[row + 1]);
         if 2 * row + 1 == self.height {
-            // From 1 - above to -(1 - below), which are the same.
+            // From 1 - above to -(1 - below), which are opposite equals.
             let cosine = (1.0 - above) * (1.0 - 2.0 * place);
             return (1.0 - cosine.abs(), cosine < 0.0);
         }
         ((below - above) * place + above, 2 * row >= self.height)
     }
 
-    /// The interpolated radiance at a place of the picture, in texels from the top left corner.
+    /// The interpolated radiance at a position of the map, in texels from the top left corner.
     #[inline(always)]
     fn radiance(&self, x: f32, y: f32) -> [f32; 3] {
         let (x, y) = (x - 0.5, y - 0.5);
@@ -242,8 +242,8 @@ fn luminance([r, g, b]: &[f32; 3]) -> f64 {
     0.2126 * f64::from(*r) + 0.7152 * f64::from(*g) + 0.0722 * f64::from(*b)
 }
 
-/// The means of the interpolated picture over the texels of a row, from its neighbours above and below: three quarters of a texel's
-/// own value and an eighth of each neighbour's, in both directions.
+/// Means of the interpolated map over the texels of a row, from the rows above and below: weights of three quarters for the texel
+/// and an eighth for each neighbor, in both directions.
 fn mean(rows: &[Vec<f64>; 3]) -> Vec<f64> {
     let width = rows[1].len();
     let shares = [0.125, 0.75, 0.125];

@@ -1,4 +1,4 @@
-//! The cone of a spot: full light inside, none outside, smooth between.
+//! The falloff of a spot light: full inside the inner cone, 0 outside the outer cone, smooth between.
 
 use crate::lane::Lane;
 use crate::math::Vec3;
@@ -7,31 +7,31 @@ use crate::math::Vec3;
 /// (pbrt-v4, `SpotLight`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Falloff {
-    /// Where the spot shines; unit.
+    /// Unit axis of the spot.
     axis: [f32; 3],
     /// `1 - cos` of the outer angle.
     outer: f32,
-    /// One over the difference of the cosines.
+    /// Reciprocal of the difference of the cosines.
     slope: f32,
 }
 
 impl Falloff {
-    /// A spot along the unit `axis`, with angles from it in radians, `0 <= inner <= outer`.
+    /// A spot along the unit `axis`, with cone angles in radians, `0 <= inner <= outer`.
     pub fn new(axis: [f32; 3], [inner, outer]: [f64; 2]) -> Self {
         let one_minus_cos = |angle: f64| 2.0 * (angle / 2.0).sin().powi(2);
         let width = one_minus_cos(outer) - one_minus_cos(inner);
         Self {
             axis,
             outer: one_minus_cos(outer) as f32,
-            // An edge without width: any distance from it is beyond the slope.
+            // Equal angles make a hard edge, with the steepest slope that `f32` holds.
             slope: (1.0 / width).min(f64::from(f32::MAX)) as f32,
         }
     }
 
-    /// The share of the intensity for points that see the spot in the unit direction `wi`.
+    /// Fraction of the intensity at points that see the spot in the unit direction `wi`.
     #[inline(always)]
     pub fn at<L: Lane>(&self, wi: Vec3<L>) -> L {
-        // 1 - cos from the chord: narrow cones keep their digits.
+        // 1 - cos from the chord, which keeps precision for narrow cones.
         let from_axis = (Vec3::splat(self.axis) + wi).length_squared() * L::splat(0.5);
         let x = ((L::splat(self.outer) - from_axis) * L::splat(self.slope))
             .max(L::zero())

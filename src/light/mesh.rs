@@ -1,44 +1,44 @@
-//! A mesh that emits: one of its triangles is picked in proportion to its area, then sampled as a triangle.
+//! Mesh lights: one triangle is chosen in proportion to its area, then sampled.
 
 use super::triangle::{Triangle, Triangles};
 use crate::lane::{Bits, Lane, Mask};
 use crate::math::Vec3;
 use crate::sampling::{Discrete, Pair, sampler};
 
-/// A mesh that is one light.
+/// An emissive mesh as a single light.
 #[derive(Clone, Debug)]
 pub struct MeshLight {
     /// Its triangles.
     pub triangles: Vec<Triangle>,
-    /// Their shares.
+    /// Their area distribution.
     pub shares: Discrete,
     /// Radiance.
     pub le: [f32; 3],
-    /// The geometry that rays meet.
+    /// Geometry index for hits.
     pub geometry: u32,
-    /// What shadow rays to each triangle aim at.
+    /// Skip ids of the triangles.
     pub skip_ids: Vec<u32>,
-    /// Centre of a ball around it.
+    /// Center of a bounding sphere.
     pub center: [f32; 3],
-    /// Radius of that ball.
+    /// Radius of the bounding sphere.
     pub radius: f32,
 }
 
-/// A triangle that was picked, in each lane.
+/// The chosen triangle of each lane.
 #[derive(Clone, Copy, Debug)]
 pub struct Picked<L: Lane> {
-    /// Where it is.
+    /// The triangles.
     pub triangles: Triangles<L>,
-    /// The chance with which it is picked, in (0, 1].
+    /// The probability of choosing the triangle, in (0, 1].
     pub share: L,
-    /// What shadow rays to it aim at.
+    /// Its skip id.
     pub skip_id: L::Bits,
-    /// Two uniform numbers, independent of the choice.
+    /// Two uniform random numbers, independent of the choice.
     pub numbers: (L, L),
 }
 
 impl MeshLight {
-    /// Picks a triangle in each active lane; the first one in the others.
+    /// Chooses a triangle in each active lane; inactive lanes get the first one.
     #[inline(always)]
     pub fn pick<L: Lane>(&self, Pair(first, second): Pair<L::Bits>, active: L::Mask) -> Picked<L> {
         let (mut index, mut place, mut skip_id) = ([0_u32; 16], [0.0_f32; 16], [0_u32; 16]);
@@ -55,7 +55,7 @@ impl MeshLight {
         }
     }
 
-    /// The triangles with these numbers, and the chances with which they are picked.
+    /// The triangles with these indices, and the probabilities of choosing them.
     #[inline(always)]
     pub fn gather<L: Lane>(&self, index: &[u32; 16]) -> (Triangles<L>, L) {
         let mut columns = [[0.0_f32; 16]; 14];

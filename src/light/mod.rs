@@ -1,4 +1,4 @@
-//! What emits and can be sampled: one kind a file.
+//! Light sources that can be sampled, one kind per file.
 
 pub mod cap;
 pub mod delta;

@@ -1,31 +1,31 @@
-//! Where the shadow rays of a light go.
+//! Bounds of the shadow rays of a light.
 
 use crate::shape::Ball;
 
-/// What holds all shadow rays of a light.
+/// A bound of all shadow rays of a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reach {
-    /// They end in a ball.
+    /// The rays end in a sphere.
     Ball(Ball),
-    /// They have no end, and their directions are this close to an axis.
+    /// The rays are unbounded, with directions close to an axis.
     Cone {
-        /// Unit.
+        /// Unit axis.
         axis: [f32; 3],
-        /// Tangent of the largest angle between a direction and the axis; 0 where all go along it.
+        /// Tangent of the largest angle between a direction and the axis; 0 if all are parallel.
         tangent: f32,
     },
-    /// They may go anywhere.
+    /// Any direction.
     Everywhere,
 }
 
 impl Reach {
-    /// A ball that all rays from points in `start` go through or end in, if they do so within `far`: then what is nearer than `far` along
-    /// the axis and in the way of a ray is between `start` and the ball.
+    /// A sphere that all rays from points in `start` pass through or end in within the distance `far`. Occluders nearer than `far`
+    /// along the axis then lie between `start` and this sphere.
     pub fn ball(&self, start: &Ball, far: f32) -> Option<Ball> {
         match *self {
             Self::Ball(ball) => Some(ball),
             Self::Everywhere => None,
-            // At `far` along the axis a ray is beside its start by `far` times its tangent at most; 1e-6 of it for rounding.
+            // At `far` along the axis a ray has moved sideways by at most `far` times the tangent; the extra 1e-6 covers rounding.
             Self::Cone { axis, tangent } => Some(Ball {
                 center: std::array::from_fn(|k| start.center[k] + far * axis[k]),
                 radius: start.radius + far * (tangent + 1e-6),

@@ -1,17 +1,19 @@
-//! The part of a Phong lobe that lies inside a sphere light's cap, sampled in proportion to the lobe: "product sampling".
+//! Product sampling of a Phong lobe and a spherical light: samples the part of the lobe inside the light's cap, in proportion to
+//! the lobe.
 //!
-//! The lobe is `(a + 1) / (2 pi) cos(theta)^a` about the mirror direction `wr`; the cap is the cone that the light subtends. Circles
-//! of constant `theta` about `wr` ("rings") meet the cap between its nearest and its farthest ring, each in one arc:
+//! The lobe is `(a + 1) / (2 pi) cos(theta)^a` about the mirror direction `wr`. The cap is the cone that the light subtends.
+//! Circles of constant `theta` about `wr` ("rings") intersect the cap between its nearest and its farthest ring, each in one arc:
 //!
-//! - the polar angle is drawn uniformly in the lobe's mass between those two rings,
-//! - the azimuth is drawn uniformly in the arc of that ring that lies inside the cap.
+//! - the polar angle is sampled from the lobe's mass between those two rings,
+//! - the azimuth is sampled uniformly in the arc of that ring inside the cap.
 //!
-//! The density of a direction is `lobe(wi) pi / (m phi(theta))`, where `m` is the lobe's mass between the rings and `phi` half
-//! the arc, so `f_cos / pdf = rho m phi / pi (n . wi)`: at most `rho`, and smooth. There is no coin and no table.
+//! The density of a direction is `lobe(wi) pi / (m phi(theta))`, where `m` is the lobe's mass between the rings and `phi` is half
+//! the arc. So `f_cos / pdf = rho m phi / pi (n . wi)`, which is smooth and at most `rho`. There is no random choice of technique
+//! and no table.
 //!
-//! All angles are kept as `1 - cos`, and nothing nearly equal is subtracted, so that the forms hold for lights of a sine of 1e-7
-//! and for exponents of 1e6. With `d` the angle between `wr` and the axis of the cap and `tl` the half-angle of the cap,
-//! `(1 - cos(d - tl)) (1 - cos(d + tl)) = (cos d - cos tl)^2` gives the nearest ring from the farthest.
+//! All angles are stored as `1 - cos`, and nearly equal numbers are never subtracted. The formulas therefore hold for lights with a
+//! sine of 1e-7 and for exponents of 1e6. With `d` the angle between `wr` and the axis of the cap and `tl` the half-angle of the
+//! cap, `(1 - cos(d - tl)) (1 - cos(d + tl)) = (cos d - cos tl)^2` gives the nearest ring from the farthest.
 
 use std::f32::consts::{FRAC_1_PI, PI};
 
@@ -20,43 +22,43 @@ use crate::lane::Lane;
 use crate::math::elementary::{angle, exp, expm1, ln_1m, sin_cos_turn};
 use crate::math::{Frame, Vec3};
 
-/// The largest `t` below 1: `ln(1 - t)` is finite.
+/// The largest `t` below 1, so that `ln(1 - t)` is finite.
 const BELOW_ONE: f32 = 1.0 - 1.0 / 16_777_216.0;
 
-/// Which rings of a lobe meet a light's cap. All fields are pure numbers.
+/// The rings of a lobe that intersect a light's cap. All fields are dimensionless.
 #[derive(Clone, Copy, Debug)]
 pub struct Rings<L: Lane> {
-    /// `1 - cos(d)`, with `d` the angle between the lobe's axis and the cap's.
+    /// `1 - cos(d)`, where `d` is the angle between the lobe's axis and the cap's.
     pub apart: L,
-    /// `1 - cos` of the nearest ring of the cap's rim, and of the farthest less that.
+    /// `1 - cos` of the nearest ring of the cap's rim. `width` is that of the farthest ring, minus this.
     pub nearest: L,
-    /// See [`Self::nearest`]. Not negative.
+    /// See [`Self::nearest`]. Nonnegative.
     pub width: L,
     /// `1 - cos` of the cap's half-angle.
     pub one_minus_cos_max: L,
-    /// Share of the lobe nearer than the farthest ring, of what is beyond the first ring that has any of the cap; in [0, 1].
+    /// Of the lobe beyond the first ring that intersects the cap, the fraction nearer than the farthest ring; in [0, 1].
     pub share: L,
-    /// Share of the whole lobe between the rings, in [0, 1].
+    /// Fraction of the whole lobe between the rings, in [0, 1].
     pub mass: L,
 }
 
-/// A ring that was drawn.
+/// A sampled ring.
 #[derive(Clone, Copy, Debug)]
 pub struct Ring<L: Lane> {
-    /// `1 - cos` from the lobe's axis, in [0, 1].
+    /// `1 - cos` of the angle from the lobe's axis, in [0, 1].
     pub t: L,
     /// Half the arc of the ring inside the cap, in [0, pi].
     pub half_arc: L,
 }
 
 impl<L: Lane> Rings<L> {
-    /// The rings of the lobe about the unit vector `wr` with exponent `alpha` that meet `cone`. From inside a light it is the whole
-    /// lobe.
+    /// The rings of the lobe about the unit vector `wr` with exponent `alpha` that intersect `cone`. Inside a light this is the
+    /// whole lobe.
     #[inline(always)]
     pub fn of(wr: Vec3<L>, alpha: L, cone: &Cone<L>) -> Self {
         let (zero, one, two) = (L::zero(), L::one(), L::splat(2.0));
         let one_minus_cos_max = cone.one_minus_cos_max;
-        // From the chord: true to its last digits where the axes nearly coincide.
+        // Computed from the chord: accurate to the last digits if the axes nearly coincide.
         let apart = cone.t(wr);
         // sin(d) sin(tl); a rounded `apart` may exceed 2.
         let sines = (apart * (two - apart) * one_minus_cos_max * (two - one_minus_cos_max)).safe_sqrt();
@@ -70,7 +72,7 @@ impl<L: Lane> Rings<L> {
         let left = one - first;
         let lit = left.gt(zero);
         let part = span.div_or_zero(left, lit);
-        // Beyond 90 degrees the lobe is 0: all of what is beyond the first ring counts.
+        // Beyond 90 degrees the lobe is 0, so everything beyond the first ring counts.
         let whole = part.ge(one) | cone.inside;
         let power = alpha + one;
         let share = -expm1(power * ln_1m(part.min(L::splat(BELOW_ONE))));
@@ -86,13 +88,13 @@ impl<L: Lane> Rings<L> {
         }
     }
 
-    /// Lanes where the lobe's axis is outside of the cap.
+    /// Lanes where the lobe's axis is outside the cap.
     #[inline(always)]
     fn outside(&self) -> L::Mask {
         self.apart.gt(self.one_minus_cos_max) & self.one_minus_cos_max.le(L::one())
     }
 
-    /// Draws a ring from `u` in [0, 1).
+    /// Samples a ring from `u` in [0, 1).
     #[inline(always)]
     pub fn draw(&self, alpha: L, u: L) -> Ring<L> {
         let (zero, one) = (L::zero(), L::one());
@@ -103,7 +105,7 @@ impl<L: Lane> Rings<L> {
         let r = -expm1(ln_1m(part) / (alpha + one));
         let past = (one - first) * r;
         let t = first + past;
-        // Rings past the nearest one of the rim.
+        // Distance past the nearest ring of the rim.
         let g = L::select(outside, past, t - self.nearest);
         let sine = (g * (self.width - g)).safe_sqrt();
         let cosine = t + self.apart - t * self.apart - self.one_minus_cos_max;
@@ -123,13 +125,13 @@ impl<L: Lane> Rings<L> {
 }
 
 impl<L: Lane> Ring<L> {
-    /// The unit direction at `v` in [0, 1) of the ring's arc. `frame` is about the lobe's axis, `toward` is the axis of the cap.
+    /// The unit direction at `v` in [0, 1) on the ring's arc. `frame` is around the lobe's axis; `toward` is the axis of the cap.
     #[inline(always)]
     pub fn direction(&self, frame: &Frame<L>, toward: Vec3<L>, v: L) -> Vec3<L> {
         let one = L::one();
         let (a, b) = (toward.dot(frame.tangent), toward.dot(frame.bitangent));
         let level = a.mul_add(a, b * b);
-        // Where the axes coincide any azimuth will do.
+        // If the axes coincide, any azimuth works.
         let leans = level.gt(L::zero());
         let (a, level) = (L::select(leans, a, one), L::select(leans, level, one));
         let (sin, cos) = sin_cos_turn((v + v - one) * self.half_arc * L::splat(0.5 * FRAC_1_PI));

@@ -1,58 +1,58 @@
-//! A sphere that emits, sampled uniformly in the cone that it subtends.
+//! Spherical lights, sampled uniformly in the cone that they subtend.
 //!
-//! Everything is said in terms of `one_minus_cos_max = 1 - cos(theta_max)` and `t = 1 - cos(theta)`: a light of sin 1e-7 has
-//! `one_minus_cos_max = 5e-15`, far below what a cosine can hold.
+//! Angles are stored as `one_minus_cos_max = 1 - cos(theta_max)` and `t = 1 - cos(theta)`: a light with a sine of 1e-7 has
+//! `one_minus_cos_max = 5e-15`, which a cosine cannot represent.
 
 use crate::lane::{Lane, Mask};
 use crate::math::Vec3;
 use crate::sampling::warp;
 
-/// A light, the same for all lanes.
+/// A spherical light, the same for all lanes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SphereLight {
-    /// Centre.
+    /// Center.
     pub center: [f32; 3],
     /// Radius.
     pub radius: f32,
     /// Radiance.
     pub le: [f32; 3],
-    /// Which sphere of the scene it is: it never blocks its own shadow rays.
+    /// Sphere index in the scene; also the skip id, as the light does not occlude itself.
     pub sphere: u32,
-    /// `|center|² - radius²`, rounded once from `f64`, where its surface passes close to the origin compared with its radius:
-    /// centre and radius alone say too little there of how far points are from it.
+    /// `|center|² - radius²`, rounded once from `f64`, if the surface passes close to the origin compared with the radius. Center
+    /// and radius alone are then too imprecise for distances to the surface.
     pub origin_power: Option<f32>,
 }
 
-/// The directions from a point to a light.
+/// The cone of directions from a point to a light.
 #[derive(Clone, Copy, Debug)]
 pub struct Cone<L: Lane> {
-    /// To the centre; unit.
+    /// Unit direction to the center.
     pub axis: Vec3<L>,
-    /// `1 - cos(theta_max)` in (0, 1], or 2 inside the light, where every direction meets it.
+    /// `1 - cos(theta_max)` in (0, 1], or 2 inside the light, where every direction hits it.
     pub one_minus_cos_max: L,
-    /// Lanes inside the light or on it.
+    /// Lanes inside or on the light.
     pub inside: L::Mask,
-    /// Distance to the centre.
+    /// Distance to the center.
     center_distance: L,
     radius: L,
-    /// Of the point: `D^2 - R^2`.
+    /// Power of the point: `D^2 - R^2`.
     power: L,
-    /// Whether it comes from [`SphereLight::origin_power`].
+    /// Whether the power comes from [`SphereLight::origin_power`].
     near: bool,
 }
 
-/// A light as seen from points, before anything is divided.
+/// A light as seen from points, before any division.
 #[derive(Clone, Copy, Debug)]
 pub struct View<L: Lane> {
-    /// To the centre.
+    /// Vector to the center.
     pub to_center: Vec3<L>,
-    /// Squared distance to the centre.
+    /// Squared distance to the center.
     squared: L,
-    /// Distance to the centre.
+    /// Distance to the center.
     pub distance: L,
     /// Radius.
     pub radius: L,
-    /// The power of the point, `D^2 - R^2`: below 0 inside.
+    /// The power of the point, `D^2 - R^2`: negative inside.
     power: L,
     near: bool,
 }
@@ -66,7 +66,7 @@ impl SphereLight {
         let squared = to_center.length_squared();
         let (distance, radius) = (squared.sqrt(), L::splat(self.radius));
         let power = match self.origin_power {
-            // Its error grows with the distance from the origin, not with the radius.
+            // Its error grows with the distance from the origin instead of the radius.
             Some(power) => p.dot(p - (center + center)) + L::splat(power),
             None => (distance - radius) * (distance + radius),
         };
@@ -86,8 +86,8 @@ impl SphereLight {
         self.seen_from(p).cone()
     }
 
-    /// Lanes where the unit direction `wi` from `p` may meet the light: all that [`Cone::contains`] would name and few others,
-    /// without a root or a division. In the cone, `wi . to_center >= sqrt(D^2 - R^2)`.
+    /// Lanes where the unit direction `wi` from `p` may hit the light: a slight superset of [`Cone::contains`], without a root or a
+    /// division. In the cone, `wi . to_center >= sqrt(D^2 - R^2)`.
     #[inline(always)]
     pub fn may_meet<L: Lane>(&self, p: Vec3<L>, wi: Vec3<L>) -> L::Mask {
         let to_center = Vec3::splat(self.center) - p;
@@ -102,7 +102,7 @@ impl SphereLight {
 }
 
 impl<L: Lane> View<L> {
-    /// Lanes inside the light or on it.
+    /// Lanes inside or on the light.
     #[inline(always)]
     pub fn inside(&self) -> L::Mask {
         self.power.le(L::zero())
@@ -112,15 +112,15 @@ impl<L: Lane> View<L> {
     #[inline(always)]
     pub fn cone(&self) -> Cone<L> {
         let (d, radius, inside) = (self.distance, self.radius, self.inside());
-        // cos = sqrt((D - R)(D + R)) / D and 1 - cos = sin^2 / (1 + cos): nothing cancels.
+        // cos = sqrt((D - R)(D + R)) / D and 1 - cos = sin^2 / (1 + cos): no cancellation.
         let tangent = self.power.safe_sqrt();
-        // 1 / D and 1 / (D + tangent) of one division.
+        // 1 / D and 1 / (D + tangent) from one division.
         let sum = d + tangent;
         let both = L::one() / (d * sum);
         let inverse = both * sum;
         let one_minus_cos_max = L::select(inside, L::splat(2.0), radius * (radius * both));
         let axis = self.to_center * inverse;
-        // At the very centre any axis will do.
+        // At the exact center any axis works.
         let apart = self.squared.gt(L::zero());
         let axis = Vec3::new(
             axis.x.or_zero(apart),
@@ -140,13 +140,13 @@ impl<L: Lane> View<L> {
 }
 
 impl<L: Lane> Cone<L> {
-    /// Density of directions drawn in the cone, per steradian.
+    /// Density of uniform sampling in the cone, per steradian.
     #[inline(always)]
     pub fn pdf(&self) -> L {
         warp::cone_pdf(self.one_minus_cos_max)
     }
 
-    /// `1 - cos` between the axis and `wi`, from the chord: true to its last digits close to the axis.
+    /// `1 - cos` between the axis and `wi`, from the chord: accurate close to the axis.
     #[inline(always)]
     pub fn t(&self, wi: Vec3<L>) -> L {
         (self.axis - wi).length_squared() * L::splat(0.5)
@@ -172,7 +172,7 @@ impl<L: Lane> Cone<L> {
             return outside;
         }
         if self.near {
-            // Of the two roots one is a sum without cancellation; their product is the power.
+            // One of the two roots is a sum without cancellation; the product of both is the power.
             let along = d * (L::one() - t);
             let root = (along * along - self.power).safe_sqrt();
             let environment = L::select(along.ge(L::zero()), along + root, self.power / (along - root));

@@ -1,17 +1,18 @@
-//! A triangle that emits from both sides, sampled uniformly in the solid angle that it subtends.
+//! Emissive triangles, two-sided, sampled uniformly in the solid angle that they subtend.
 //!
-//! The solid angle comes from the half-angle formula of Van Oosterom and Strackee 1983 ("The Solid Angle of a Plane
-//! Triangle", equation 8), directions from the map of Arvo 1995 ("Stratified Sampling of Spherical Triangles") in the form of
-//! Peters 2021 ("BRDF Importance Sampling for Polygonal Lights", section 3), which takes no inverse functions. In both, the
-//! volume of the three corners is `height * 2 area`, which has its digits however small the triangle looks.
+//! The solid angle uses the half-angle formula of Van Oosterom and Strackee 1983 ("The Solid Angle of a Plane Triangle", equation
+//! 8). Directions use the map of Arvo 1995 ("Stratified Sampling of Spherical Triangles") in the form of Peters 2021 ("BRDF
+//! Importance Sampling for Polygonal Lights", section 3), which needs no inverse functions. In both, the volume of the three
+//! corners is `height * 2 area`, which is accurate however small the triangle appears.
 //!
-//! Where the map would lose digits another one takes over, each with its own density, so the answer stays right:
+//! Where the map loses precision, another one is used with its own density, so the estimate stays correct:
 //!
-//! - below [`TINY`] steradians points are drawn uniformly over the area: unit vectors to the corners differ too little;
-//! - above [`HUGE`] directions are drawn uniformly over the hemisphere that faces the triangle's plane, and some miss: from
-//!   close by all three corners lie at the horizon, and where between them a direction points is lost to rounding;
-//! - so they are where two corners are nearly opposite ([`OPPOSITE`]), which an edge's are from close by: the map cuts the triangle
-//!   by the sum of the two, which is lost (a plate 200 000 times as large as it is far away had half of its light).
+//! - below [`TINY`] steradians, points are sampled uniformly over the area: unit vectors to the corners differ too little;
+//! - above [`HUGE`], directions are sampled uniformly over the hemisphere facing the triangle's plane, and some miss: at close
+//!   range all three corners lie at the horizon, and rounding loses the position of a direction between them;
+//! - likewise if two corners are nearly opposite ([`OPPOSITE`]), as the ends of an edge are at close range: the map divides the
+//!   triangle using the sum of the two, which loses its digits (a plate 200 000 times as large as its distance had half of its
+//!   light).
 
 use std::f32::consts::PI;
 
@@ -19,69 +20,69 @@ use crate::lane::{Lane, Mask};
 use crate::math::elementary::{angle, sin_cos_turn};
 use crate::math::{Frame, Vec3};
 
-/// Solid angle in steradians below which a triangle is sampled by its area.
+/// Solid angle in steradians below which a triangle is sampled by area.
 pub const TINY: f32 = 1e-3;
 
-/// Solid angle in steradians above which a triangle is sampled by its hemisphere.
+/// Solid angle in steradians above which a triangle is sampled by hemisphere.
 pub const HUGE: f32 = 6.0;
 
-/// One plus the cosine between two corners below which a triangle is sampled by its hemisphere: `f32` has it to 1e-4 there.
+/// One plus the cosine between two corners, below which a triangle is sampled by hemisphere: its error in `f32` is 1e-4 there.
 pub const OPPOSITE: f32 = 1e-3;
 
-/// Where a triangle is.
+/// Geometry of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Triangle {
     /// Its corners.
     pub corners: [[f32; 3]; 3],
-    /// Unit normal, of either side.
+    /// Unit normal, on either side.
     pub normal: [f32; 3],
     /// Its area.
     pub area: f32,
 }
 
-/// A triangle that is a light, the same for all lanes.
+/// A triangle light, the same for all lanes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TriangleLight {
-    /// Where it is.
+    /// Its geometry.
     pub triangle: Triangle,
     /// Radiance.
     pub le: [f32; 3],
-    /// What shadow rays to it aim at: it never blocks these.
+    /// Its skip id: the triangle does not occlude itself.
     pub skip_id: u32,
 }
 
-/// A triangle in every lane.
+/// One triangle per lane.
 #[derive(Clone, Copy, Debug)]
 pub struct Triangles<L: Lane> {
     /// Corners.
     pub corners: [Vec3<L>; 3],
-    /// Unit normals, of either side.
+    /// Unit normals, on either side.
     pub normal: Vec3<L>,
     /// Areas.
     pub area: L,
 }
 
-/// Triangles as they are seen from points.
+/// Triangles as seen from points.
 #[derive(Clone, Copy, Debug)]
 pub struct View<L: Lane> {
-    /// Corners, seen from the point.
+    /// Corners relative to the point.
     corners: [Vec3<L>; 3],
-    /// Unit directions to them.
+    /// Unit directions to the corners.
     units: [Vec3<L>; 3],
     normal: Vec3<L>,
     area: L,
-    /// From the point to the plane along `normal`; of either sign.
+    /// Signed distance from the point to the plane along `normal`.
     height: L,
     /// Solid angle in [0, 2 pi], steradians.
     pub omega: L,
-    /// Whether all of the hemisphere is sampled.
+    /// Lanes that sample the whole hemisphere.
     huge: L::Mask,
-    /// Volume of `units`, and the other two numbers of the map (Peters 2021).
+    /// Volume of `units`, and the other two coefficients of the map (Peters 2021).
     map: [L; 3],
 }
 
 impl Triangle {
-    /// The same triangle in every lane.
+    /// Broadcasts the triangle to all lanes.
     #[inline(always)]
     pub fn splat<L: Lane>(&self) -> Triangles<L> {
         let [a, b, c] = self.corners;
@@ -94,12 +95,12 @@ impl Triangle {
 }
 
 impl<L: Lane> Triangles<L> {
-    /// How the triangles look from `p`.
+    /// The triangles as seen from `p`.
     #[inline(always)]
     pub fn seen_from(&self, p: Vec3<L>) -> View<L> {
         let [a, b, c] = self.corners;
         let (a, b, c) = (a - p, b - p, c - p);
-        // At a corner itself the solid angle is not defined; a number has to come out.
+        // At a corner the solid angle is undefined; the result must still be a number.
         let inverse = |v: Vec3<L>| L::one() / v.length().max(L::splat(1e-18));
         let (ia, ib, ic) = (inverse(a), inverse(b), inverse(c));
         let (ua, ub, uc) = (a * ia, b * ib, c * ic);
@@ -124,7 +125,7 @@ impl<L: Lane> Triangles<L> {
 }
 
 impl<L: Lane> View<L> {
-    /// Lanes for which any part of the triangle is above the plane through the point with the normal `n`.
+    /// Lanes where any part of the triangle is above the plane through the point with the normal `n`.
     #[inline(always)]
     pub fn rises_above(&self, n: Vec3<L>) -> L::Mask {
         let [a, b, c] = self.corners;
@@ -137,7 +138,7 @@ impl<L: Lane> View<L> {
         self.omega.lt(L::splat(TINY))
     }
 
-    /// Draws unit directions from `u` and `v` in [0, 1). Those of huge triangles may miss: ask [`Self::contains`].
+    /// Samples unit directions from `u` and `v` in [0, 1). Those of huge triangles may miss: test [`Self::contains`].
     #[inline(always)]
     pub fn draw(&self, u: L, v: L) -> Vec3<L> {
         let (tiny, huge) = (self.tiny(), self.huge);
@@ -154,8 +155,8 @@ impl<L: Lane> View<L> {
         wi
     }
 
-    /// The first number cuts a part of that share from the triangle by an arc through the second corner; the second number
-    /// is a place on that arc, uniform in the cosine from the corner.
+    /// The first number selects a subtriangle of that fraction of the area, cut off by an arc through the second corner. The second
+    /// number selects a point on that arc, uniform in the cosine from the corner.
     #[inline(always)]
     fn over_solid_angle(&self, u: L, v: L) -> Vec3<L> {
         let [a, b, c] = self.units;
@@ -165,7 +166,7 @@ impl<L: Lane> View<L> {
         let middle = a * along_a + c * along_c;
         let turn = a.dot(middle) / middle.length_squared();
         let end = middle.mul_add(turn + turn, -a);
-        // 1 - cos of the arc, from its chord; then sums of positive terms alone.
+        // 1 - cos of the arc, from its chord; then sums of positive terms only.
         let arc = (b - end).length_squared() * L::splat(0.5);
         let t = v * arc;
         let two = L::splat(2.0);
@@ -190,7 +191,7 @@ impl<L: Lane> View<L> {
         Frame::about(axis).direction(u, sine, cosine)
     }
 
-    /// One over the density of [`Self::draw`] at `wi`, which meets the triangle at `distance`; in steradians.
+    /// Reciprocal density of [`Self::draw`] at `wi`, which hits the triangle at `distance`; in steradians.
     #[inline(always)]
     pub fn inverse_density(&self, wi: Vec3<L>, distance: L) -> L {
         let (tiny, huge) = (self.tiny(), self.huge);
@@ -208,7 +209,7 @@ impl<L: Lane> View<L> {
         self.height / wi.dot(self.normal)
     }
 
-    /// Lanes whose direction meets the triangle; none meets one whose corners are a single point, once they are rounded.
+    /// Lanes whose direction hits the triangle. A triangle that rounds to a single point is never hit.
     #[inline(always)]
     pub fn contains(&self, wi: Vec3<L>) -> L::Mask {
         let [a, b, c] = self.corners;
@@ -218,7 +219,7 @@ impl<L: Lane> View<L> {
         inside & (u + v + w).abs().gt(zero) & self.distance(wi).gt(zero)
     }
 
-    /// Lanes whose drawn direction counts: all but those of huge triangles that miss.
+    /// Lanes whose sampled direction counts: all but those of huge triangles that miss.
     #[inline(always)]
     pub fn met(&self, wi: Vec3<L>) -> L::Mask {
         let huge = self.huge;
@@ -231,8 +232,8 @@ impl<L: Lane> View<L> {
     }
 }
 
-/// `(a x b)·d`, by the sum and the difference of the two, so that exchanging them changes the sign alone: neighbours agree
-/// about their edge.
+/// `(a x b)·d`, from the sum and the difference of the two, so that exchanging them only flips the sign: neighbors agree about
+/// their edge.
 #[inline(always)]
 fn volume<L: Lane>(a: Vec3<L>, b: Vec3<L>, d: Vec3<L>) -> L {
     let (sum, edge) = (a + b, b - a);

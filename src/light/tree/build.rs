@@ -1,32 +1,32 @@
-//! How the tree is built: from the top, by the split of least variance, in `f64`.
+//! Builds the tree top-down, by the split of least variance, in `f64`.
 
 use super::{LEAF, LEAST_POWER, LEAST_VARIANCE, LightTree, Node};
 
-/// A light as the tree sees it.
+/// A light as input to the tree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Emitter {
-    /// Which light it is.
+    /// Light index.
     pub light: u32,
-    /// Where its middle is.
+    /// Center.
     pub mean: [f32; 3],
-    /// Variance of its surface around it along each axis.
+    /// Variance of its surface around the center, along each axis.
     pub variance: [f32; 3],
-    /// Unit normal of a flat light that emits from both sides; of a light without any, as much light goes in all directions.
+    /// Unit normal of a flat two-sided light; `None` if it emits equally in all directions.
     pub normal: Option<[f32; 3]>,
-    /// Its intensity along the normal; for a light without normal the root of 3 times its intensity. Above 0, finite.
+    /// Its intensity along the normal; without a normal, the root of 3 times its intensity. Positive and finite.
     pub power: f64,
 }
 
-/// Places at which a node may be cut.
+/// Number of candidate split positions.
 const BINS: usize = 12;
 
-/// Nodes that deep are halved by number: no order of lights makes a tree deeper than this and 32.
+/// From this depth on, nodes are split by count. This bounds the depth to this plus 32 for any lights.
 const DEEPEST: u32 = 40;
 
-/// Nodes of so many lights are built by themselves, on whichever thread is free: a number that changes no bit.
+/// Nodes of this many lights are built as separate tasks, on any free thread. Does not affect the result.
 const ALONE: usize = 1 << 13;
 
-/// What is known of a part of the lights.
+/// Moments of a set of lights.
 #[derive(Clone, Copy, Default)]
 struct Moments {
     power: f64,
@@ -64,7 +64,7 @@ impl Moments {
     }
 
     fn node(&self, link: u32) -> Node {
-        // Half of a variance's digits, rounded up: it stays above 0.
+        // The upper half of the digits of a variance, rounded up so that it stays positive.
         let upper = |v: f64| ((v as f32).max(LEAST_VARIANCE).to_bits() + 0xffff) >> 16;
         Node {
             mean: self.mean.map(|x| x as f32),
@@ -76,7 +76,7 @@ impl Moments {
     }
 }
 
-/// What is moved about while the tree is built.
+/// The element that is reordered during the build.
 #[derive(Clone, Copy)]
 struct Item {
     mean: [f32; 3],
@@ -84,14 +84,14 @@ struct Item {
     emitter: u32,
 }
 
-/// What does not change meanwhile.
+/// Data that is constant during the build.
 struct All<'a> {
     emitters: &'a [Emitter],
     total: f64,
 }
 
 impl LightTree {
-    /// Builds a tree over lights, in the order in which they are given: the same tree on any number of threads.
+    /// Builds a tree over lights in the given order. The tree is the same for any number of threads.
     pub fn new(emitters: &[Emitter]) -> Self {
         if emitters.is_empty() {
             return Self::default();
@@ -118,8 +118,8 @@ impl LightTree {
 }
 
 impl All<'_> {
-    /// Builds what is below a node over `items`, the first of which is leaf `leaf`; `nodes`, the first of which has the number
-    /// `first`, are theirs. Returns the link of the node and its moments.
+    /// Builds the subtree over `items`, whose first leaf is `leaf`. `nodes` are the subtree's nodes; the first has the number
+    /// `first`. Returns the link of the subtree's root and its moments.
     fn build(&self, items: &mut [Item], nodes: &mut [Node], first: u32, leaf: u32, depth: u32) -> (u32, Moments) {
         if let [item] = items {
             let emitter = &self.emitters[item.emitter as usize];
@@ -145,7 +145,7 @@ impl All<'_> {
     }
 }
 
-/// Power, and sums of places and of their squares weighted by it, about a point that is near.
+/// Power, and power-weighted sums of positions and their squares, relative to a nearby point.
 #[derive(Clone, Copy, Default)]
 struct Sums {
     power: f64,
@@ -186,8 +186,8 @@ impl Sums {
     }
 }
 
-/// Parts items in two, neither of them empty, and returns how many are in the first: along the axis of most variance, where power
-/// times variance of both parts together is least.
+/// Partitions items into two nonempty parts and returns the size of the first: along the axis of largest variance, where the sum of
+/// power times variance over both parts is least.
 fn split(items: &mut [Item], depth: u32) -> usize {
     let half = items.len() / 2;
     let about = items[0].mean;
@@ -218,7 +218,7 @@ fn split(items: &mut [Item], depth: u32) -> usize {
         bins[bin(item)].add(item, about);
         counts[bin(item)] += 1;
     }
-    // Of each cut the cost of what is behind it, then the sum from the front.
+    // For each split, the cost of the part behind it; then sums from the front.
     let mut behind = [Sums::default(); BINS + 1];
     for i in (0..BINS).rev() {
         behind[i] = behind[i + 1].and(&bins[i]);
@@ -238,7 +238,7 @@ fn split(items: &mut [Item], depth: u32) -> usize {
             cut += 1;
         }
     }
-    // The lowest is in the first bin and the highest in the last one: both parts have some, rounding aside.
+    // The lowest item is in the first bin and the highest in the last, so both parts are nonempty, except for rounding.
     if (1..items.len()).contains(&cut) { cut } else { half }
 }
 
@@ -260,7 +260,7 @@ mod tests {
             .collect()
     }
 
-    /// Every light is one leaf; places and lights are each other's inverse; powers add up; variances are above 0.
+    /// Every light is one leaf; positions and lights are inverse maps; powers add up; variances are positive.
     #[test]
     fn a_tree_holds_every_light_once() {
         for number in [1, 2, 3, 17, 1000] {
@@ -289,7 +289,7 @@ mod tests {
         }
     }
 
-    /// Against sums over all lights in one go.
+    /// Compared with sums over all lights at once.
     #[test]
     fn the_root_has_the_moments_of_all_lights() {
         let emitters = lights(500, true);
@@ -315,7 +315,7 @@ mod tests {
     fn coincident_lights_and_lights_in_a_line_make_a_tree_of_any_depth() {
         let mut emitters = lights(300, false);
         emitters.iter_mut().take(100).for_each(|e| e.mean = [1.0; 3]);
-        // Each three times as far as the one before: every cut leaves one on one side.
+        // Each is three times as far as the one before, so every split isolates one light.
         for (i, e) in emitters.iter_mut().enumerate().skip(100).take(40) {
             e.mean = [3.0_f32.powi(i as i32 - 120), 0.0, 0.0];
         }

@@ -1,4 +1,4 @@
-//! A cut through the tree for a set of points: the clusters that they tell apart best.
+//! A cut through the tree for a set of points: the clusters that separate the lights best for these points.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -6,23 +6,23 @@ use std::collections::BinaryHeap;
 use super::importance::{Probes, WIDE};
 use super::{LightTree, Node};
 
-/// A part of the lights that a table has one weight for.
+/// A set of lights with a single weight in a table.
 #[derive(Clone, Copy, Debug)]
 pub struct Cluster {
-    /// The node over its lights.
+    /// The root node of its lights.
     pub node: u32,
     /// Its importance for each point.
     pub importance: [f32; WIDE],
 }
 
-/// Clusters that hold every light once, in the order of leaves.
+/// Clusters that contain every light once, in the order of leaves.
 #[derive(Clone, Debug, Default)]
 pub struct Cut {
     /// The clusters.
     pub clusters: Vec<Cluster>,
 }
 
-/// A cluster that may be opened: the one first whose lights differ most for what they may bring.
+/// A cluster that can be split. The one whose lights differ most in their possible contribution is split first.
 struct Open {
     gain: f32,
     at: usize,
@@ -47,7 +47,7 @@ impl Ord for Open {
 }
 
 impl Cut {
-    /// Opens one cluster after the other until there are `most`, or all are single lights. Without points their power decides.
+    /// Splits clusters one by one until there are `most`, or all are single lights. Without points, power decides.
     pub fn new(tree: &LightTree, probes: &Probes, most: usize) -> Self {
         let root = Cluster {
             node: 0,
@@ -83,7 +83,7 @@ impl Cut {
         Self { clusters }
     }
 
-    /// The importance of all clusters together for each point.
+    /// The importance of all clusters together, for each point.
     pub fn sums(&self) -> [f32; WIDE] {
         let mut sums = [0.0; WIDE];
         for cluster in &self.clusters {
@@ -95,8 +95,8 @@ impl Cut {
     }
 }
 
-/// The root of the mean square of shares: what a cluster brings to each of the first `points` points, as a part of all that it gets. A
-/// point that gets nothing has no say.
+/// Root mean square of shares: what a cluster contributes to each of the first `points` points, relative to what the point
+/// receives. Points that receive nothing are ignored.
 pub(super) fn rms(points: usize, brings: &[f32; WIDE], gets: &[f32; WIDE]) -> f32 {
     let mut sum = 0.0;
     for (brings, gets) in brings.iter().zip(gets).take(points) {
@@ -106,8 +106,8 @@ pub(super) fn rms(points: usize, brings: &[f32; WIDE], gets: &[f32; WIDE]) -> f3
     sum.sqrt()
 }
 
-/// What it may gain to open a cluster: its share of the light, times how far its lights are apart as seen from the points, which
-/// for a lobe is the more the sharper that is.
+/// Priority for splitting a cluster: its share of the light, times the angular spread of its lights as seen from the points. The
+/// sharper a lobe, the more the spread counts.
 fn gain(node: &Node, probes: &Probes, importance: &[f32; WIDE], sums: &[f32; WIDE]) -> f32 {
     let [x, y, z] = node.spread();
     if probes.is_empty() {

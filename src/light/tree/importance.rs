@@ -1,14 +1,14 @@
-//! How much light points may get from a part of the lights, in closed form.
+//! Closed-form importance of a node: an estimate of the light that points may receive from it.
 
 use super::Node;
 use crate::lane::{F32x8, Lane};
 use crate::math::Vec3;
 use crate::math::elementary::exp;
 
-/// Points that a list of lights is made for are looked at together, so many at most.
+/// Maximum number of probe points of a list of lights; they are processed together.
 pub const WIDE: usize = 16;
 
-/// Points of one tile and one model of reflection; columns behind the last one repeat it.
+/// Probe points of one tile and one BRDF model. Columns past the last point repeat it.
 #[derive(Clone, Debug, Default)]
 pub struct Probes {
     points: usize,
@@ -21,7 +21,7 @@ pub struct Probes {
 }
 
 impl Probes {
-    /// None yet, of points that are Phong's or not.
+    /// No points yet; `phong` tells the BRDF model.
     pub fn new(phong: bool) -> Self {
         Self {
             phong,
@@ -29,8 +29,8 @@ impl Probes {
         }
     }
 
-    /// Adds a point, unless there are [`WIDE`]: where it is in the unit of the tree, its normal, and of Phong's model the axis of its
-    /// lobe and the exponent.
+    /// Adds a point, unless there are [`WIDE`]: its position in tree units, its normal, and for Phong the axis of its lobe and the
+    /// exponent.
     pub fn push(&mut self, place: [f32; 3], normal: [f32; 3], mirror: [f32; 3], exponent: f32) {
         for at in self.points..WIDE {
             for k in 0..3 {
@@ -41,27 +41,27 @@ impl Probes {
         self.points = (self.points + 1).min(WIDE);
     }
 
-    /// How many there are.
+    /// Number of points.
     pub fn len(&self) -> usize {
         self.points
     }
 
-    /// Whether there are none.
+    /// Whether there are no points.
     pub fn is_empty(&self) -> bool {
         self.points == 0
     }
 
-    /// Where point `i` is, in the unit of the tree.
+    /// Position of point `i`, in tree units.
     pub fn place(&self, i: usize) -> [f32; 3] {
         self.place.map(|column| column[i])
     }
 
-    /// By how much the lobe of point `i` is sharper than a diffuse one: its exponent.
+    /// How much sharper than a diffuse lobe the lobe of point `i` is: its exponent.
     pub(super) fn sharpness(&self, i: usize) -> f32 {
         if self.phong { self.exponent[i] } else { 1.0 }
     }
 
-    /// The importance of a node for each point; of columns behind the last point something.
+    /// The importance of a node for each point; columns past the last point are undefined.
     pub fn importance(&self, node: &Node) -> [f32; WIDE] {
         let mut found = [0.0; WIDE];
         let vector = |columns: &[[f32; WIDE]; 3], at: usize| {
@@ -80,16 +80,16 @@ impl Probes {
 }
 
 impl Node {
-    /// About how much light of these lights reaches points with these normals and is reflected, up to one factor for all nodes:
-    /// `power cosine / distance²` of a light like the whole node, as a mean over where in the node it may be. `lobe` are axis and
-    /// exponent of Phong lobes. Finite and not below 0; above 0 but for what single precision loses.
+    /// Estimate of the light from this node that reaches points with these normals and is reflected, up to a factor common to all
+    /// nodes: `power cosine / distance²` of a light like the whole node, averaged over its position in the node. `lobe` holds axis
+    /// and exponent of Phong lobes. Finite and nonnegative; positive except for underflow.
     ///
-    /// With `q` from the point to the mean, `s` the sum of variances, `m = n·q` and `c` the variance of that:
+    /// With `q` from the point to the mean, `s` the sum of variances, `m = n·q` and `c` the variance of `m`:
     ///
-    /// - the mean of `max(n·q, 0)` under a distribution of mean `m` and variance `c` is about `(m + sqrt(m² + 2c/π)) / 2`, exact at
-    ///   both ends and at `m = 0`; where `m < 0` in the form that does not cancel;
-    /// - `1 / distance³` becomes `1 / (sqrt(q² + s) (q² + s/3))`: at `q = 0` with the cosine `1/σ²` up to a factor near 1;
-    /// - a lobe is a Gaussian of directions convolved with the node's lateral variance.
+    /// - the mean of `max(n·q, 0)` under a distribution of mean `m` and variance `c` is about `(m + sqrt(m² + 2c/π)) / 2`, which is
+    ///   exact at both ends and at `m = 0`; for `m < 0` in the form without cancellation;
+    /// - `1 / distance³` becomes `1 / (sqrt(q² + s) (q² + s/3))`: at `q = 0`, with the cosine, it is `1/σ²` up to a factor near 1;
+    /// - a lobe is a Gaussian of directions, convolved with the node's lateral variance.
     #[inline(always)]
     fn importance<L: Lane>(&self, p: Vec3<L>, n: Vec3<L>, lobe: Option<(Vec3<L>, L)>) -> L {
         let (half, third) = (L::splat(0.5), L::splat(1.0 / 3.0));
@@ -105,7 +105,7 @@ impl Node {
         let cosine = L::select(m.ge(L::zero()), half * sum, half * c / sum);
         let length = all.sqrt();
         let mut found = L::splat(self.power) * cosine / (length * (d2 + s * third));
-        // Of lights with normals, what they send this way: the root of the mean of its square.
+        // For lights with normals, the emission in this direction: root mean square of the cosine.
         let [xx, yy, zz, xy, xz, yz] = self.normals.map(|x| L::splat(f32::from(x) * (1.0 / 127.0)));
         let across = q.x * (xx * q.x + (xy * q.y + xz * q.z) * L::splat(2.0))
             + q.y * (yy * q.y + yz * q.z * L::splat(2.0))
@@ -117,7 +117,7 @@ impl Node {
             let wide = (alpha * lateral) + d2;
             let peak = (lateral * half + d2) / wide;
             let apart = L::one() - axis.dot(q) / d2.max(L::splat(super::LEAST_VARIANCE)).sqrt();
-            // Below e^-87 there is no number.
+            // e^-87 underflows.
             let fall = (alpha * d2 / wide * apart).min(L::splat(80.0));
             found = found * (peak * exp(-fall) + L::splat(LOBE_FLOOR));
         }
@@ -127,7 +127,7 @@ impl Node {
 
 const TWO_OVER_PI: f32 = std::f32::consts::FRAC_2_PI;
 
-/// What a Phong lobe is taken to have far from its axis, as a part of its peak.
+/// Assumed value of a Phong lobe far from its axis, relative to its peak.
 const LOBE_FLOOR: f32 = 1e-6;
 
 #[cfg(test)]
@@ -150,7 +150,7 @@ mod tests {
         node.importance::<f32>(Vec3::splat(p), Vec3::splat(n), None)
     }
 
-    /// A small light far away has `intensity cos / distance²`; a sphere's power is the root of 3 times its intensity.
+    /// A small distant light has `intensity cos / distance²`; a sphere's power is the root of 3 times its intensity.
     #[test]
     fn a_small_node_is_a_point() {
         for (p, n) in [([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]), ([1.0, 2.0, -1.0], [0.6, 0.0, 0.8])] {
@@ -168,7 +168,7 @@ mod tests {
         }
     }
 
-    /// Inside of nodes, behind points, far away and for the sharpest lobes: a number above 0 and no more than single precision holds.
+    /// Inside nodes, behind points, far away and for the sharpest lobes: the importance is positive and fits `f32`.
     #[test]
     fn importance_is_a_positive_number_everywhere() {
         for variance in [0.0, 1e-12, 1.0, 1e5] {

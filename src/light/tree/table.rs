@@ -1,65 +1,65 @@
-//! What lists of lights for a set of points are drawn from: how often each cluster is expected in a list.
+//! The sampling table of lists of lights for a set of points: the expected count of each cluster in a list.
 //!
-//! A list has a fixed length. A light with so much weight that it would be expected once or more is in every list; what remains of
-//! the list is divided into strata of one expected light each, so that a light with the expectation `n` is drawn with exactly that
-//! chance, and a list is worth more than as many single choices.
+//! A list has a fixed length. A light whose weight gives it an expected count of one or more is in every list. The rest of the list
+//! is divided into strata with an expected count of one each. A light with the expected count `n` is then chosen with exactly that
+//! probability, and a list is better than as many independent choices.
 
 use super::cut::{Cut, rms};
 use super::importance::{Probes, WIDE};
 use super::{LEAST_POWER, LightTree};
 
-/// Part of the lists that is divided by power alone: what no point's importance and no look may leave out.
+/// Fraction of the lists that is distributed by power alone, which no importance or visibility estimate can exclude.
 const BY_POWER: f64 = 0.03;
 
-/// Weight of importance without looks, beside that with them: looks may miss what a pixel sees.
+/// Weight of the importance without visibility, relative to that with it: the visibility rays may miss what a pixel sees.
 const UNSEEN: f32 = 0.15;
 
-/// Part by which power decides between two children of a node inside a cluster.
+/// Fraction of power in the choice between two children inside a cluster.
 const WITHIN: f64 = 0.05;
 
-/// Clusters with less than this part of the mean importance of a cluster are not looked at.
+/// Clusters below this fraction of the mean importance get no visibility rays.
 const NOT_WORTH_A_LOOK: f32 = 0.1;
 
-/// Which points a light reaches: bit `i` for point `i`.
+/// Visibility of a light: bit `i` for point `i`.
 pub trait Look {
-    /// Looks.
+    /// Traces rays from the points to the light.
     fn reaches(&mut self, light: u32, probes: &Probes) -> u32;
 }
 
-/// A light of a list.
+/// A light on a list.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pick {
     /// The light.
     pub light: u32,
-    /// How often it is expected in a list, above 0: what its contributions are divided by.
+    /// Its expected count in a list, positive: contributions are divided by it.
     pub expected: f64,
-    /// About that, at most 1, without a way down the tree: [`Table::guess`].
+    /// An estimate of the expected count, at most 1, without a tree traversal: [`Table::guess`].
     pub guess: f32,
 }
 
-/// How often each light is expected in a list.
+/// Expected counts of lights in a list.
 #[derive(Clone, Debug, Default)]
 pub struct Table {
-    /// Of each cluster its first place in the order of leaves, ascending.
+    /// First leaf index of each cluster, ascending.
     firsts: Vec<u32>,
-    /// Of each cluster its node.
+    /// Root node of each cluster.
     nodes: Vec<u32>,
-    /// Of each cluster how often its lights are expected; 1 for a light of every list.
+    /// Expected count of each cluster's lights; 1 for a light on every list.
     expected: Vec<f32>,
-    /// Of each cluster the sum up to and with it, of those that are drawn.
+    /// Inclusive prefix sums over the sampled clusters.
     ends: Vec<f64>,
-    /// Clusters of one light that is in every list.
+    /// Single-light clusters that are on every list.
     always: Vec<u32>,
-    /// Lights of a list that are drawn.
+    /// Number of sampled lights per list.
     drawn: u32,
     probes: Probes,
-    /// What each point gets of all lights: importance is compared as a part of it.
+    /// What each point receives from all lights; importance is relative to it.
     gets: [f32; WIDE],
 }
 
 impl Table {
-    /// For lists of `length` lights: a cut of at most `most` clusters, each looked at from all points toward one of its lights if
-    /// there is a `look`. There must be lights, and a length.
+    /// A table for lists of `length` lights: a cut of at most `most` clusters. With a `look`, all points trace rays to one light of
+    /// each cluster. There must be at least one light, and `length` must be positive.
     pub fn new(tree: &LightTree, probes: Probes, most: usize, length: u32, look: Option<&mut dyn Look>) -> Self {
         let cut = Cut::new(tree, &probes, most);
         let nodes: Vec<u32> = cut.clusters.iter().map(|cluster| cluster.node).collect();
@@ -77,7 +77,7 @@ impl Table {
         table
     }
 
-    /// Weights of the clusters, all above 0, of sum 1.
+    /// Weights of the clusters, all positive, with sum 1.
     fn weights(&self, tree: &LightTree, cut: &Cut, look: Option<&mut dyn Look>) -> Vec<f64> {
         let points = self.probes.len();
         let mut weights: Vec<f32> = (cut.clusters.iter())
@@ -89,7 +89,7 @@ impl Table {
             let mut gets = [0.0; WIDE];
             for ((i, seen), &weight) in seen.iter_mut().enumerate().zip(&weights) {
                 if weight > least {
-                    // One light for all points: their rays are alike. Which one is a matter of the place in the tree.
+                    // One light for all points makes their rays coherent. The node index selects the light.
                     let number = crate::sampling::hash::mix(self.nodes[i]);
                     let (light, _) = self.descend(tree, self.nodes[i], f64::from(number) / 4_294_967_296.0);
                     let reached = look.reaches(tree.light(light), &self.probes);
@@ -118,8 +118,8 @@ impl Table {
         self.nodes.iter().zip(&weights).map(weight).collect()
     }
 
-    /// Divides a list among clusters: those of one light that would be expected once or more are in every list, and the rest of the
-    /// list is for the others, until none of these would be.
+    /// Distributes a list over clusters: single-light clusters with an expected count of one or more are on every list, and the
+    /// rest of the list is for the others, repeated until none of these has one or more.
     fn divide(&mut self, tree: &LightTree, weights: &[f64], length: u32) {
         let single = |node: u32| tree.node(node).leaf().is_some();
         let mut left = length;
@@ -131,7 +131,7 @@ impl Table {
         loop {
             let (before, mut rest) = (left, sum_of(&taken));
             for (i, &weight) in weights.iter().enumerate() {
-                // The last light of a list that others wait for is drawn.
+                // If other clusters remain, the last entry of a list is sampled.
                 let others = self.always.len() + 1 < weights.len();
                 if !taken[i] && single(self.nodes[i]) && weight * f64::from(left) >= rest && (left > 1 || !others) {
                     taken[i] = true;
@@ -159,22 +159,22 @@ impl Table {
         }
     }
 
-    /// Lights of a list.
+    /// Length of a list.
     pub fn length(&self) -> usize {
         self.always.len() + self.drawn as usize
     }
 
-    /// Clusters.
+    /// Number of clusters.
     pub fn clusters(&self) -> usize {
         self.nodes.len()
     }
 
-    /// Lights that are in every list.
+    /// Number of lights on every list.
     pub fn always(&self) -> usize {
         self.always.len()
     }
 
-    /// Draws a list: lights that are in every list, then one of each stratum by its number in [0, 1).
+    /// Samples a list: the lights on every list, then one per stratum by its number in [0, 1).
     pub fn draw(&self, tree: &LightTree, number: impl Fn(u32) -> f64, list: &mut Vec<Pick>) {
         list.clear();
         for &cluster in &self.always {
@@ -205,7 +205,7 @@ impl Table {
         }
     }
 
-    /// Goes down from a node to a leaf, and with which chance: at each node by the importance of its children for all points.
+    /// Descends from a node to a leaf by the importance of the children for all points; returns the leaf and its probability.
     fn descend(&self, tree: &LightTree, mut number: u32, mut place: f64) -> (u32, f64) {
         let mut chance = 1.0;
         loop {
@@ -224,7 +224,7 @@ impl Table {
         }
     }
 
-    /// The chance of the first of two children, in (0, 1).
+    /// The probability of the first of two children, in (0, 1).
     fn first_chance(&self, tree: &LightTree, link: u32) -> f64 {
         let [a, b] = [link, link + 1].map(|number| {
             let node = tree.node(number);
@@ -244,8 +244,8 @@ impl Table {
         first.clamp(1e-12, 1.0 - 1e-12)
     }
 
-    /// About how often a light is expected in a list, in (0, 1]: by the weight of its cluster and its share of the cluster's power.
-    /// The same for a light that was picked and one that was met: what weights of two techniques are made of must not differ.
+    /// An estimate of a light's expected count in a list, in (0, 1]: the weight of its cluster times its share of the cluster's
+    /// power. It is the same whether the light was picked or hit, as MIS weights of the two techniques require.
     pub fn guess(&self, tree: &LightTree, leaf: u32) -> f32 {
         let cluster = self.firsts.partition_point(|&first| first <= leaf) - 1;
         self.guess_in(tree, cluster, tree.leaf_power(leaf))

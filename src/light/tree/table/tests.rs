@@ -1,4 +1,4 @@
-//! Lists against sums over all lights, and against counts.
+//! Tests lists against sums over all lights, and against counts.
 
 use super::*;
 use crate::light::tree::Emitter;
@@ -8,7 +8,7 @@ fn unit(i: u32) -> f32 {
     (mix(i) >> 8) as f32 / 16_777_216.0
 }
 
-/// Lights of powers over four orders of magnitude in a box, every third one flat.
+/// Lights with powers over four orders of magnitude in a box; every third one is flat.
 fn lights(number: u32) -> Vec<Emitter> {
     let light = |i: u32| Emitter {
         light: i,
@@ -29,7 +29,7 @@ fn probes(phong: bool, seed: u32) -> Probes {
     probes
 }
 
-/// A wall: lights beyond it are seen by no point, others by all.
+/// A wall: lights beyond it are visible from no point, the others from all.
 struct Wall(Vec<Emitter>);
 
 impl Look for Wall {
@@ -42,7 +42,7 @@ impl Look for Wall {
     }
 }
 
-/// How often each light is expected in a list: by every way down the tree.
+/// Expected count of each light in a list, by enumerating all paths down the tree.
 fn expectations(table: &Table, tree: &LightTree) -> Vec<f64> {
     let mut expected = vec![0.0; tree.len()];
     for &cluster in &table.always {
@@ -66,7 +66,7 @@ fn expectations(table: &Table, tree: &LightTree) -> Vec<f64> {
     expected
 }
 
-/// Tables of all kinds over so many lights, with the lists' length.
+/// Tables of all kinds over this many lights, with the lists' length.
 fn each_table(number: u32, mut check: impl FnMut(&LightTree, &Table, u32)) {
     let emitters = lights(number);
     let tree = LightTree::new(&emitters);
@@ -112,7 +112,7 @@ fn expectations_of_all_lights_sum_to_the_length_of_a_list_and_none_is_0() {
     }
 }
 
-/// Lists of many numbers; a pick says how often it was to be expected, and to have guessed so gives the same for all lights.
+/// Samples many lists. A pick must report its expected count; its estimate must be the same for all picks of a light.
 #[test]
 fn a_pick_knows_how_often_it_was_expected() {
     each_table(300, |tree, table, length| {
@@ -131,8 +131,9 @@ fn a_pick_knows_how_often_it_was_expected() {
     });
 }
 
-/// Chi-square of 20 000 lists against the expectations, lights below 5 pooled: strata make counts more even than independent draws
-/// would be, so the bound of these, at 1e-6, holds all the more. Uneven on purpose: without its mutant's factor it fails by far.
+/// Chi-square test of 20 000 lists against the expected counts, with lights below 5 pooled. Strata make counts more even than
+/// independent samples, so the bound for independent samples, at 1e-6, holds all the more. The lights are uneven on purpose:
+/// without the mutant's factor the test fails by far.
 #[test]
 fn lists_hold_lights_as_often_as_expected() {
     let tree = LightTree::new(&lights(200));
@@ -183,7 +184,7 @@ fn a_light_of_a_million_times_the_power_is_in_every_list_and_few_lights_all_are(
     assert_eq!((table.always(), table.length()), (16, 16));
 }
 
-/// What no point sees is drawn less often, but is drawn.
+/// Lights that no point sees are sampled less often, but are sampled.
 #[test]
 fn looks_move_lists_to_the_lights_that_are_seen() {
     let emitters = lights(500);

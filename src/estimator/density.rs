@@ -10,7 +10,8 @@
 //! | `Power` | one of `p` and one of `q` | `f p / (p^2 + q^2)` or `f q / (p^2 + q^2)` |
 //!
 //! Veach and Guibas 1995, "Optimally Combining Sampling Techniques for Monte Carlo Rendering": the balance heuristic, the power
-//! heuristic with exponent 2, and the one-sample model, of which the hand-out's average density is the balance heuristic.
+//! heuristic with exponent 2, and the one-sample model. The hand-out's average density is the balance heuristic of the one-sample
+//! model.
 
 use crate::bsdf::{Lobe, Tint};
 use crate::lane::{Lane, Mask};

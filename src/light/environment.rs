@@ -142,7 +142,7 @@ impl LatLong {
     fn latitude(&self, row: usize, place: f32) -> (f32, bool) {
         let (above, below) = (self.edges[row], self.edges[row + 1]);
         if 2 * row + 1 == self.height {
-            // From 1 - above to -(1 - below), which are opposite equals.
+            // The cosine goes from `1 - above` to `-(1 - below)`, which have the same magnitude.
             let cosine = (1.0 - above) * (1.0 - 2.0 * place);
             return (1.0 - cosine.abs(), cosine < 0.0);
         }

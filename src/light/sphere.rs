@@ -152,7 +152,7 @@ impl<L: Lane> Cone<L> {
         (self.axis - wi).length_squared() * L::splat(0.5)
     }
 
-    /// Whether directions at `t` from the axis meet the light.
+    /// Whether directions at `t` from the axis hit the light.
     #[inline(always)]
     pub fn contains(&self, t: L) -> L::Mask {
         t.le(self.one_minus_cos_max)

@@ -1,12 +1,12 @@
-//! Numbers of shapes in columns, to be looked at as many shapes at a time as there are lanes.
+//! Shape data in columns, to test one shape per lane.
 
 use crate::lane::{Lane, Mask};
 use crate::math::Vec3;
 
-/// Shapes beside each other: the most lanes of a packet.
+/// Maximum number of lanes in a packet.
 const LANES: usize = 16;
 
-/// `K` numbers of every shape, with zeros behind the last.
+/// `K` numbers per shape, padded with zeros.
 #[derive(Clone, Debug, Default)]
 pub struct Columns<const K: usize> {
     blocks: Vec<[[f32; LANES]; K]>,
@@ -27,28 +27,28 @@ impl<const K: usize> Columns<K> {
         self.len += 1;
     }
 
-    /// How many shapes there are.
+    /// Number of shapes.
     pub fn len(&self) -> usize {
         self.len
     }
 
-    /// As many, and what fills up the last packet.
+    /// Number of shapes, rounded up to full packets.
     pub fn room(&self) -> usize {
         self.blocks.len() * LANES
     }
 
-    /// The first shape of each packet, and which lanes are shapes.
+    /// The first shape of each packet, and the lanes that hold shapes.
     pub fn packets<L: Lane>(&self) -> impl Iterator<Item = (usize, L::Mask)> {
         let len = self.len;
         (0..len).step_by(L::N).map(move |at| (at, L::Mask::first(len - at)))
     }
 
-    /// A number of the packet at shape `at`, which is one of [`Self::packets`].
+    /// A column of the packet at shape `at`, which is one of [`Self::packets`].
     pub fn get<L: Lane>(&self, column: usize, at: usize) -> L {
         L::load(&self.blocks[at / LANES][column][at % LANES..])
     }
 
-    /// Three numbers from a column on.
+    /// Three consecutive columns of the packet.
     pub fn get3<L: Lane>(&self, column: usize, at: usize) -> Vec3<L> {
         Vec3::new(self.get(column, at), self.get(column + 1, at), self.get(column + 2, at))
     }

@@ -1,28 +1,27 @@
-//! Which shapes rays from a tile can meet at all, decided once for thousands of rays. Every test here is one-sided: a
-//! shape that could be met is never left out. Shapes are tested as many at a time as there are lanes: tested one by one, what
-//! the processor guessed wrong cost more than the tests. How many changes no answer; nothing here is inlined into kernels, so lanes
-//! that need AVX-512 send [`Lane::Plain`].
+//! Culls the shapes that rays from a tile cannot hit, once for thousands of rays. All tests are conservative: a shape that could be
+//! hit is never culled. Each test processes one shape per lane: one by one, branch mispredictions cost more than the tests. The
+//! lane count does not change the results. Nothing here is inlined into kernels, so lanes that need AVX-512 use [`Lane::Plain`].
 
 use super::{Candidates, LinearScene};
 use crate::lane::{Lane, Mask};
 use crate::math::Vec3;
 use crate::shape::{Ball, NO_SKIP_ID};
 
-/// A plane's share of rounding: what is nearer to it than this part of the largest number involved counts as both sides.
+/// Relative rounding margin of a plane: points nearer than this fraction of the largest number involved count for both sides.
 pub(super) const MARGIN: f32 = 1e-5;
 
 pub(super) fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// In `f64`: the normal of a triangle is as long as an area, and the square of that leaves `f32` where scenes are 2^28 units
-/// large or 2^-36 small.
+/// Computed in `f64`: the normal of a triangle is as long as an area, and its square leaves the range of `f32` if scenes are 2^28
+/// units large or 2^-36 small.
 pub(super) fn length(a: [f32; 3]) -> f32 {
     let [x, y, z] = a.map(f64::from);
     (x * x + y * y + z * z).sqrt() as f32
 }
 
-/// At least the length, without a root: for margins, which may be too large.
+/// An upper bound on the length, without a root; used for margins, which may be too large.
 pub(super) fn norm1(a: [f32; 3]) -> f32 {
     a[0].abs() + a[1].abs() + a[2].abs()
 }
@@ -35,21 +34,21 @@ fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     ]
 }
 
-/// A half space `dot(normal, x) >= offset` that holds every ray.
+/// A half space `dot(normal, x) >= offset` that contains all rays.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Plane {
     pub normal: [f32; 3],
     offset: f32,
-    /// The [`norm1`] of the normal; more where the normal itself is rounded by more than its [`MARGIN`].
+    /// The [`norm1`] of the normal, or more if the rounding error of the normal exceeds its [`MARGIN`].
     size: f32,
 }
 
-/// Half-ulps by which the product of two unit directions is off, over [`MARGIN`]. The directions to the corners of a tile are
-/// rounded by two each, and in a narrow view hardly differ: at 1000 sizes from a body this was 0.3 of its size.
+/// Rounding error in half-ulps of the product of two unit directions, over [`MARGIN`]. The directions to the corners of a tile have
+/// two each, and are nearly equal in a narrow view: at a distance of 1000 sizes from a body, the error was 0.3 of its size.
 const ROUNDED: f32 = 8.0 * f32::EPSILON / 2.0 / MARGIN;
 
 impl Plane {
-    /// What is below this is on the other side, of shapes so far from the origin.
+    /// Values below this are on the other side, for shapes at most `reach` from the origin.
     pub fn limit<L: Lane>(&self, reach: L) -> L {
         let margin = L::splat(self.size).mul_add(reach, L::splat(self.offset.abs()));
         L::splat(self.offset) - L::splat(MARGIN) * margin
@@ -57,9 +56,9 @@ impl Plane {
 }
 
 impl LinearScene {
-    /// The shapes that rays from the origin between four unit directions may meet; `corners` go round the tile. Of a triangle, no
-    /// plane through the origin and a side of the tile may part it from the tile, nor one through a side of its own: where there is
-    /// neither, they overlap.
+    /// Finds the shapes that rays from the origin between four unit directions may hit; `corners` go around the tile. A triangle is
+    /// culled if a plane through the origin and a side of the tile separates it from the tile, or a plane through the origin and
+    /// one of its own sides. If there is neither, triangle and tile overlap.
     #[inline(never)]
     pub fn in_frustum<L: Lane>(&self, corners: [[f32; 3]; 4], set: &mut Candidates) {
         let middle: [f32; 3] = std::array::from_fn(|k| corners.iter().map(|c| c[k]).sum());
@@ -94,7 +93,7 @@ impl LinearScene {
         }
     }
 
-    /// What a box around points tells of them.
+    /// Computes the bounds of points from their bounding box.
     #[inline(never)]
     pub fn look<L: Lane>(&self, bounds: Bounds, points: &mut Points) {
         points.bounds = bounds;
@@ -110,13 +109,13 @@ impl LinearScene {
         }
     }
 
-    /// The shapes that may stand between points and the ball `light`; the sphere or the triangles that `skip_id` names block none
-    /// of the rays there.
+    /// Finds the shapes that may lie between points and the sphere `light`. The sphere or the triangles with the id `skip_id` block
+    /// none of the rays there.
     ///
-    /// The segments lie in the convex hull of both. It is bounded by planes along one axis through a corner of one box
-    /// and the same corner of the other, wherever both boxes lie on one side (the shafts of Haines and Wallace 1994), and
-    /// by the box around both. A triangle with points and light strictly on one side of its plane stands between none:
-    /// where only its plane could tell and [`Points`] were not measured against it yet, it is kept for [`Self::separated_by_plane`].
+    /// The segments lie in the convex hull of points and light. It is bounded by planes parallel to one axis, through a corner of
+    /// one box and the same corner of the other, if both boxes lie on one side (the shafts of Haines and Wallace 1994), and by the
+    /// box around both. A triangle with points and light strictly on one side of its plane is no occluder. If only its plane could
+    /// tell and [`Points`] has no measurement for it yet, the triangle is kept for [`Self::separated_by_plane`].
     #[inline(never)]
     pub fn in_shaft<L: Lane>(&self, points: &Points, light: &Ball, skip_id: u32, set: &mut Candidates) {
         let shapes = &self.shapes;
@@ -153,7 +152,7 @@ impl LinearScene {
         }
     }
 
-    /// Leaves out the triangles that have all points, as measured, and the light on one side.
+    /// Removes the triangles that have all points, as measured, and the light on one side.
     pub fn separated_by_plane(&self, points: &Points, light: &Ball, set: &mut Candidates) {
         set.triangles.retain(|&i| {
             let i = i as usize;
@@ -163,41 +162,41 @@ impl LinearScene {
         });
     }
 
-    /// The plane of a triangle, normal and offset: what [`Points::measure`] wants.
+    /// The plane of a triangle, normal and offset: the input of [`Points::measure`].
     pub fn plane(&self, triangle: u32) -> ([f32; 3], f32) {
         self.shapes.plane(triangle as usize)
     }
 }
 
-/// What is known of a set of points.
+/// Bounds of a set of points.
 #[derive(Clone, Debug, Default)]
 pub struct Points {
     bounds: Bounds,
-    /// For each triangle of the line, the lowest and highest of `dot(normal, p) - offset`: of the box until it is measured.
+    /// For each triangle of the list, the minimum and maximum of `dot(normal, p) - offset`: over the box until measured.
     low: Vec<f32>,
     high: Vec<f32>,
     measured: Vec<bool>,
 }
 
 impl Points {
-    /// A ball around them, a little too large.
+    /// A slightly enlarged bounding sphere.
     pub fn around(&self) -> Ball {
         Ball::around(&[self.bounds.low, self.bounds.high])
     }
 
-    /// Whether they were measured against the plane of a triangle.
+    /// Whether the points were measured against the plane of a triangle.
     pub fn measured(&self, triangle: u32) -> bool {
         self.measured[triangle as usize]
     }
 
-    /// Notes the lowest and highest of `dot(normal, p) - offset` of the points.
+    /// Stores the minimum and maximum of `dot(normal, p) - offset` over the points.
     pub fn measure(&mut self, triangle: u32, [low, high]: [f32; 2]) {
         let at = triangle as usize;
         (self.low[at], self.high[at], self.measured[at]) = (low, high, true);
     }
 }
 
-/// A box along the axes.
+/// An axis-aligned box.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Bounds {
     /// Smallest coordinates.
@@ -222,7 +221,7 @@ impl Bounds {
         }
     }
 
-    /// Which boxes are outside of this one.
+    /// Boxes that do not overlap this one.
     pub(super) fn apart<L: Lane>(&self, low: Vec3<L>, high: Vec3<L>) -> L::Mask {
         let environment = |k: usize, low: L, high: L| {
             let margin = MARGIN * (self.low[k].abs() + self.high[k].abs());
@@ -232,14 +231,14 @@ impl Bounds {
     }
 }
 
-/// The sides of the hull of two boxes, as far as they are known, at the front of `planes`.
+/// The known sides of the convex hull of two boxes, at the front of `planes`.
 fn hull_of<'a>(a: &Bounds, b: &Bounds, planes: &'a mut [Plane; 12]) -> &'a [Plane] {
     let mut known = 0;
     for axis in 0..3 {
         let (x, y) = ((axis + 1) % 3, (axis + 2) % 3);
         for high in [[false, false], [true, false], [false, true], [true, true]] {
             let (plane, supports) = support(a, b, x, y, high);
-            // Written in any case, kept by counting: which of them support cannot be guessed.
+            // Writes unconditionally and advances only if the plane supports: a branch would be mispredicted.
             planes[known] = plane;
             known += usize::from(supports);
         }
@@ -247,8 +246,8 @@ fn hull_of<'a>(a: &Bounds, b: &Bounds, planes: &'a mut [Plane; 12]) -> &'a [Plan
     &planes[..known]
 }
 
-/// The plane along the third axis through the corners of both boxes at the `high` or low end of the axes `x` and `y`. Both boxes
-/// are on its inner side if one of them reaches farther out along `x` and the other along `y`, and only then.
+/// The plane parallel to the third axis, through the corners of both boxes at the `high` or low ends of the axes `x` and `y`. Both
+/// boxes are on its inner side exactly if one extends farther along `x` and the other along `y`.
 fn support(a: &Bounds, b: &Bounds, x: usize, y: usize, high: [bool; 2]) -> (Plane, bool) {
     let end = |bounds: &Bounds, axis: usize, high: bool| if high { bounds.high[axis] } else { bounds.low[axis] };
     let corner = |bounds: &Bounds| [end(bounds, x, high[0]), end(bounds, y, high[1])];

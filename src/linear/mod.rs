@@ -1,7 +1,7 @@
-//! Tiny scenes need no hierarchy: all shapes in a line, and per tile and light only those that can matter.
+//! The brute-force intersector for small scenes: tests all shapes, or per tile and light only those that [`cull`] keeps.
 //!
-//! A handful of shapes tested eight or sixteen rays at a time is faster than any tree, above all when most of them are
-//! ruled out for a whole tile ([`cull`]). The plan decides by their number.
+//! A handful of shapes tested against eight or sixteen rays at a time is faster than any tree, above all if most of them are culled
+//! for a whole tile. The plan decides by the number of shapes.
 
 mod columns;
 pub mod cull;
@@ -13,19 +13,19 @@ use crate::lane::{Bits, Lane, Mask};
 use crate::math::Vec3;
 use crate::shape::{Ball, FromOrigin, Hit, NO_SKIP_ID, Ray, SkipIds, Sphere, Triangle};
 
-/// So few shapes are worth a look one by one before rays are asked for, whoever answers them.
+/// Up to this many shapes, occluders are culled before tracing, whichever intersector is used.
 pub const FEW: usize = 32;
 
-/// A triangle in a line.
+/// A triangle of the list.
 #[derive(Clone, Debug)]
 struct Member {
     triangle: Triangle,
     from_origin: FromOrigin,
-    /// The unit normal, with the bits that lanes have for it.
+    /// The unit normal, with the same bits as lanes compute.
     unit: [f32; 3],
-    /// The mesh, and the place in it.
+    /// Mesh index and triangle index.
     name: [u32; 2],
-    /// What rays call it that aim at it; [`NO_SKIP_ID`] where none does.
+    /// Its skip id, or [`NO_SKIP_ID`].
     skip_id: u32,
 }
 
@@ -34,28 +34,28 @@ struct Member {
 pub struct LinearScene {
     triangles: Vec<Member>,
     spheres: Vec<Sphere>,
-    /// The same for [`cull`].
+    /// The same shapes in the layout for [`cull`].
     shapes: Shapes,
-    /// The geometry that hits name for spheres.
+    /// The geometry index of spheres in hits.
     sphere_geometry: u32,
 }
 
-/// The shapes that a set of rays may meet.
+/// The shapes that a set of rays may hit.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Candidates {
     triangles: Vec<u32>,
-    /// Triangles that rays may aim at: apart, so that the others need not be asked.
+    /// Triangles with a skip id; separate, so that the skip test is needed only for these.
     lights: Vec<u32>,
     balls: Vec<u32>,
 }
 
 impl Candidates {
-    /// How many shapes there are.
+    /// Number of shapes.
     pub fn len(&self) -> usize {
         self.triangles.len() + self.lights.len() + self.balls.len()
     }
 
-    /// Whether there is none.
+    /// Whether there are no shapes.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -66,14 +66,14 @@ impl Candidates {
         self.balls.clear();
     }
 
-    /// The triangles that are no lights, as numbers in the line.
+    /// Indices of the triangles without a skip id.
     pub fn triangles(&self) -> &[u32] {
         &self.triangles
     }
 }
 
 impl LinearScene {
-    /// Sets the spheres; hits name them as primitives of `sphere_geometry`.
+    /// Sets the spheres; hits report them as primitives of `sphere_geometry`.
     pub fn set_spheres(&mut self, spheres: Vec<impl Into<Sphere>>, sphere_geometry: u32) {
         self.spheres = spheres.into_iter().map(Into::into).collect();
         let balls: Vec<Ball> = self.spheres.iter().map(|sphere| sphere.ball).collect();
@@ -81,7 +81,7 @@ impl LinearScene {
         self.sphere_geometry = sphere_geometry;
     }
 
-    /// Adds the triangles of a mesh; `skip_ids` are their names for rays that aim at them, if any do.
+    /// Adds the triangles of a mesh; `skip_ids` are their skip ids, if any.
     pub fn add_mesh(
         &mut self,
         geometry: u32,
@@ -104,17 +104,17 @@ impl LinearScene {
         }
     }
 
-    /// How many shapes there are.
+    /// Number of shapes.
     pub fn len(&self) -> usize {
         self.triangles.len() + self.spheres.len()
     }
 
-    /// Whether there is none.
+    /// Whether there are no shapes.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Takes triangles of a packet among the candidates.
+    /// Adds triangles of a packet to the candidates.
     fn take<L: Lane>(&self, at: usize, kept: L::Mask, set: &mut Candidates) {
         for i in kept.lanes().map(|lane| at + lane) {
             let list = if self.triangles[i].skip_id == NO_SKIP_ID {
@@ -126,7 +126,7 @@ impl LinearScene {
         }
     }
 
-    /// Every shape.
+    /// Makes every shape a candidate.
     pub fn all(&self, set: &mut Candidates) {
         set.clear();
         for i in 0..self.triangles.len() {
@@ -135,7 +135,7 @@ impl LinearScene {
         set.balls.extend(0..self.spheres.len() as u32);
     }
 
-    /// Visits the triangles among the candidates: geometry and number, then corners.
+    /// Visits the candidate triangles: geometry and primitive index, then corners.
     pub fn visit(&self, set: &Candidates, visit: &mut dyn FnMut([u32; 2], [[f32; 3]; 3])) {
         for &i in set.triangles.iter().chain(&set.lights) {
             let Member { triangle, name, .. } = &self.triangles[i as usize];
@@ -143,15 +143,15 @@ impl LinearScene {
         }
     }
 
-    /// What active rays meet first among the candidates, of shapes at the same distance the first in the line; and the rays whose
-    /// triangle is met next to an edge, within [`EDGE`](crate::shape::EDGE). The mask is cheaper than the coordinates, which only
-    /// textures and smooth normals need.
+    /// Closest hits of active rays among the candidates; at equal distance the first shape in the list wins. Also returns the rays
+    /// whose triangle hit is near an edge, within [`EDGE`](crate::shape::EDGE). This mask is cheaper than the barycentric
+    /// coordinates, which only textures and smooth normals require.
     #[inline(always)]
     pub fn intersect<L: Lane>(&self, set: &Candidates, active: L::Mask, ray: &Ray<L>) -> (Hit<L>, L::Mask) {
         self.first::<L, false>(set, active, ray)
     }
 
-    /// As [`Self::intersect`] for rays from the origin, with the same bits in less time.
+    /// Like [`Self::intersect`], for rays from the origin: the same bits in less time.
     #[inline(always)]
     pub fn intersect_from_origin<L: Lane>(&self, set: &Candidates, active: L::Mask, ray: &Ray<L>) -> (Hit<L>, L::Mask) {
         self.first::<L, true>(set, active, ray)
@@ -175,7 +175,8 @@ impl LinearScene {
             geometry: L::Bits::splat(u32::MAX),
             primitive: L::Bits::splat(u32::MAX),
         };
-        // Two loops, not a chain: that asks at each triangle which of the lists it is in. Idle lanes go along until the end.
+        // Two loops instead of a chained iterator, which would test at each step which list is current. Idle lanes run along until
+        // the end.
         for list in [&set.triangles, &set.lights] {
             for &i in list {
                 let Member {
@@ -226,7 +227,7 @@ impl LinearScene {
         (hit, next_to_edge)
     }
 
-    /// Which active rays meet any candidate but the light that they aim at.
+    /// Which active rays hit any candidate except the shape with their skip id.
     #[inline(always)]
     pub fn occluded<L: Lane>(&self, set: &Candidates, active: L::Mask, ray: &Ray<L>) -> L::Mask {
         let mut open = active;

@@ -1,4 +1,4 @@
-//! The shapes of a line in columns, and the tests of [`super::cull`]: as many shapes at a time as there are lanes.
+//! The shapes of the brute-force list in columns, and the tests of [`super::cull`], one shape per lane.
 
 use super::columns::Columns;
 use super::cull::{Bounds, MARGIN, Plane, dot, length, norm1};
@@ -6,36 +6,36 @@ use crate::lane::{Bits, Lane, Mask};
 use crate::math::Vec3;
 use crate::shape::{Ball, FromOrigin, Triangle};
 
-/// What is asked of the shapes of a line again and again. Those at a place are as many as there are lanes.
+/// Precomputed data of all shapes for culling. The shapes at an index are as many as there are lanes.
 #[derive(Clone, Debug, Default)]
 pub struct Shapes {
     pub triangles: Columns<33>,
     pub balls: Columns<4>,
 }
 
-// Columns of triangles. A box, the corners, and the plane `dot(normal, p) = offset`.
+// Columns of triangles: a box, the corners, and the plane `dot(normal, p) = offset`.
 const LOW: usize = 0;
 const HIGH: usize = 3;
 const CORNERS: usize = 6;
 const NORMAL: usize = 15;
 const OFFSET: usize = 18;
-// Of the normal.
+// Length of the normal.
 const LENGTH: usize = 19;
-// The corners are no farther from the origin than this; what margins grow with.
+// Upper bound on the corners' distance from the origin; margins scale with it.
 const REACH: usize = 20;
-// Bits: what rays call it that aim at it.
+// Skip id, as bits.
 const AIM: usize = 21;
-// Of `FromOrigin`, and the largest `norm1` of its sides.
+// Data of `FromOrigin`, and the largest `norm1` of its sides.
 const SIDES: usize = 22;
 const SIGN: usize = 31;
 const WIDEST: usize = 32;
 
-// Columns of balls.
+// Columns of spheres.
 const CENTER: usize = 0;
 const RADIUS: usize = 3;
 
 impl Shapes {
-    /// Adds a triangle, and what rays call it that aim at it.
+    /// Adds a triangle with its skip id.
     pub fn add(&mut self, triangle: &Triangle, from_origin: &FromOrigin, skip_id: u32) {
         let corners = triangle.corners;
         let mut all = [0.0; 33];
@@ -59,7 +59,7 @@ impl Shapes {
         self.triangles.push(all);
     }
 
-    /// Sets the balls.
+    /// Sets the spheres.
     pub fn set_balls(&mut self, balls: &[Ball]) {
         self.balls = Columns::default();
         for &Ball {
@@ -77,18 +77,18 @@ impl Shapes {
         (normal, self.triangles.get(OFFSET, triangle))
     }
 
-    /// Which triangles are called that by rays that aim at them.
+    /// Triangles with this skip id.
     pub fn skip_id<L: Lane>(&self, at: usize, name: u32) -> L::Mask {
         let skip_id: L = self.triangles.get(AIM, at);
         skip_id.to_bits().eq(L::Bits::splat(name))
     }
 
-    /// Which triangles are outside of a box, as far as their own boxes tell.
+    /// Triangles whose bounding boxes are outside a box.
     pub fn outside<L: Lane>(&self, at: usize, bounds: &Bounds) -> L::Mask {
         bounds.apart::<L>(self.triangles.get3(LOW, at), self.triangles.get3(HIGH, at))
     }
 
-    /// Which balls are outside of a box.
+    /// Spheres outside a box.
     pub fn balls_outside<L: Lane>(&self, at: usize, bounds: &Bounds) -> L::Mask {
         let center: Vec3<L> = self.balls.get3(CENTER, at);
         let reach = self.balls.get::<L>(RADIUS, at) * L::splat(1.0 + MARGIN);
@@ -96,7 +96,7 @@ impl Shapes {
         bounds.apart(center - reach, center + reach)
     }
 
-    /// Which triangles lie wholly behind a plane.
+    /// Triangles entirely behind a plane.
     pub fn behind<L: Lane>(&self, at: usize, plane: &Plane) -> L::Mask {
         let limit = plane.limit::<L>(self.triangles.get(REACH, at));
         let behind = |i: usize| {
@@ -107,7 +107,7 @@ impl Shapes {
         mutate!(a & b & c, OneCornerBehind => a | b | c)
     }
 
-    /// Which balls do.
+    /// Spheres entirely behind a plane.
     pub fn balls_behind<L: Lane>(&self, at: usize, plane: &Plane) -> L::Mask {
         let center: Vec3<L> = self.balls.get3(CENTER, at);
         let radius = mutate!(self.balls.get::<L>(RADIUS, at), BallsAsPoints => L::zero());
@@ -116,10 +116,10 @@ impl Shapes {
         (center.dot(Vec3::splat(plane.normal)) + reach).lt(limit)
     }
 
-    /// Which triangles no ray from the origin between these unit directions meets, for all pass outside of one and the same edge.
+    /// Triangles that no ray from the origin between these unit directions hits, because all such rays pass outside the same edge.
     pub fn apart<L: Lane>(&self, at: usize, corners: &[[f32; 3]; 4]) -> L::Mask {
         let sign: L = self.triangles.get(SIGN, at);
-        // Of a triangle that is seen edge-on one side is short, and rounding is that of the others.
+        // A triangle seen edge-on has one short side; its rounding error is that of the other sides.
         let limit = L::splat(-MARGIN) * self.triangles.get(WIDEST, at);
         let mut apart = L::Mask::splat(false);
         for i in 0..3 {
@@ -130,7 +130,7 @@ impl Shapes {
         apart
     }
 
-    /// Which triangles have a light, and points between `low` and `high` from their planes, strictly on one side.
+    /// Triangles that have the light, and points between `low` and `high` from their planes, strictly on one side.
     pub fn separated_by_plane<L: Lane>(&self, at: usize, light: &Ball, low: L, high: L) -> L::Mask {
         let (length, offset): (L, L) = (self.triangles.get(LENGTH, at), self.triangles.get(OFFSET, at));
         let center = self.triangles.get3::<L>(NORMAL, at).dot(Vec3::splat(light.center)) - offset;
@@ -140,7 +140,7 @@ impl Shapes {
         (low.gt(L::zero()) & center.gt(reach)) | (high.lt(L::zero()) & center.lt(-reach))
     }
 
-    /// The lowest and highest of `dot(normal, p) - offset` over a box, with room for rounding.
+    /// Bounds of `dot(normal, p) - offset` over a box, with a margin for rounding.
     pub fn sides<L: Lane>(&self, at: usize, bounds: &Bounds) -> [L; 2] {
         let offset: L = self.triangles.get(OFFSET, at);
         let (mut low, mut high, mut slack) = (-offset, -offset, offset.abs());

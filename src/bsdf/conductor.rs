@@ -1,4 +1,4 @@
-//! A metal by its complex index of refraction `eta + i k`, rough as [`Microfacets`] are.
+//! Metals with a complex index of refraction `eta + i k` and a rough surface of [`Microfacets`].
 
 use super::microfacet::Microfacets;
 use super::{Brdf, Lobe};
@@ -8,20 +8,20 @@ use crate::math::Vec3;
 /// A metal at the points of a packet.
 #[derive(Clone, Copy, Debug)]
 pub struct Conductor<L: Lane> {
-    /// Its surface.
+    /// The microfacet surface.
     pub facets: Microfacets<L>,
-    /// What its reflectance is multiplied by: 1, or what a texture shows.
+    /// Factor of the reflectance: 1, or the value of a texture.
     pub rho: Vec3<L>,
-    /// Index of refraction for red, green and blue, above 0.
+    /// Index of refraction for red, green and blue; positive.
     pub eta: Vec3<L>,
-    /// Extinction coefficient for each, 0 or above.
+    /// Extinction coefficient for red, green and blue; nonnegative.
     pub k: Vec3<L>,
 }
 
-/// Fresnel's reflectance of unpolarised light for the cosine of incidence `c`, in [0, 1].
+/// Fresnel reflectance of unpolarized light for the cosine of incidence `c` in [0, 1].
 ///
-/// With `a^2 - b^2 = eta^2 - k^2 - sin^2` and `a b = eta k`, the amplitudes of both polarisations are rational in `a` and `a^2 + b^2`
-/// (Born and Wolf, "Principles of Optics", section 14.2).
+/// With `a^2 - b^2 = eta^2 - k^2 - sin^2` and `a b = eta k`, the amplitudes of both polarizations are rational in `a` and `a^2 +
+/// b^2` (Born and Wolf, "Principles of Optics", section 14.2).
 #[inline(always)]
 pub fn fresnel<L: Lane>(c: L, eta: L, k: L) -> L {
     let (cosine, one) = (c * c, L::one());
@@ -30,7 +30,7 @@ pub fn fresnel<L: Lane>(c: L, eta: L, k: L) -> L {
     let difference = eta - k - sine;
     let product = L::splat(4.0) * eta * k;
     let sum = difference.mul_add(difference, product).sqrt();
-    // 2 a^2 without cancellation: metals have k above eta.
+    // 2 a^2 without cancellation: for metals k exceeds eta.
     let negative = difference.lt(L::zero());
     let twice = L::select(
         negative,

@@ -1,4 +1,4 @@
-//! Lambert's model: `f = rho / pi`, sampled in proportion to the cosine.
+//! Lambert's model: `f = rho / pi`, cosine-weighted sampling.
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -11,19 +11,19 @@ use crate::sampling::warp;
 /// Lambert's model at the points of a packet.
 #[derive(Clone, Copy, Debug)]
 pub struct Diffuse<L: Lane> {
-    /// Shading normal; unit.
+    /// Unit shading normal.
     pub n: Vec3<L>,
     /// Reflectance.
     pub rho: Vec3<L>,
 }
 
-/// `t = 1 - cos(theta)` about the normal, from `u` in [0, 1).
+/// Samples `t = 1 - cos(theta)` about the normal from `u` in [0, 1).
 #[inline(always)]
 pub fn sample<L: Lane>(u: L) -> L {
     warp::cosine(u)
 }
 
-/// Shape and density at a direction with `cos_theta > 0`: they are the same.
+/// Value and density at a direction with `cos_theta > 0`; both are equal.
 #[inline(always)]
 pub fn eval<L: Lane>(cos_theta: L) -> Lobe<L> {
     let pdf = cos_theta * L::splat(FRAC_1_PI);
@@ -54,7 +54,7 @@ impl<L: Lane> Brdf<L> for Diffuse<L> {
         eval(cos_theta)
     }
 
-    /// Model and density cancel.
+    /// Value and density cancel.
     #[inline(always)]
     fn weight(&self, _: Vec3<L>, _: L) -> L {
         L::one()

@@ -1,15 +1,15 @@
-//! Metals and coated bodies as glTF 2.0 has them, by base colour, metallic and roughness.
+//! The metallic-roughness model of glTF 2.0: base color, metallic and roughness.
 //!
-//! A share `m` of the surface is metal with Schlick's Fresnel reflectance `rho + (1 - rho) s_h`; the rest is a diffuse body of
-//! reflectance `rho` below a dielectric coat of reflectance `F = F0 + (1 - F0) s_h`, `F0 = 0.04`. With `s = (1 - cos)^5` of `wo`, `wi` and
-//! of the half vector, and `S` what [`Microfacets`] of perfect mirrors reflect:
+//! A share `m` of the surface is metal with Schlick's Fresnel reflectance `rho + (1 - rho) s_h`. The rest is a diffuse body of
+//! reflectance `rho` below a dielectric coat of reflectance `F = F0 + (1 - F0) s_h`, `F0 = 0.04`. With `s = (1 - cos)^5` of `wo`,
+//! `wi` and the half vector, and the reflection `S` of perfectly reflecting [`Microfacets`]:
 //!
 //! `f_cos = m (rho + (1 - rho) s_h) S + (1 - m) (F S + rho (1 - F0) (1 - g s_o) (1 - g s_i) cos_i / pi)`
 //!
-//! glTF has `1 - F` in place of the product, which reflects up to twice as much as arrives at grazing angles. The product is Ashikhmin
-//! and Shirley's (2000, "An Anisotropic Phong BRDF Model"), equal to glTF's at normal incidence and symmetric in both directions. Rough
-//! coats reflect less at grazing angles, so that more passes: `g = 1 / (1 + 4 a + 15 a^2)`. No roughness and no angle reflects more than
-//! arrives (`docs/effects/ggx.md` has the table).
+//! glTF has `1 - F` instead of the product, which reflects up to twice the incident light at grazing angles. The product is from
+//! Ashikhmin and Shirley (2000, "An Anisotropic Phong BRDF Model"); it equals glTF's at normal incidence and is reciprocal. Rough
+//! coats reflect less at grazing angles and transmit more: `g = 1 / (1 + 4 a + 15 a^2)`. The model conserves energy for all
+//! roughnesses and angles (`docs/effects/ggx.md` has the table).
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -19,25 +19,25 @@ use crate::lane::{Lane, Mask};
 use crate::math::Vec3;
 use crate::sampling::warp;
 
-/// Reflectance of the coat at normal incidence: that of an index of refraction of 1.5.
+/// Reflectance of the coat at normal incidence, for an index of refraction of 1.5.
 const F0: f32 = 0.04;
 
-/// The least share of directions that are drawn from the coat: its highlights are what is hard to find.
+/// Minimum probability of sampling the coat, because its highlights are hard to find.
 const LEAST_COAT: f32 = 0.25;
 
 /// The metallic-roughness model at the points of a packet.
 #[derive(Clone, Copy, Debug)]
 pub struct Ggx<L: Lane> {
-    /// The metal, or the coat.
+    /// The facets of the metal or the coat.
     pub facets: Microfacets<L>,
-    /// Base colour.
+    /// Base color.
     pub rho: Vec3<L>,
     /// Share of metal, in [0, 1].
     pub metallic: L,
 }
 
 impl<L: Lane> Ggx<L> {
-    /// What of `1 - s` a diffuse body sees through its coat, to either side.
+    /// The fraction of light that the coat transmits to or from the body, without the factor `1 - F0`.
     #[inline(always)]
     fn through(&self, cosine: L) -> L {
         let a = self.facets.alpha;
@@ -45,8 +45,7 @@ impl<L: Lane> Ggx<L> {
         L::one() - schlick(cosine) / spread
     }
 
-    /// The share of directions that are drawn from the body: what it reflects of all, as far as that is known without `wi`. 0 for
-    /// metal.
+    /// Probability of sampling the body: its share of the reflected light, as far as known without `wi`. 0 for metal.
     #[inline(always)]
     fn body(&self) -> L {
         let through = self.through(self.facets.cos_o());
@@ -74,7 +73,7 @@ impl<L: Lane> Brdf<L> for Ggx<L> {
         self.rho
     }
 
-    /// The first numbers are for the body, the rest for the coat or the metal; each part is spread over [0, 1) again.
+    /// Small `u` samples the body, the rest the coat or the metal; each range is rescaled to [0, 1).
     #[inline(always)]
     fn draw(&self, u: L, v: L) -> Vec3<L> {
         let body = self.body();

@@ -1,15 +1,15 @@
-//! A rough surface of small mirrors with the distribution of Trowbridge and Reitz 1975, called GGX by Walter et al. 2007,
-//! "Microfacet Models for Refraction through Rough Surfaces".
+//! Microfacets with the distribution of Trowbridge and Reitz 1975, called GGX by Walter et al. 2007, "Microfacet Models for
+//! Refraction through Rough Surfaces".
 //!
-//! With `a` the roughness of the distribution, `h` the half vector of `wo` and `wi`, `c` a cosine with the normal:
+//! With the roughness `a` of the distribution, the half vector `h` of `wo` and `wi`, and `c` a cosine with the normal:
 //!
 //! - distribution: `D = a^2 / (pi (a^2 cos_h^2 + sin_h^2)^2)`;
 //! - masking: `G1(w) = 2 c / (c + r(c))`, `r(c) = sqrt(a^2 + (1 - a^2) c^2)` (Smith 1967);
 //! - height-correlated masking and shadowing: `G2 = 2 c_o c_i / (c_o r(c_i) + c_i r(c_o))` (Heitz 2014, "Understanding the
 //!   Masking-Shadowing Function in Microfacet-Based BRDFs", equation 99);
-//! - `f_cos = F D G2 / (4 c_o)`, and directions are drawn with `D G1(w_o) / (4 c_o)`: the normals that `wo` sees.
+//! - `f_cos = F D G2 / (4 c_o)`; directions have the density `D G1(w_o) / (4 c_o)`, i.e. visible normals are sampled.
 //!
-//! No form here divides by `c_o`, and none takes a cosine near 1 for an angle: `a` may be 1e-8.
+//! No formula here divides by `c_o`, and none computes an angle from a cosine near 1, so `a` may be as small as 1e-8.
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -21,31 +21,31 @@ use crate::math::{Frame, Vec3};
 /// The largest number below 1.
 const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 
-/// A surface of small mirrors at the points of a packet.
+/// A microfacet surface at the points of a packet.
 #[derive(Clone, Copy, Debug)]
 pub struct Microfacets<L> {
-    /// Shading normal; unit.
+    /// Unit shading normal.
     pub n: Vec3<L>,
-    /// Where it is seen from, on the side of `n`; unit.
+    /// Unit view direction, on the side of `n`.
     pub wo: Vec3<L>,
     /// Roughness of the distribution, in (0, 1].
     pub alpha: L,
 }
 
-/// What small mirrors say of a direction.
+/// Evaluation of a direction.
 #[derive(Clone, Copy, Debug)]
 pub struct Glint<L> {
-    /// `f_cos` of perfect mirrors, per steradian.
+    /// `f_cos` of perfectly reflecting facets, per steradian.
     pub value: L,
-    /// Density of drawing it, per steradian.
+    /// Sampling density, per steradian.
     pub pdf: L,
-    /// Cosine between the direction and the mirrors that reflect it.
+    /// Cosine between the direction and the half vector.
     pub cos_half: L,
 }
 
 impl<L: Lane> Microfacets<L> {
-    /// The surface seen from the unit direction `wo`. A shading normal may be turned away from the eye: then the surface is seen
-    /// from where `wo` has its image in the plane of that normal.
+    /// The surface seen from the unit direction `wo`. If the shading normal is turned away from the camera, `wo` is reflected in
+    /// the plane of that normal.
     #[inline(always)]
     pub fn new(n: Vec3<L>, wo: Vec3<L>, alpha: L) -> Self {
         let below = n.dot(wo).min(L::zero());
@@ -66,11 +66,11 @@ impl<L: Lane> Microfacets<L> {
         (cosine * cosine).mul_add(L::one() - squared, squared).sqrt()
     }
 
-    /// Draws a direction from `u` and `v` in [0, 1): one of the spherical cap of normals that `wo` sees on the unit sphere, stretched
-    /// (Dupuy and Benyoub 2023, "Sampling Visible GGX Normals with Spherical Caps"). It may point below the horizon.
+    /// Samples a direction from `u` and `v` in [0, 1): a visible normal on the stretched unit sphere, from a spherical cap (Dupuy
+    /// and Benyoub 2023, "Sampling Visible GGX Normals with Spherical Caps"). The direction may point below the horizon.
     ///
-    /// With `z` the height of the stretched `wo`, the cap is `-z < height <= 1`. Height over its rim and radius are products here,
-    /// not differences of numbers near 1.
+    /// With the height `z` of the stretched `wo`, the cap is `-z < height <= 1`. Radius and height above the rim are computed as
+    /// products, not as differences of numbers near 1.
     #[inline(always)]
     pub fn draw(&self, u: L, v: L) -> Vec3<L> {
         let frame = Frame::about(self.n);
@@ -95,14 +95,14 @@ impl<L: Lane> Microfacets<L> {
         let half = self.wo + wi;
         let (squared, up) = (half.length_squared(), self.n.dot(half));
         let across = self.n.mul_add(-up, half).length_squared();
-        // a |h|^2 / (a^2 up^2 + across^2): its square is pi D, and no term of it is a difference.
+        // a |h|^2 / (a^2 up^2 + across^2): its square is pi D, and no term is a difference.
         let along = self.alpha * up;
         let below = along.mul_add(along, across);
         let root = (self.alpha * squared).div_or_zero(below, below.gt(L::zero()));
         let distribution = root * root * L::splat(FRAC_1_PI);
         let cos_o = self.cos_o();
         let root_o = self.root(cos_o);
-        // Masked is what wo does not see, shadowed what wi does not.
+        // Masking hides facets from wo, shadowing from wi.
         let both = cos_o * self.root(cos_i) / cos_i + root_o;
         let masked = cos_o + root_o;
         let cos_half = (squared.sqrt() * L::splat(0.5)).min(L::one());
@@ -113,7 +113,7 @@ impl<L: Lane> Microfacets<L> {
     }
 }
 
-/// `(1 - c)^5`: how far Schlick's reflectance is from that at normal incidence to 1 (Schlick 1994).
+/// `(1 - c)^5`: Schlick's interpolation from the reflectance at normal incidence to 1 (Schlick 1994).
 #[inline(always)]
 pub fn schlick<L: Lane>(cosine: L) -> L {
     let x = L::one() - cosine;

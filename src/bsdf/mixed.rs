@@ -1,5 +1,5 @@
-//! The diffuse and Phong's model side by side, one in each lane. Renders keep a stream for each model and have no use for it; tests
-//! and `selftest` hold both models to one claim with it.
+//! The diffuse and the Phong model together, one per lane. Renders have a stream per model and do not use this type; tests and
+//! `selftest` use it to check both models at once.
 
 use super::{Ball, Brdf, Diffuse, Lobe, Phong, diffuse, phong, rises};
 use crate::lane::Lane;
@@ -9,17 +9,17 @@ use crate::math::{Frame, Vec3};
 /// One of two models in each lane.
 #[derive(Clone, Copy, Debug)]
 pub struct Bsdf<L: Lane> {
-    /// Shading normal, on the side of `wo`; unit.
+    /// Unit shading normal, on the side of `wo`.
     pub n: Vec3<L>,
-    /// Mirror direction of `wo` about `n`; unit.
+    /// Unit mirror direction of `wo` about `n`.
     pub wr: Vec3<L>,
     /// Reflectance: diffuse or specular.
     pub rho: Vec3<L>,
-    /// The exponent: 1 means diffuse, above 1 means Phong.
+    /// The exponent: 1 is diffuse, above 1 is Phong.
     pub alpha: L,
-    /// Lanes with Phong's model.
+    /// Lanes with the Phong model.
     pub phong: L::Mask,
-    /// As in [`Phong`].
+    /// See [`Phong`].
     pub reach: L,
 }
 
@@ -38,7 +38,7 @@ impl<L: Lane> Bsdf<L> {
         }
     }
 
-    /// Phong's model, of use in its lanes.
+    /// The Phong model; valid in its lanes.
     #[inline(always)]
     pub fn as_phong(&self) -> Phong<L> {
         let Self {
@@ -58,7 +58,7 @@ impl<L: Lane> Bsdf<L> {
         }
     }
 
-    /// The diffuse model, of use in the other lanes.
+    /// The diffuse model; valid in the other lanes.
     #[inline(always)]
     pub fn as_diffuse(&self) -> Diffuse<L> {
         Diffuse {
@@ -73,7 +73,7 @@ impl<L: Lane> Bsdf<L> {
         Vec3::select(self.phong, self.wr, self.n)
     }
 
-    /// Draws `t = 1 - cos` about the axis from `u` in [0, 1).
+    /// Samples `t = 1 - cos` about the axis from `u` in [0, 1).
     #[inline(always)]
     pub fn sample(&self, u: L) -> L {
         L::select(self.phong, phong::sample(u, self.alpha), diffuse::sample(u))

@@ -1,4 +1,4 @@
-//! The normalised Phong lobe of the hand-out: `f = rho (alpha + 1) / (2 pi) max(0, dot(wr, wi))^alpha`.
+//! The normalized Phong lobe of the hand-out: `f = rho (alpha + 1) / (2 pi) max(0, dot(wr, wi))^alpha`.
 
 use super::{Ball, Brdf, Lobe, mirrored, rises};
 use crate::lane::Lane;
@@ -9,9 +9,9 @@ use crate::sampling::warp;
 /// Phong's model at the points of a packet.
 #[derive(Clone, Copy, Debug)]
 pub struct Phong<L: Lane> {
-    /// Shading normal; unit.
+    /// Unit shading normal.
     pub n: Vec3<L>,
-    /// Mirror direction of `wo` about `n`; unit.
+    /// Unit mirror direction of `wo` about `n`.
     pub wr: Vec3<L>,
     /// Specular reflectance.
     pub rho: Vec3<L>,
@@ -21,16 +21,16 @@ pub struct Phong<L: Lane> {
     pub reach: L,
 }
 
-/// `t = 1 - cos` about the mirror direction, from `u` in [0, 1).
+/// Samples `t = 1 - cos` about the mirror direction from `u` in [0, 1).
 #[inline(always)]
 pub fn sample<L: Lane>(u: L, alpha: L) -> L {
     warp::power(u, alpha)
 }
 
-/// Shape and density at `wi`. The lobe is 0 behind the mirror direction and where it underflows.
+/// Value and density at `wi`. The lobe is 0 more than 90 degrees from the mirror direction and where it underflows.
 #[inline(always)]
 pub fn eval<L: Lane>(wr: Vec3<L>, wi: Vec3<L>, cos_theta: L, alpha: L) -> Lobe<L> {
-    // The chord has the digits that the scalar product of two stored unit vectors has not.
+    // The chord is accurate where the dot product of two rounded unit vectors is not.
     let t = (wr - wi).length_squared() * L::splat(0.5);
     let pdf = warp::power_pdf(powcos(wr.dot(wi), t, alpha), alpha);
     Lobe {
@@ -59,10 +59,10 @@ impl<L: Lane> Phong<L> {
         }
     }
 
-    /// Lanes where a ball comes close enough to the lobe for `f32` to hold it.
+    /// Lanes where a sphere is close enough to the lobe that the lobe does not underflow.
     ///
-    /// The chord from the axis to a direction of the ball's cone is `2 sin(theta / 2) <= sqrt(2) sin(theta)` for a cone of up to
-    /// a right angle.
+    /// The chord from the axis to a direction of the sphere's cone is `2 sin(theta / 2) <= sqrt(2) sin(theta)`, for a cone up to a
+    /// right angle.
     #[inline(always)]
     pub(super) fn near(&self, ball: &Ball<L>) -> L::Mask {
         let reach = self.reach.mul_add(ball.distance, ball.radius * L::splat(1.415));
@@ -95,7 +95,7 @@ impl<L: Lane> Brdf<L> for Phong<L> {
         eval(self.wr, wi, cos_theta, self.alpha)
     }
 
-    /// What remains after the density and the model cancel (the hand-out, section 5).
+    /// The remainder after density and value cancel (the hand-out, section 5).
     #[inline(always)]
     fn weight(&self, _: Vec3<L>, cos_theta: L) -> L {
         cos_theta

@@ -1,29 +1,29 @@
-//! What a direction is worth before colours are known.
+//! Values of directions before colors are applied.
 
 use crate::lane::Lane;
 use crate::math::Vec3;
 
-/// What `f_cos`, or a quotient of it, is without the colours of the material and of the light: as few numbers as the model can do
-/// with, so that weights are computed for these and not for three colours.
+/// `f_cos`, or a quotient of it, without the colors of the material and of the light. It has as few components as the model allows,
+/// so that weights are computed for these instead of three colors.
 pub trait Tint<L: Lane>: Copy {
-    /// So many times as much.
+    /// Multiplied by a factor.
     fn scaled(self, by: L) -> Self;
-    /// A part of it.
+    /// Divided by a number.
     fn over(self, by: L) -> Self;
-    /// Lanes where it is above 0.
+    /// Lanes where it is positive.
     fn lit(self) -> L::Mask;
-    /// `yes` where the mask holds, else `no`.
+    /// `yes` in lanes of the mask, else `no`.
     fn chosen(mask: L::Mask, yes: Self, no: Self) -> Self;
     /// The sum.
     fn plus(self, other: Self) -> Self;
-    /// Itself where the mask holds, else 0.
+    /// Itself in lanes of the mask, else 0.
     fn kept(self, mask: L::Mask) -> Self;
-    /// The colour of white light so reflected by a material of reflectance `rho`. For light of another colour, both arguments are
-    /// multiplied by it.
+    /// The color of reflected white light for a material of reflectance `rho`. For light of another color, multiply both arguments
+    /// by that color.
     fn colour(self, rho: Vec3<L>, white: Vec3<L>) -> Vec3<L>;
 }
 
-/// `rho` times one number: all of it has the colour of the material.
+/// `rho` times a number: the reflection has the color of the material.
 impl<L: Lane> Tint<L> for L {
     #[inline(always)]
     fn scaled(self, by: L) -> Self {
@@ -55,13 +55,13 @@ impl<L: Lane> Tint<L> for L {
     }
 }
 
-/// `rho tinted + white`: some of it has the colour of the material, some has none. Schlick's Fresnel reflectance has this form, for
-/// `rho + (1 - rho) s = rho (1 - s) + s`.
+/// `rho tinted + white`: a part has the color of the material and a part is uncolored. Schlick's Fresnel reflectance has this form,
+/// because `rho + (1 - rho) s = rho (1 - s) + s`.
 #[derive(Clone, Copy, Debug)]
 pub struct Tints<L> {
-    /// What is multiplied by the colour of the material.
+    /// The factor of the material color.
     pub tinted: L,
-    /// What is not.
+    /// The uncolored part.
     pub white: L,
 }
 
@@ -112,7 +112,7 @@ impl<L: Lane> Tint<L> for Tints<L> {
     }
 }
 
-/// A colour of its own, by which the reflectance of the material is multiplied.
+/// A color per direction, multiplied by the reflectance of the material.
 impl<L: Lane> Tint<L> for Vec3<L> {
     #[inline(always)]
     fn scaled(self, by: L) -> Self {

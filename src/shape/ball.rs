@@ -1,4 +1,4 @@
-//! Rays against a sphere.
+//! Ray-sphere intersection.
 
 use crate::lane::{Lane, Mask};
 use crate::math::Vec3;
@@ -6,14 +6,14 @@ use crate::math::Vec3;
 /// A sphere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ball {
-    /// Centre.
+    /// Center.
     pub center: [f32; 3],
     /// Radius.
     pub radius: f32,
 }
 
 impl Ball {
-    /// A ball around points, a little too large rather than too small: about the middle of the box around them.
+    /// A bounding sphere of points, slightly enlarged, around the center of their bounding box.
     pub fn around(points: &[[f32; 3]]) -> Self {
         let middle = |k: usize| {
             let (low, high) = points
@@ -30,11 +30,11 @@ impl Ball {
         Self { center, radius }
     }
 
-    /// Nearest intersection in `[tnear, tfar]` of rays with one sphere, from outside or inside.
+    /// Closest intersection in `[tnear, tfar]` of rays with the sphere, from outside or inside.
     ///
-    /// The discriminant comes from the point of the ray closest to the centre, so that a small sphere far away keeps its
-    /// digits, and the roots from the sum that does not cancel: Haines et al. 2019, "Precision Improvements for Ray/Sphere
-    /// Intersection", Ray Tracing Gems chapter 7. Directions need not be unit.
+    /// The discriminant uses the point of the ray closest to the center, which is precise for a small distant sphere. The roots use
+    /// the sum without cancellation: Haines et al. 2019, "Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems
+    /// chapter 7. Directions need not be unit.
     #[inline(always)]
     pub fn intersect<L: Lane>(&self, origin: Vec3<L>, direction: Vec3<L>, tnear: L, tfar: L) -> (L::Mask, L) {
         let radius = L::splat(self.radius);

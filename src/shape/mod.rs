@@ -1,4 +1,4 @@
-//! Rays, and the shapes that they meet, over lanes: pure functions that know no accelerator.
+//! Rays and shapes, generic over lanes: pure functions, independent of the accelerator.
 
 mod ball;
 mod ray;

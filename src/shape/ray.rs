@@ -3,42 +3,41 @@
 use crate::lane::Lane;
 use crate::math::Vec3;
 
-/// For [`Ray::skip_id`]: no sphere in particular.
+/// Value of [`Ray::skip_id`] that skips nothing.
 pub const NO_SKIP_ID: u32 = u32::MAX;
 
-/// Names of triangles for [`Ray::skip_id`], so that a light never blocks the rays to it. They differ from those of spheres
-/// by their top bit.
+/// Skip ids of triangles for [`Ray::skip_id`], so that a light never occludes itself. Their top bit distinguishes them from those
+/// of spheres.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SkipIds {
-    /// The name of the first triangle of a mesh.
+    /// The skip id of the first triangle of a mesh.
     pub first: u32,
-    /// Whether each has its own; else, in a flat mesh, where none can hide another, all have the same.
+    /// Whether each triangle has its own. Otherwise all share one; this is for flat meshes, where no triangle can occlude another.
     pub each: bool,
 }
 
 impl SkipIds {
-    /// The bit that tells triangles from spheres.
+    /// The bit that marks the skip id of a triangle.
     pub const TRIANGLE: u32 = 1 << 31;
 
-    /// The name of a triangle of the mesh.
+    /// The skip id of a triangle of the mesh.
     #[inline(always)]
     pub const fn of(self, primitive: u32) -> u32 {
         if self.each { self.first + primitive } else { self.first }
     }
 }
 
-/// Gives meshes the names of their triangles.
+/// Allocates skip ids for the triangles of meshes.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SkipIdAllocator {
     given: u32,
 }
 
 impl SkipIdAllocator {
-    /// How many names there are. All but the last number with the top bit, which is [`NO_SKIP_ID`].
+    /// Number of skip ids: all with the top bit except the last, which is [`NO_SKIP_ID`].
     pub const MOST: u32 = SkipIds::TRIANGLE - 1;
 
-    /// The names of the next mesh, which has so many triangles; `each` says whether each gets its own. `None` where there are not
-    /// as many left.
+    /// Allocates skip ids for a mesh with this many triangles; with `each`, one per triangle. `None` if not enough are left.
     pub fn next(&mut self, triangles: usize, each: bool) -> Option<SkipIds> {
         let more = if each { u32::try_from(triangles).ok()? } else { 1 };
         let first = SkipIds::TRIANGLE + self.given;
@@ -47,23 +46,23 @@ impl SkipIdAllocator {
     }
 }
 
-/// Rays from `origin` along `direction` (any length but 0), from distance 0 to `tfar` in lengths of `direction`.
+/// Rays from `origin` along `direction` (any nonzero length), from distance 0 to `tfar` in lengths of `direction`.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray<L: Lane> {
-    /// Where they start.
+    /// Origins.
     pub origin: Vec3<L>,
-    /// Where they go.
+    /// Directions.
     pub direction: Vec3<L>,
-    /// Where they end.
+    /// Ends, in lengths of the direction.
     pub tfar: L,
-    /// A sphere or triangle that does not block visibility queries, or [`NO_SKIP_ID`].
+    /// A sphere or triangle that occlusion queries ignore, or [`NO_SKIP_ID`].
     pub skip_id: L::Bits,
 }
 
-/// What rays meet first. Lanes outside `found` hold nothing of use.
+/// Closest hits. Lanes outside `found` are undefined.
 #[derive(Clone, Copy, Debug)]
 pub struct Hit<L: Lane> {
-    /// Lanes that met something.
+    /// Lanes with a hit.
     pub found: L::Mask,
     /// Distance in lengths of the direction.
     pub t: L,
@@ -73,9 +72,9 @@ pub struct Hit<L: Lane> {
     pub u: L,
     /// Second barycentric coordinate.
     pub v: L,
-    /// The geometry: the number of the mesh, or the number of meshes where it is the spheres.
+    /// The geometry: the index of the mesh; for spheres, the number of meshes.
     pub geometry: L::Bits,
-    /// The triangle of a mesh or the sphere.
+    /// Index of the triangle in the mesh, or of the sphere.
     pub primitive: L::Bits,
 }
 
@@ -83,7 +82,7 @@ pub struct Hit<L: Lane> {
 mod tests {
     use super::*;
 
-    /// 2^31 triangles that emit would come round to the names of spheres, and one fewer to that of nothing.
+    /// The id of the triangle number 2^31 would wrap around to a sphere's id, and the one before it would be [`NO_SKIP_ID`].
     #[test]
     fn names_of_triangles_end_before_they_mean_something_else() {
         let half = 1_usize << 30;

@@ -1,19 +1,19 @@
-//! Spheres as rays meet them.
+//! Spheres for ray tracing.
 
 use super::Ball;
 use crate::lane::{Lane, Mask};
 use crate::math::Vec3;
 
-/// A sphere whose surface is nearer to the origin than this part of its radius is kept by its [power](Sphere::origin_power).
+/// A sphere whose surface is closer to the origin than this fraction of its radius stores its [power](Sphere::origin_power).
 const NEAR: f64 = 1.0 / 16.0;
 
-/// A sphere, relative to the origin. Where its surface passes close to the origin compared with its radius, centre and radius
-/// alone would put it `radius · 2^-24` aside: 0.06 for one of 10^6 that is the ground.
+/// A sphere, relative to the origin. If its surface passes close to the origin compared with its radius, center and radius alone
+/// would displace it by `radius · 2^-24`: 0.06 for a ground of radius 10^6.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {
     /// Centre and radius.
     pub ball: Ball,
-    /// The power of the origin, `|center|² - radius²`, rounded once from `f64`, where the surface is close to the origin.
+    /// The power of the origin, `|center|² - radius²`, rounded once from `f64`, if the surface is close to the origin.
     pub origin_power: Option<f32>,
 }
 
@@ -27,7 +27,7 @@ impl From<Ball> for Sphere {
 }
 
 impl Sphere {
-    /// Rounds a sphere about the origin.
+    /// Rounds a sphere given relative to the origin.
     pub fn new(center: [f64; 3], radius: f64) -> Self {
         let distance = center.iter().map(|x| x * x).sum::<f64>().sqrt();
         let near = (distance - radius).abs() <= NEAR * radius;
@@ -40,11 +40,11 @@ impl Sphere {
         }
     }
 
-    /// Nearest intersection in `[tnear, tfar]` of rays with the sphere, from outside or inside; one that passes close to the
-    /// origin is met beyond `tnear` only, so that a camera on it sees what is around.
+    /// Closest intersection in `[tnear, tfar]` of rays with the sphere, from outside or inside. A sphere that passes close to the
+    /// origin is hit only beyond `tnear`, so that a camera on its surface sees its surroundings.
     ///
-    /// The power of the ray's origin `o` is `o·(o - 2 center) + origin_power`: its error grows with the distance from the
-    /// origin, not with the radius.
+    /// The power of the ray's origin `o` is `o·(o - 2 center) + origin_power`; its error grows with the distance from the origin
+    /// instead of the radius.
     #[inline(always)]
     pub fn intersect<L: Lane>(&self, origin: Vec3<L>, direction: Vec3<L>, tnear: L, tfar: L) -> (L::Mask, L) {
         let Some(origin_power) = self.origin_power else {
@@ -73,7 +73,7 @@ mod tests {
     use super::*;
     use crate::lane::F32x8;
 
-    /// The first root beyond 0, in `f64`, as a sum of terms that do not cancel.
+    /// The first root beyond 0, in `f64`, as a sum without cancellation.
     fn truth(center: [f64; 3], radius: f64, direction: [f64; 3]) -> Option<f64> {
         let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
         let distance = dot(center, center).sqrt();
@@ -85,7 +85,7 @@ mod tests {
         [t0.min(t1), t0.max(t1)].into_iter().find(|&t| t > 0.0)
     }
 
-    /// Grounds of any radius lie at the distance that they have, to some ulp, and eight lanes have the bits of one.
+    /// Grounds of any radius are at their exact distance, within a few ulps, and eight lanes have the same bits as one.
     #[test]
     fn the_ground_is_a_large_sphere_where_it_should_be() {
         for radius in [1e2, 1e3, 1e4, 1e6, 1e9] {
@@ -122,13 +122,13 @@ mod tests {
         }
     }
 
-    /// Points that lie `gap` above the ground see it below, and none of it above the horizon.
+    /// Points `gap` above the ground see it below the horizon, and not above.
     #[test]
     fn what_stands_on_the_ground_is_not_inside_of_it() {
         for radius in [1e3, 1e4, 1e6] {
             let sphere = Sphere::new([0.0, -(radius + 2.0), 0.0], radius);
             for x in [0.0_f32, 0.5, 3.0, -7.0] {
-                // The sphere's own height there, from the sagitta.
+                // The height of the sphere there, from the sagitta.
                 let sag = f64::from(x).powi(2) / (radius + (radius * radius - f64::from(x).powi(2)).sqrt());
                 for (gap, direction, met) in [
                     (1e-5, [0.1, 1.0, 0.2], false),

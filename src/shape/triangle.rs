@@ -1,10 +1,10 @@
-//! Rays against a triangle.
+//! Ray-triangle intersection.
 
 use super::Ray;
 use crate::lane::{Lane, Mask};
 use crate::math::Vec3;
 
-/// A barycentric coordinate below which a hit is next to an edge: four times Embree's tolerance.
+/// Barycentric threshold for hits near an edge: four times Embree's tolerance.
 pub const EDGE: f32 = 4.0 * f32::EPSILON;
 
 /// A triangle, the same for all lanes.
@@ -28,15 +28,15 @@ fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     ]
 }
 
-/// Twice the volume between an edge, seen from the ray's origin, and the ray's direction; its sign says on which side of
-/// the edge the ray passes. Turning the edge round turns the sign and changes nothing else, to the last bit: two
-/// triangles with an edge in common leave no gap.
+/// Twice the volume spanned by an edge, relative to the ray's origin, and the ray's direction. The sign tells on which side of the
+/// edge the ray passes. Reversing the edge flips the sign and changes nothing else, to the last bit, so two triangles with a common
+/// edge leave no gap.
 #[inline(always)]
 fn side<L: Lane>(from: Vec3<L>, to: Vec3<L>, direction: Vec3<L>) -> L {
     edge(from, to).dot(direction)
 }
 
-/// Twice the normal of the plane through the origin and an edge, as long as the triangle between them is large.
+/// Twice the normal of the plane through the origin and an edge; its length is the area of the triangle between them.
 #[inline(always)]
 fn edge<L: Lane>(from: Vec3<L>, to: Vec3<L>) -> Vec3<L> {
     let (sum, edge) = (from + to, to - from);
@@ -47,10 +47,10 @@ fn edge<L: Lane>(from: Vec3<L>, to: Vec3<L>) -> Vec3<L> {
     )
 }
 
-/// Where rays meet a triangle.
+/// Intersections of rays with a triangle.
 #[derive(Clone, Copy, Debug)]
 pub struct Meeting<L: Lane> {
-    /// Lanes that do, between 0 and `tfar`.
+    /// Lanes that hit it, between 0 and `tfar`.
     pub found: L::Mask,
     /// Distance in lengths of the direction.
     pub t: L,
@@ -58,7 +58,8 @@ pub struct Meeting<L: Lane> {
 }
 
 impl<L: Lane> Meeting<L> {
-    /// The barycentric coordinates of the second corner and of the third. Apart, for they cost a division that few callers need.
+    /// The barycentric coordinates of the second and the third corner. Separate, because they cost a division that few callers
+    /// require.
     #[inline(always)]
     pub fn barycentrics(&self) -> (L, L) {
         let [u, v, w] = self.sides;
@@ -66,8 +67,8 @@ impl<L: Lane> Meeting<L> {
         (u * scale, v * scale)
     }
 
-    /// Whether the smallest barycentric coordinate of a lane that meets the triangle is at most [`EDGE`]. No division: the sides of such
-    /// a lane have one sign, so the smaller of `min` and `-max` in size is the one that is not negative.
+    /// Whether the smallest barycentric coordinate of a hit is at most [`EDGE`]. Needs no division: the sides of a hit have one
+    /// sign, so the smallest magnitude is whichever of `min` and `-max` is nonnegative.
     #[inline(always)]
     pub fn next_to_edge(&self) -> L::Mask {
         let [u, v, w] = self.sides;
@@ -76,19 +77,19 @@ impl<L: Lane> Meeting<L> {
     }
 }
 
-/// A triangle as rays from the origin meet it: what depends on the triangle alone is done, with the bits that
-/// [`Triangle::intersect`] has for such rays.
+/// A triangle prepared for rays from the origin: everything that depends only on the triangle is precomputed. Results have the same
+/// bits as [`Triangle::intersect`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FromOrigin {
     /// Normals of the planes through the origin and an edge.
     pub sides: [[f32; 3]; 3],
     normal: [f32; 3],
-    /// `dot(normal, corner)`. A ray that meets the triangle has no scalar product with a side of the other sign.
+    /// `dot(normal, corner)`. For a ray that hits the triangle, no dot product with a side has the opposite sign.
     pub offset: f32,
 }
 
 impl FromOrigin {
-    /// Where rays from the origin meet the triangle from either side, edges included.
+    /// Intersects rays from the origin, two-sided, edges included.
     #[inline(always)]
     pub fn intersect<L: Lane>(&self, direction: Vec3<L>, tfar: L) -> Meeting<L> {
         let [u, v, w] = self.sides;
@@ -104,7 +105,7 @@ impl FromOrigin {
 #[inline(always)]
 fn meeting<L: Lane>([u, v, w]: [L; 3], offset: L, normal: Vec3<L>, direction: Vec3<L>, tfar: L) -> Meeting<L> {
     let zero = L::zero();
-    // All on one side, or on the other.
+    // All nonnegative, or all nonpositive.
     let inside = u.min(v).min(w).ge(zero) | u.max(v).max(w).le(zero);
     let sides = [u, v, w];
     if inside.none() {
@@ -123,7 +124,7 @@ fn meeting<L: Lane>([u, v, w]: [L; 3], offset: L, normal: Vec3<L>, direction: Ve
 }
 
 impl Triangle {
-    /// From its corners.
+    /// Creates a triangle from its corners.
     pub fn new(corners: [[f32; 3]; 3]) -> Self {
         let [a, b, c] = corners;
         Self {
@@ -132,7 +133,7 @@ impl Triangle {
         }
     }
 
-    /// Where rays meet the triangle from either side, edges included.
+    /// Intersects rays, two-sided, edges included.
     #[inline(always)]
     pub fn intersect<L: Lane>(&self, ray: &Ray<L>) -> Meeting<L> {
         let [a, b, c] = self.corners;
@@ -150,7 +151,7 @@ impl Triangle {
         meeting(sides, normal.dot(a), normal, ray.direction, ray.tfar)
     }
 
-    /// The triangle for rays from the origin.
+    /// Prepares the triangle for rays from the origin.
     pub fn from_origin(&self) -> FromOrigin {
         let [a, b, c] = self.corners.map(Vec3::<f32>::splat);
         let normal = Vec3::splat(self.normal);

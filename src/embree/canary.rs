@@ -1,8 +1,8 @@
-//! A start-up check that the loaded Embree reads and writes rays where our structs have them.
+//! A start-up check that the loaded Embree reads and writes rays in the layout of our structs.
 //!
-//! Bindings for another version compile, link and seem to work: Embree 4.3 added a field to the end of its hits, and
-//! with structs of 4.2 every hit overwrites 4 to 64 bytes of whatever lies behind. So each query of each width traces rays of
-//! known answer, between fences of known bytes: at a triangle that emits and at spheres, so that all callbacks run.
+//! Bindings for another version compile, link and seem to work. But Embree 4.3 appended a field to its hits, and with structs of
+//! 4.2 every hit overwrites 4 to 64 bytes of whatever follows. So each query of each width traces rays with known results, between
+//! guard bytes: towards an emissive triangle and spheres, so that all callbacks run.
 
 use std::fmt::Debug;
 use std::ptr;
@@ -18,19 +18,19 @@ use crate::shape::{Ball, NO_SKIP_ID, SkipIds};
 const FENCE: u8 = 0xA5;
 const FENCE_BYTES: usize = 64;
 
-/// Identities that no uninitialised or misplaced field is likely to show. The spheres come after the triangle.
+/// Identifiers unlikely to appear in an uninitialized or misplaced field. The spheres follow the triangle.
 const TRIANGLE: u32 = 77;
 const SPHERES: u32 = TRIANGLE + 1;
 
-/// The sphere that is hit, and what rays call the triangle.
+/// The sphere that is hit, and the skip ids of the triangle.
 const SPHERE: u32 = 2;
 const AIM: SkipIds = SkipIds {
     first: SkipIds::TRIANGLE + 5,
     each: true,
 };
 
-/// A value between two fences, without gaps: 64 is a multiple of every alignment here, and sizes are multiples of
-/// theirs.
+/// A value between two guard regions, without padding: 64 is a multiple of every alignment here, and sizes are multiples of
+/// alignments.
 #[repr(C, align(64))]
 pub(super) struct Fenced<T> {
     before: [u8; FENCE_BYTES],
@@ -47,13 +47,13 @@ impl<T> Fenced<T> {
         }
     }
 
-    /// A pointer to the value that may also touch the fences: whether Embree does is the question.
+    /// A pointer to the value that may also access the guards, because the test checks whether Embree does.
     pub(super) fn pointer(&mut self) -> *mut T {
         // SAFETY: the offset of a field lies inside `self`, from which the pointer's permission to access comes.
         unsafe { ptr::from_mut(self).byte_add(std::mem::offset_of!(Self, value)).cast() }
     }
 
-    /// How many bytes of the fences changed.
+    /// Number of guard bytes that changed.
     pub(super) fn damage(&self) -> usize {
         self.before
             .iter()
@@ -63,11 +63,11 @@ impl<T> Fenced<T> {
     }
 }
 
-/// Traces rays by every query that Octolux uses, one at a time and in packets of eight and sixteen, and looks at what comes back
-/// and at the bytes around.
+/// Traces rays with every query that Octolux uses, singly and in packets of eight and sixteen. Checks the results and the guard
+/// bytes.
 ///
 /// # Errors
-/// [`EmbreeError::Layout`] if the library and our structs differ, [`EmbreeError::Reported`] if it refuses a call.
+/// [`EmbreeError::Layout`] if the library and our structs differ, [`EmbreeError::Reported`] if a call fails.
 pub fn layout_canary(device: &Device) -> Result<(), EmbreeError> {
     let scene = scene(device)?;
     let verdict = one(&scene).and_then(|()| eight(&scene)).and_then(|()| sixteen(&scene));
@@ -78,7 +78,7 @@ pub fn layout_canary(device: &Device) -> Result<(), EmbreeError> {
     })
 }
 
-/// A triangle that emits, (0, 0, 0), (2, 0, 0), (0, 4, 0), and three spheres, of which rays go to one.
+/// An emissive triangle, (0, 0, 0), (2, 0, 0), (0, 4, 0), and three spheres, one of which is hit.
 fn scene(device: &Device) -> Result<Accel, EmbreeError> {
     let mut builder = SceneBuilder::counting_from(TRIANGLE, device, true)?;
     let corners = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 4.0, 0.0]];
@@ -91,21 +91,21 @@ fn scene(device: &Device) -> Result<Accel, EmbreeError> {
     builder.commit()
 }
 
-/// Rays start so far below the triangle and the spheres, and go up.
+/// Rays start at this depth below the triangle and the spheres, and go up.
 const DEPTH: f32 = 3.0;
 const Y: f32 = 1.0;
 const AT_SPHERE: f32 = -3.0;
 
-/// A ray, by what it meets.
+/// A ray, by its expected hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Trial {
     /// The triangle, at u = x/2, v = y/4.
     Triangle { x: f32, skip_id: u32 },
     /// The sphere.
     Sphere { skip_id: u32 },
-    /// Nothing.
+    /// A miss.
     Nothing,
-    /// The triangle, but its lane is off.
+    /// The triangle, but the lane is inactive.
     Off,
 }
 
@@ -146,12 +146,12 @@ impl Trial {
         }
     }
 
-    /// −1 where the lane is on.
+    /// −1 for active lanes.
     const fn valid(self) -> i32 {
         if matches!(self, Self::Off) { 0 } else { -1 }
     }
 
-    /// What a query for the nearest shape must bring back.
+    /// The expected result of a closest-hit query.
     const fn nearest(self) -> Found {
         let none = ffi::RTC_INVALID_GEOMETRY_ID;
         match self {
@@ -170,7 +170,7 @@ impl Trial {
         }
     }
 
-    /// The distance that a visibility query must leave.
+    /// The distance that an occlusion query must leave.
     const fn end(self) -> f32 {
         match self {
             Self::Triangle { skip_id, .. } if skip_id != AIM.first => f32::NEG_INFINITY,
@@ -180,7 +180,7 @@ impl Trial {
     }
 }
 
-/// The check of both queries of `$n` rays.
+/// Checks both queries of `$n` rays.
 macro_rules! check {
     ($name:ident, $n:literal, $ray:ident, $rayhit:ident, |$functions:ident, $valid:ident, $scene:ident, $packet:ident|
      $nearest:expr, $occluded:expr) => {
@@ -220,7 +220,7 @@ macro_rules! check {
                     expect(name, found.is(&right), &found, &right)?;
                 }
 
-                // Rays with room for hits behind them, as `packet.rs` passes them.
+                // Rays followed by space for hits, as `packet.rs` passes them.
                 let mut fenced = Fenced::new(before);
                 let $packet = fenced.pointer().cast::<ffi::$ray>();
                 // SAFETY: as above.
@@ -276,7 +276,7 @@ fn expect<T: Debug>(name: &str, right: bool, found: &T, expected: &T) -> Result<
     ))
 }
 
-/// What one lane brought back: distance, normal, u and v; primitive, geometry and both instance numbers.
+/// The result of one lane: distance, normal, u and v; primitive, geometry and both instance ids.
 #[derive(Clone, Copy, Debug)]
 struct Found {
     reals: [f32; 6],
@@ -284,7 +284,7 @@ struct Found {
 }
 
 impl Found {
-    /// Whether it is as expected. Embree's triangles differ in the last digit from one instruction set to the next.
+    /// Whether it is as expected. Embree's triangles differ in the last digit between instruction sets.
     fn is(&self, expected: &Self) -> bool {
         let close = |(&a, &b): (&f32, &f32)| a == b || (a - b).abs() <= 1e-5;
         self.ids == expected.ids && self.reals.iter().zip(&expected.reals).all(close)
@@ -301,7 +301,7 @@ mod tests {
         assert_eq!(layout_canary(&Device::new(1).unwrap()), Ok(()));
     }
 
-    /// Without packets of a width Embree takes rays one by one, through other code.
+    /// Without packets of a width, Embree traces rays one by one, through other code.
     #[test]
     fn it_fits_without_packets_too() {
         for (isa, packets) in [("avx2", [true, false]), ("sse2", [false, false])] {
@@ -313,7 +313,7 @@ mod tests {
 
     #[test]
     fn a_struct_that_is_too_short_is_found_out() {
-        // What bindings of Embree 4.2 pass: their `RTCHit8` ends before `instPrimID`.
+        // The struct in bindings of Embree 4.2: their `RTCHit8` ends before `instPrimID`.
         #[repr(C)]
         struct Short {
             ray: ffi::RTCRay8,
@@ -344,7 +344,7 @@ mod tests {
         assert_eq!(packet.damage(), 32);
     }
 
-    /// The canary dies of wrong answers: of a hit in another field, of a lane that is off, of a light in its own way.
+    /// The canary detects wrong results: a hit in another field, a hit in an inactive lane, a light that occludes itself.
     #[test]
     fn a_wrong_answer_is_found_out() {
         let right = TRIALS[0].nearest();

@@ -1,4 +1,4 @@
-//! Embree's device: the object that everything else of Embree belongs to.
+//! Embree's device, which owns all other Embree objects.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -11,31 +11,30 @@ use super::ffi::{self, Functions};
 use super::library::{Embree, embree};
 use crate::shape::SkipIdAllocator;
 
-/// The first version with the hit layout that we compile against, as Embree writes it: major · 10000 + minor · 100 +
-/// patch.
+/// The first version with the hit layout of our bindings, encoded like Embree's: major · 10000 + minor · 100 + patch.
 const OLDEST: isize = 40300;
 
-/// More build threads than any machine gains by; it bounds what Embree allocates per thread.
+/// More build threads than any machine benefits from; bounds Embree's per-thread allocations.
 const MAX_THREADS: usize = 1024;
 
-/// The environment variable with further settings of Embree's, in its own words.
+/// The environment variable with additional settings in Embree's syntax.
 const SETTINGS: &str = "OCTOLUX_EMBREE";
 
-/// Why Embree cannot be used, or what it objected to.
+/// Reasons why Embree cannot be used, or errors that it reported.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum EmbreeError {
-    /// There is no library, or none that can be used.
+    /// There is no usable library.
     #[error("{what}")]
     Missing {
-        /// What is the matter, in a sentence.
+        /// The problem, as a sentence.
         what: String,
-        /// What would do.
+        /// A remedy.
         remedy: &'static str,
     },
     /// There is no device.
     #[error("Embree gives no device: {0}")]
     NoDevice(&'static str),
-    /// Embree gives no object, and does not say why.
+    /// Embree returned no object, without a reason.
     #[error("Embree gives {0}")]
     Refused(&'static str),
     /// The library is older than the layout of our structs.
@@ -51,24 +50,23 @@ pub enum EmbreeError {
     Reported {
         /// The kind of error, in words.
         kind: &'static str,
-        /// What Embree says about it; may be empty.
+        /// Embree's message; may be empty.
         message: String,
     },
-    /// More triangles emit than rays have names for.
+    /// The emissive triangles exceed the number of skip ids.
     #[error("meshes that emit have more than {} triangles in all", SkipIdAllocator::MOST)]
     TooManyLights,
-    /// The library reads or writes rays in another layout than ours.
+    /// The library uses another layout for rays than our bindings.
     #[error("Embree {version} does not fit this build: {what}")]
     Layout {
         /// The library's version.
         version: String,
-        /// What the canary query showed.
+        /// What the canary query found.
         what: String,
     },
 }
 
-/// The widths of packets that Embree has kernels of its own for. Packets of another width are answered as well, each ray
-/// alone.
+/// The packet widths for which Embree has native kernels. It also accepts other widths, but traces their rays one by one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Packets {
     /// Packets of 8 rays.
@@ -112,7 +110,7 @@ unsafe impl Send for Device {}
 unsafe impl Sync for Device {}
 
 impl EmbreeError {
-    /// What would do, where there is something to say.
+    /// A remedy, if there is one.
     pub const fn remedy(&self) -> &'static str {
         match self {
             Self::Missing { remedy, .. } => remedy,
@@ -124,15 +122,14 @@ impl EmbreeError {
 }
 
 impl Device {
-    /// Opens a device whose builds use `threads` threads (at most 1024; 0 leaves the number to Embree). Queries always
-    /// run on the caller's thread. The environment variable `OCTOLUX_EMBREE` may add settings in Embree's own words, such as
-    /// `isa=avx2`.
+    /// Opens a device whose builds use `threads` threads (at most 1024; 0 leaves the number to Embree). Queries always run on the
+    /// caller's thread. The environment variable `OCTOLUX_EMBREE` may add settings in Embree's syntax, such as `isa=avx2`.
     ///
     /// # Errors
-    /// [`EmbreeError::Missing`] without a library, [`EmbreeError::TooOld`] before version 4.3, [`EmbreeError::NoDevice`] if
-    /// Embree refuses.
+    /// [`EmbreeError::Missing`] without a library, [`EmbreeError::TooOld`] before version 4.3, [`EmbreeError::NoDevice`] if Embree
+    /// fails.
     pub fn new(threads: usize) -> Result<Self, EmbreeError> {
-        // Affinity stays off: pinned build threads would crowd the cores that rayon's threads are on.
+        // Affinity stays off: pinned build threads would compete with rayon's threads for cores.
         let more = env::var(SETTINGS).unwrap_or_default();
         Self::configured(
             &format!("threads={},set_affinity=0,{more}", threads.min(MAX_THREADS)),
@@ -140,7 +137,7 @@ impl Device {
         )
     }
 
-    /// A device with settings in Embree's own words.
+    /// A device with settings in Embree's syntax.
     pub(super) fn configured(settings: &str, embree: &'static Embree) -> Result<Self, EmbreeError> {
         let settings = CString::new(settings).map_err(|_| EmbreeError::NoDevice("its configuration holds a NUL"))?;
         let functions = &embree.functions;
@@ -153,7 +150,7 @@ impl Device {
             })));
         };
         let device = Self { handle, embree };
-        // A message for a device that had this address, if nobody asked for it.
+        // Discards an unread message of an earlier device with the same address.
         MESSAGES.with_borrow_mut(|kept| kept.remove(&device.handle().addr()));
         if device.property(ffi::RTC_DEVICE_PROPERTY_VERSION) < OLDEST {
             return Err(EmbreeError::TooOld {
@@ -173,7 +170,7 @@ impl Device {
         &self.embree.functions
     }
 
-    /// The file of the library that is open, or the name that the system's loader knew.
+    /// The file of the open library, or the name given to the system's loader.
     pub fn library(&self) -> &Path {
         &self.embree.path
     }
@@ -184,8 +181,7 @@ impl Device {
         format!("{}.{}.{}", version / 10000, version / 100 % 100, version % 100)
     }
 
-    /// The widths of packets that the library has kernels for on this processor. Settings such as `isa=avx2`
-    /// count too.
+    /// The packet widths for which the library has kernels on this processor, subject to settings such as `isa=avx2`.
     pub fn packets(&self) -> Packets {
         Packets {
             eight: self.property(ffi::RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) != 0,
@@ -193,11 +189,10 @@ impl Device {
         }
     }
 
-    /// Asks whether a call on this thread has failed since the last time, through this device. Costs 11 to 33 ns: once
-    /// a batch, not once a ray.
+    /// Reads and clears this thread's error on this device. Costs 11 to 33 ns: call it once per batch, not per ray.
     ///
     /// # Errors
-    /// [`EmbreeError::Reported`] with the first error since then.
+    /// [`EmbreeError::Reported`] with the first error since the last call.
     pub fn check(&self) -> Result<(), EmbreeError> {
         // SAFETY: the device is alive.
         match unsafe { self.functions().rtcGetDeviceError(self.handle()) } {
@@ -211,12 +206,12 @@ impl Device {
         }
     }
 
-    /// What this thread's last call failed with that gave null; `what` is said where Embree does not say.
+    /// The error of this thread's last call that returned null; `what` is used if Embree gives no error.
     pub(super) fn refusal(&self, what: &'static str) -> EmbreeError {
         self.check().err().unwrap_or(EmbreeError::Refused(what))
     }
 
-    /// For calls of Embree; valid as long as `self`.
+    /// The handle for Embree calls; valid as long as `self`.
     pub(super) fn handle(&self) -> ffi::RTCDevice {
         self.handle.as_ptr()
     }
@@ -243,19 +238,19 @@ impl Drop for Device {
 }
 
 thread_local! {
-    /// Of each device, by its address, the message of the first error that `check` has not yet fetched on this thread: Embree
-    /// 4.3 hands it to a callback only.
+    /// For each device address, the message of the first error that `check` has not yet read on this thread. Embree 4.3 passes
+    /// messages only to a callback.
     static MESSAGES: RefCell<BTreeMap<usize, String>> = const { RefCell::new(BTreeMap::new()) };
 }
 
-/// Keeps an error's message for [`Device::check`]. Must not panic: there is C++ above it on the stack.
+/// Stores an error's message for [`Device::check`]. Must not panic, because C++ frames are above it on the stack.
 unsafe extern "C" fn remember(device: *mut c_void, _code: ffi::RTCError, message: *const c_char) {
     if message.is_null() {
         return;
     }
     // SAFETY: Embree passes a C string that lives until this returns.
     let message = unsafe { CStr::from_ptr(message) }.to_string_lossy();
-    // A thread that is ending has no place to keep it, and then nobody asks either.
+    // A terminating thread cannot store it, but nobody reads it then either.
     let _ = MESSAGES.try_with(|kept| {
         if let Ok(mut kept) = kept.try_borrow_mut() {
             kept.entry(device.addr()).or_insert_with(|| message.into_owned());
@@ -280,7 +275,7 @@ mod tests {
 
     use super::*;
 
-    /// A misuse that Embree notices on this device.
+    /// A misuse that Embree reports on this device.
     fn misuse(device: &Device) {
         // SAFETY: the device is alive; no geometry has type 99, and Embree answers null and an error.
         let geometry = unsafe { device.functions().rtcNewGeometry(device.handle(), 99) };

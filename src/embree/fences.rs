@@ -1,6 +1,6 @@
-//! A canary after each packet: every kind of query, on triangles and on our spheres, with every kind of mask, writes
-//! nothing outside its packet and nothing into idle lanes. So it is where Embree has no packets of a width and takes each ray
-//! alone: there visibility queries read and write the room for hits behind the rays.
+//! Guard bytes after each packet: every kind of query, on triangles and our spheres, with every kind of mask, writes nothing
+//! outside its packet and nothing into inactive lanes. This also holds if Embree has no packets of a width and traces rays one by
+//! one: occlusion queries then read and write the space for hits after the rays.
 
 use std::ptr;
 
@@ -13,7 +13,7 @@ use super::library::embree;
 use super::packet::Valid;
 use super::{Accel, Ball, Device, SceneBuilder, ffi};
 
-/// A square of two triangles and twenty spheres before and behind it.
+/// A square of two triangles, with twenty spheres in front of and behind it.
 fn scene(settings: &str) -> Accel {
     let device = Device::configured(settings, embree().unwrap()).unwrap();
     let mut builder = SceneBuilder::new(&device, true).unwrap();
@@ -32,7 +32,7 @@ fn scene(settings: &str) -> Accel {
     builder.commit().unwrap()
 }
 
-/// With the packets that this processor has, with those of eight rays at most, and without any.
+/// Settings with all packets of this processor, with those of eight rays at most, and without any.
 const SETTINGS: [&str; 3] = ["threads=1", "threads=1,isa=avx2", "threads=1,isa=sse2"];
 
 /// Checks `$call` on packets of `$n` rays.
@@ -60,7 +60,7 @@ macro_rules! every_packet {
                     ray.id[lane] = rng.random_range(0..25);
                 }
             }
-            // All lanes, none, one, or any.
+            // All lanes, none, one, or random lanes.
             let bits: u32 = match rng.random_range(0..4) {
                 0 => !0,
                 1 => 0,

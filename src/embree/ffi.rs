@@ -1,11 +1,10 @@
-//! The part of Embree's C interface that we use, by hand.
+//! Hand-written bindings for the part of Embree's C interface that Octolux uses.
 //!
-//! In the layout of Embree 4.3 and later (`rtcore_*.h`, compiled without `RTC_MIN_WIDTH` and with one level of
-//! instances, as Debian's library and the wheel's are): a hit ends in `instPrimID`, which 4.2 did not have. Names are
-//! Embree's own, so that its manual can be read beside them. The numbers in the `layout!` lines come from gcc's
-//! `sizeof` and `offsetof`.
+//! Layouts are those of Embree 4.3 and later (`rtcore_*.h`, compiled without `RTC_MIN_WIDTH` and with one level of instances, as in
+//! Debian's library and in the wheel): a hit ends in `instPrimID`, which 4.2 did not have. Names are Embree's own, to match its
+//! manual. The numbers in the `layout!` lines come from gcc's `sizeof` and `offsetof`.
 
-// Names: see above. Dead code: a table of an interface is worth having whole; what is unused costs nothing.
+// Names: see above. Dead code: the table lists the whole interface; unused entries cost nothing.
 #![allow(non_camel_case_types, non_snake_case, dead_code)]
 
 use std::ffi::{c_char, c_int, c_void};
@@ -15,7 +14,7 @@ use libloading::os::unix::Library;
 
 use super::nearby;
 
-/// What a handle points at: only Embree knows.
+/// Opaque handle types.
 macro_rules! handle {
     ($($name:ident, $opaque:ident;)*) => {$(
         #[repr(C)]
@@ -32,7 +31,7 @@ handle! {
     RTCGeometry, RTCGeometryTy;
 }
 
-/// A C enumeration: Rust's own would make an unknown number from a newer library undefined behaviour.
+/// A C enumeration. With a Rust enum, an unknown value from a newer library would be undefined behaviour.
 macro_rules! enumeration {
     ($name:ident { $($value:ident = $number:expr,)* }) => {
         pub(crate) type $name = u32;
@@ -121,7 +120,7 @@ enumeration! { RTCFeatureFlags {
     RTC_FEATURE_FLAG_ALL = 0xffff_ffff,
 }}
 
-/// Has the compiler refuse a struct that is not laid out as the C one.
+/// Compile-time check that a struct has the layout of its C counterpart.
 macro_rules! layout {
     ($($name:ident: $size:literal bytes, align $align:literal, { $($field:ident $offset:literal),* })*) => {$(
         const _: () = assert!(size_of::<$name>() == $size && align_of::<$name>() == $align);
@@ -129,7 +128,7 @@ macro_rules! layout {
     )*};
 }
 
-/// A ray, a hit and both for `$n` rays. An idle or missing lane is what the valid mask and `geomID` say.
+/// A ray, a hit and both for `$n` rays. The valid mask and `geomID` mark idle lanes and misses.
 macro_rules! packet {
     ($n:tt, align $align:tt, $ray:ident, $hit:ident, $rayhit:ident) => {
         #[repr(C, align($align))]
@@ -160,7 +159,7 @@ macro_rules! packet {
             pub u: [f32; $n],
             pub v: [f32; $n],
             pub primID: [u32; $n],
-            /// In: must be [`RTC_INVALID_GEOMETRY_ID`], and stays so where nothing is hit.
+            /// In: must be [`RTC_INVALID_GEOMETRY_ID`]; unchanged if nothing is hit.
             pub geomID: [u32; $n],
             pub instID: [u32; $n],
             pub instPrimID: [u32; $n],
@@ -175,7 +174,7 @@ macro_rules! packet {
     };
 }
 
-// One ray is a packet of one: `[f32; 1]` lies in memory as `f32` does.
+// A single ray is a packet of one: `[f32; 1]` has the layout of `f32`.
 packet!(1, align 16, RTCRay, RTCHit, RTCRayHit);
 packet!(4, align 16, RTCRay4, RTCHit4, RTCRayHit4);
 packet!(8, align 32, RTCRay8, RTCHit8, RTCRayHit8);
@@ -209,7 +208,7 @@ pub(crate) struct RTCBounds {
     pub align1: f32,
 }
 
-/// What a query hands to callbacks. A struct of ours may begin with it and hold more behind.
+/// Context that a query passes to callbacks. Our own structs may begin with it and append data.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RTCRayQueryContext {
@@ -218,7 +217,7 @@ pub(crate) struct RTCRayQueryContext {
 }
 
 impl RTCRayQueryContext {
-    /// As `rtcInitRayQueryContext`, which is inline C and so in no library.
+    /// Equivalent of `rtcInitRayQueryContext`, which is inline C and therefore not in the library.
     pub(crate) const fn new() -> Self {
         Self {
             instID: [RTC_INVALID_GEOMETRY_ID],
@@ -227,7 +226,7 @@ impl RTCRayQueryContext {
     }
 }
 
-/// Options of a query. Callbacks given here replace those of the geometry.
+/// Options of a query. Callbacks given here override those of the geometry.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RTCIntersectArguments {
@@ -280,7 +279,7 @@ pub(crate) struct RTCOccludedFunctionNArguments {
     pub geomID: u32,
 }
 
-/// What a filter is asked about: `N` rays that met a triangle. Setting `valid` to 0 lets a ray pass.
+/// Arguments of a filter: `N` rays that hit a triangle. Setting `valid` to 0 rejects a hit.
 #[repr(C)]
 pub(crate) struct RTCFilterFunctionNArguments {
     pub valid: *mut c_int,
@@ -311,9 +310,9 @@ pub(crate) type RTCBoundsFunction = Option<unsafe extern "C" fn(args: *const RTC
 pub(crate) type RTCIntersectFunctionN = Option<unsafe extern "C" fn(args: *const RTCIntersectFunctionNArguments)>;
 pub(crate) type RTCOccludedFunctionN = Option<unsafe extern "C" fn(args: *const RTCOccludedFunctionNArguments)>;
 
-/// The functions that we use, once the library is open.
+/// The functions that Octolux uses, available once the library is open.
 ///
-/// Each is a field that holds its address and a method that calls it.
+/// Each is a field with the function's address, and a method that calls it.
 macro_rules! functions {
     ($(fn $name:ident($($argument:ident: $type:ty),* $(,)?) $(-> $result:ty)?;)*) => {
         #[derive(Clone, Copy, Debug)]
@@ -322,7 +321,7 @@ macro_rules! functions {
         }
 
         impl Functions {
-            /// Finds all of them; otherwise says which is missing.
+            /// Looks up all functions; the error is the name of a missing one.
             ///
             /// # Safety
             /// `library` must be an Embree 4, and stay open as long as the functions are called.
@@ -346,7 +345,7 @@ macro_rules! functions {
     };
 }
 
-// `rtcGetDeviceLastErrorMessage` and `rtcGetErrorString` are left out: Debian's 4.3 lacks them.
+// `rtcGetDeviceLastErrorMessage` and `rtcGetErrorString` are omitted: Debian's 4.3 lacks them.
 functions! {
     fn rtcNewDevice(config: *const c_char) -> RTCDevice;
     fn rtcRetainDevice(device: RTCDevice);
@@ -380,7 +379,7 @@ functions! {
     fn rtcSetGeometryOccludedFunction(geometry: RTCGeometry, occluded: RTCOccludedFunctionN);
     fn rtcSetGeometryOccludedFilterFunction(geometry: RTCGeometry, filter: RTCFilterFunctionN);
 
-    // `valid` and packets are aligned to 4 bytes a lane: an unaligned mask crashed with Debian's library.
+    // `valid` and packets are aligned to 4 bytes per lane: an unaligned mask crashed with Debian's library.
     fn rtcIntersect1(scene: RTCScene, rayhit: *mut RTCRayHit, args: *mut RTCIntersectArguments);
     fn rtcIntersect8(valid: *const c_int, scene: RTCScene, rayhit: *mut RTCRayHit8, args: *mut RTCIntersectArguments);
     fn rtcIntersect16(valid: *const c_int, scene: RTCScene, rayhit: *mut RTCRayHit16, args: *mut RTCIntersectArguments);

@@ -1,15 +1,14 @@
-//! Where Embree's library is, and its functions once it is open.
+//! Finds and opens Embree's library.
 //!
-//! The library is opened when the first device is made, not linked: a program that holds this crate needs no flags of a
-//! linker, and may be moved to where another Embree is. These places are tried in this order; the first that holds a
-//! library decides:
+//! The library is opened when the first device is created, not linked. A program using this crate needs no linker flags and can be
+//! moved to machines with another Embree. These places are searched in order; the first that has a library is used:
 //!
-//! 1. the folder that the environment variable `EMBREE_DIR` names, if it is set: its `lib`, `lib64` and
-//!    `lib/x86_64-linux-gnu`, and itself. Nothing else is tried then;
-//! 2. the folder of the program, and `../lib` from there. Where this crate is part of a shared library (a Python module, say),
-//!    the folder of that comes first;
+//! 1. the folder named by the environment variable `EMBREE_DIR`, if set: its `lib`, `lib64` and `lib/x86_64-linux-gnu`, and the
+//!    folder itself. Then no other place is searched;
+//! 2. the folder of the program, and `../lib` from there. If this crate is part of a shared library (e.g. a Python module), the
+//!    folder of that library comes first;
 //! 3. the folder where `build.rs` found or put a library;
-//! 4. wherever the system's loader looks (`LD_LIBRARY_PATH`, `ld.so.conf`, the default folders).
+//! 4. the search path of the system's loader (`LD_LIBRARY_PATH`, `ld.so.conf`, the default folders).
 
 use std::env;
 use std::error::Error;
@@ -23,13 +22,13 @@ use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
 use super::device::EmbreeError;
 use super::ffi::Functions;
 
-/// The environment variable that names the folder above Embree's library.
+/// The environment variable that names the parent folder of Embree's library.
 pub const EMBREE_DIR: &str = "EMBREE_DIR";
 
-/// Names of the library. The first is what programs are linked with, the second is there for developers.
+/// File names of the library. Programs link to the first; the second is for developers.
 const NAMES: [&str; 2] = ["libembree4.so.4", "libembree4.so"];
 
-/// Folders below a prefix that may hold it: of most systems, of Fedora's, of Debian's.
+/// Subfolders of a prefix: on most systems, on Fedora, on Debian.
 const BELOW: [&str; 4] = ["lib", "lib64", "lib/x86_64-linux-gnu", ""];
 
 /// Where the build found Embree, if it did.
@@ -40,12 +39,11 @@ const BUILT_WITH: Option<&str> = option_env!("OCTOLUX_EMBREE");
 pub(crate) struct Embree {
     /// Its functions.
     pub functions: Functions,
-    /// The file, or the name that the system's loader knew.
+    /// The file, or the name given to the system's loader.
     pub path: PathBuf,
 }
 
-/// Opens the library, the first time that it is asked for. It stays open until the process ends: its threads may run until
-/// then.
+/// Opens the library on first use. It stays open until the process ends, because its threads may run until then.
 pub(crate) fn embree() -> Result<&'static Embree, EmbreeError> {
     static OPEN: OnceLock<Embree> = OnceLock::new();
     if let Some(open) = OPEN.get() {
@@ -66,7 +64,7 @@ pub(crate) fn embree() -> Result<&'static Embree, EmbreeError> {
     Ok(OPEN.get_or_init(|| opened))
 }
 
-/// Where to look before the system's loader is asked.
+/// Places to search before the system's loader.
 struct Places {
     named: Option<PathBuf>,
     beside: Vec<PathBuf>,
@@ -109,7 +107,7 @@ impl Places {
         }
     }
 
-    /// That it is nowhere, and where it was looked for.
+    /// The error message for a missing library, with the places searched.
     fn nowhere(&self) -> String {
         let beside = self.beside.first().map_or(String::new(), |folder| {
             format!("not beside the program ({} or its ../lib), ", folder.display())
@@ -129,7 +127,7 @@ const MEND_DIR: &str = "let EMBREE_DIR be the folder above Embree 4's library, o
 const INSTALL: &str = "install Embree 4.3 or later (Debian 13: apt-get install libembree-dev), set EMBREE_DIR to the folder above \
                        its lib/, or put the library and its TBB beside the program";
 
-/// The library in a folder. Those of Python's wheels have a hash in their names.
+/// The library in a folder. Names in Python wheels contain a hash.
 fn library_in(folder: &Path) -> Option<PathBuf> {
     let known = NAMES.iter().map(|name| folder.join(name)).find(|path| path.exists());
     known.or_else(|| {
@@ -143,7 +141,7 @@ fn library_in(folder: &Path) -> Option<PathBuf> {
 }
 
 fn open(path: &Path) -> Result<Embree, EmbreeError> {
-    // Absolute, or the loader would search for a bare name, and Embree for its TBB beside the working directory.
+    // Absolute: for a bare name the loader would search, and Embree would look for its TBB in the working directory.
     let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     // SAFETY: opening runs the initialisers of Embree and of what it needs. That a file of this name is Embree is the promise of
     // whoever put it there, as with any linked library.
@@ -155,7 +153,7 @@ fn open(path: &Path) -> Result<Embree, EmbreeError> {
     functions_of(library, &path)
 }
 
-/// The loader's own words, with the file that it means.
+/// The loader's own message, with the file it refers to.
 fn reason(error: &libloading::Error) -> String {
     error.source().map_or_else(|| error.to_string(), ToString::to_string)
 }
@@ -166,7 +164,7 @@ fn functions_of(library: Library, path: &Path) -> Result<Embree, EmbreeError> {
         what: format!("{} is no Embree 4: it has no function {name}", path.display()),
         remedy: INSTALL,
     })?;
-    // Never closed, so that the functions stay where they are.
+    // Never closed, so that the function pointers stay valid.
     std::mem::forget(library);
     Ok(Embree {
         functions,
@@ -192,7 +190,7 @@ fn own_file() -> Option<PathBuf> {
 mod tests {
     use super::*;
 
-    /// A folder with a file of the library's name that is none: what the loader says of it names the file that was chosen.
+    /// A folder with an invalid file of the library's name; the loader's error names the file that was chosen.
     fn folder_with(name: &str) -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join(name);
@@ -222,7 +220,7 @@ mod tests {
         for (folder, name) in [&named, &beside, &built].into_iter().zip(names) {
             let (what, _) = said(&places);
             assert!(what.contains(path(folder).join(name).to_str().unwrap()), "{what}");
-            // Without this place, the next.
+            // Without this place, the next one is used.
             if places.named.take().is_none() {
                 places.beside.clear();
             }
@@ -261,7 +259,7 @@ mod tests {
         }
     }
 
-    /// What the user names is not silently passed over.
+    /// A missing library in a user-named folder is an error, not skipped.
     #[test]
     fn a_named_folder_without_a_library_is_an_error() {
         let [empty, beside] = [tempfile::tempdir().unwrap(), folder_with("libembree4.so.4")];
@@ -291,7 +289,7 @@ mod tests {
         }
     }
 
-    /// The C library is a library without Embree's functions.
+    /// The C library lacks Embree's functions.
     #[test]
     fn another_library_of_that_name_is_refused() {
         let maps = fs::read_to_string("/proc/self/maps").unwrap();

@@ -1,6 +1,6 @@
-//! Embree 4, made safe: bindings, device, scene, packets of queries, and a check that both sides agree about layouts.
+//! Safe wrapper of Embree 4: bindings, device, scene, packet queries, and a check that both sides use the same layouts.
 //!
-//! The shape is `Device` → [`SceneBuilder`] → [`SceneBuilder::commit`] → [`Accel`], which any thread may query.
+//! Usage: `Device` → [`SceneBuilder`] → [`SceneBuilder::commit`] → [`Accel`], which any thread may query.
 
 mod canary;
 mod device;

@@ -1,4 +1,4 @@
-//! Triangles around a point, by Embree's point queries: who else may be met where a ray passes an edge.
+//! Finds triangles around a point with Embree's point queries: the other candidates where a ray passes near an edge.
 
 #![allow(non_snake_case, reason = "the names of Embree's headers")]
 
@@ -8,7 +8,7 @@ use std::mem::{align_of, offset_of, size_of};
 use super::ffi;
 use super::scene::Accel;
 
-/// A ball around a point.
+/// A sphere around a point.
 #[repr(C, align(16))]
 pub(crate) struct RTCPointQuery {
     pub x: f32,
@@ -57,7 +57,7 @@ const _: () = {
     assert!(offset_of!(RTCPointQueryFunctionArguments, context) == 24);
 };
 
-/// The corners of a triangle of Embree's own buffers.
+/// Pointers to the vertices and indices of a mesh in Embree's own buffers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Buffers {
     pub vertices: *const [f32; 3],
@@ -71,7 +71,7 @@ struct Visitor<'a> {
 }
 
 impl Accel {
-    /// The corners of a triangle; `None` where the geometry is the spheres.
+    /// The corners of a triangle; `None` if the geometry is the spheres.
     pub fn corners(&self, geometry: u32, primitive: u32) -> Option<[[f32; 3]; 3]> {
         let Buffers {
             vertices,
@@ -86,7 +86,7 @@ impl Accel {
         unsafe { Some((*triangles.add(primitive as usize)).map(|i| *vertices.add(i as usize))) }
     }
 
-    /// Visits every triangle that is nearer to a point than `radius`, and perhaps others: geometry and number, then corners.
+    /// Visits every triangle closer to a point than `radius`, and possibly others: geometry and primitive index, then corners.
     pub fn nearby(&self, [x, y, z]: [f32; 3], radius: f32, visit: &mut dyn FnMut([u32; 2], [[f32; 3]; 3])) {
         let mut query = RTCPointQuery {
             x,
@@ -125,7 +125,7 @@ unsafe extern "C" fn visit_one(args: *mut RTCPointQueryFunctionArguments) -> boo
     if let Some(corners) = visitor.accel.corners(args.geomID, args.primID) {
         (visitor.visit)([args.geomID, args.primID], corners);
     }
-    // The radius stays.
+    // The radius does not change.
     false
 }
 
@@ -134,12 +134,12 @@ mod tests {
     use super::super::{Device, SceneBuilder};
     use crate::shape::Ball;
 
-    /// All triangles around a point are visited, of all meshes; spheres are passed over.
+    /// All triangles of all meshes around a point are visited; spheres are skipped.
     #[test]
     fn nobody_nearby_is_missed() {
         let device = Device::new(1).unwrap();
         let mut builder = SceneBuilder::new(&device, true).unwrap();
-        // A fan of 40 triangles around the origin, twice, and one far away.
+        // A fan of 40 triangles around the origin, twice, and one triangle far away.
         let rim = |i: u32| {
             let turn = std::f32::consts::TAU * i as f32 / 40.0;
             [turn.cos(), turn.sin(), 0.0]

@@ -1,4 +1,4 @@
-//! Packets of queries: as many rays as there are lanes, from one source for one ray and for eight.
+//! Packet queries: as many rays as lanes, from one source for all widths.
 
 use std::marker::PhantomData;
 use std::mem::MaybeUninit;
@@ -10,12 +10,12 @@ use crate::lane::{Bits, F32x8, F32x16, Lane, Mask, Work, with_avx512};
 use crate::math::Vec3;
 use crate::shape::{Hit, Ray};
 
-/// How alike the rays of a packet are. It changes the speed (38 % to a factor of 3), never the answer.
+/// Coherence of the rays in a packet. Affects speed (38 % to a factor of 3), never the result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Coherence {
-    /// Neighbours go the same way: eye rays in tile order.
+    /// Neighbors have similar directions: camera rays in tile order.
     Coherent,
-    /// They do not: shadow rays.
+    /// Neighbors are unrelated: shadow rays.
     Incoherent,
 }
 
@@ -28,21 +28,21 @@ impl Coherence {
     }
 }
 
-/// Lanes that Embree has queries for.
+/// Lane types that Embree has queries for.
 pub trait TraceLane: Lane {
-    /// What active rays meet first.
+    /// Closest hits of active rays.
     fn intersect(accel: &Accel, active: Self::Mask, ray: &Ray<Self>, coherence: Coherence) -> Hit<Self>;
-    /// Which active rays meet anything at all.
+    /// Which active rays hit anything.
     fn occluded(accel: &Accel, active: Self::Mask, ray: &Ray<Self>, coherence: Coherence) -> Self::Mask;
 }
 
-/// Work for lanes of any width. `run` must be `#[inline(always)]`, and so must everything in it that handles lanes.
+/// Code generic over lane width. `run` must be `#[inline(always)]`, like everything in it that handles lanes.
 pub trait LaneWork {
-    /// Does the work.
+    /// Runs the code.
     fn run<L: TraceLane>(self);
 }
 
-/// Work in lanes of one width, compiled for AVX-512.
+/// Code for one lane width, compiled for AVX-512.
 struct OfAvx512<L, W>(W, PhantomData<L>);
 
 impl<L: TraceLane, W: LaneWork> Work for OfAvx512<L, W> {
@@ -52,18 +52,18 @@ impl<L: TraceLane, W: LaneWork> Work for OfAvx512<L, W> {
     }
 }
 
-/// Runs work in eight lanes with the registers of AVX-512: 32 instead of 16.
+/// Runs code in eight lanes compiled for AVX-512, which has 32 registers instead of 16.
 ///
 /// # Panics
-/// Where [`has_avx512`](crate::lane::has_avx512) says no.
+/// If [`has_avx512`](crate::lane::has_avx512) is false.
 pub fn in_eight_of_avx512<W: LaneWork>(work: W) {
     with_avx512(OfAvx512::<F32x8, W>(work, PhantomData));
 }
 
-/// Runs work in sixteen lanes.
+/// Runs code in sixteen lanes.
 ///
 /// # Panics
-/// Where [`has_avx512`](crate::lane::has_avx512) says no.
+/// If [`has_avx512`](crate::lane::has_avx512) is false.
 pub fn in_sixteen<W: LaneWork>(work: W) {
     with_avx512(OfAvx512::<F32x16, W>(work, PhantomData));
 }
@@ -92,10 +92,10 @@ fn occluded_arguments(coherence: Coherence) -> ffi::RTCOccludedArguments {
     }
 }
 
-/// A packet of rays with room for hits behind it.
+/// A packet of rays followed by space for hits.
 ///
-/// Where Embree has no visibility query for packets of this width, it takes the packet for one of rays and hits, traces one ray
-/// after the other, and writes back what it read, hits among it. These bytes are nobody's: they need no value.
+/// If Embree has no occlusion query for packets of this width, it treats the packet as one of rays and hits, traces the rays one by
+/// one, and writes back what it read, including the hits. Those bytes are unused and need no initialization.
 #[repr(C)]
 struct Roomy<R, H> {
     ray: R,
@@ -111,7 +111,7 @@ impl<R, H> Roomy<R, H> {
         }
     }
 
-    /// A pointer to the rays through which the room may be reached as well.
+    /// A pointer to the rays that may also access the space for hits.
     #[inline(always)]
     const fn pointer(&mut self) -> *mut R {
         ptr::from_mut(self).cast()
@@ -154,14 +154,14 @@ macro_rules! trace_lane {
                 ray.write_to(&mut $packet.ray);
                 let mut $args = occluded_arguments(coherence);
                 $occluded;
-                // Embree marks what is occluded by a distance of −∞.
+                // Embree marks occluded rays with a distance of −∞.
                 let t: $lane = Lane::load(&$packet.ray.tfar);
                 $active & Lane::lt(t, <$lane as Lane>::zero())
             }
         }
 
         impl Ray<$lane> {
-            /// Writes the columns that are not 0 into a packet of zeros.
+            /// Writes the nonzero columns into a zeroed packet.
             #[inline(always)]
             fn write_to(&self, packet: &mut ffi::$ray) {
                 self.origin.x.store(&mut packet.org_x);
@@ -178,7 +178,7 @@ macro_rules! trace_lane {
     };
 }
 
-/// Embree reads the mask of a packet with aligned loads.
+/// Embree reads the valid mask of a packet with aligned loads.
 #[repr(align(64))]
 pub(super) struct Valid<const N: usize>(pub [i32; N]);
 

@@ -1,8 +1,8 @@
-//! Memory that is asked for before it is needed.
+//! Memory prefetching.
 
 use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
 
-/// Has a value brought into the first cache while other work goes on. Changes nothing else.
+/// Prefetches a value into the L1 cache. Has no other effect.
 #[inline(always)]
 pub fn prefetch<T>(value: &T) {
     let first = std::ptr::from_ref(value).cast::<i8>();

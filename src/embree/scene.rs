@@ -1,4 +1,4 @@
-//! A scene in Embree's hands: built once, then queried by any thread.
+//! Embree scenes: built once, then traced by any thread.
 
 use std::ptr;
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use super::skip_ids;
 use super::spheres::{self, Spheres};
 use crate::shape::{Hit, Ray, SkipIds, Sphere};
 
-/// A scene that takes geometry; [`commit`](Self::commit) makes it one that answers.
+/// A scene under construction; [`commit`](Self::commit) turns it into an [`Accel`].
 #[derive(Debug)]
 pub struct SceneBuilder {
     scene: Handle,
@@ -24,13 +24,13 @@ pub struct SceneBuilder {
 #[derive(Debug)]
 pub struct Accel {
     scene: Handle,
-    /// Of each geometry that is a mesh.
+    /// Buffers of each mesh geometry.
     pub(super) buffers: Vec<Option<Buffers>>,
-    /// The callbacks read it: alive as long as the scene, at one address.
+    /// Read by the callbacks; must outlive the scene at a fixed address.
     _spheres: Option<Arc<Spheres>>,
 }
 
-/// Owns one count of an Embree scene and of its device.
+/// Owns one reference to an Embree scene and to its device.
 #[derive(Debug)]
 struct Handle {
     scene: ffi::RTCScene,
@@ -53,7 +53,7 @@ impl Drop for Handle {
     }
 }
 
-/// Owns one count of a geometry. A scene that it is attached to keeps its own.
+/// Owns one reference to a geometry. A scene to which it is attached holds its own.
 struct Geometry {
     handle: ffi::RTCGeometry,
     functions: &'static Functions,
@@ -79,16 +79,16 @@ impl Drop for Geometry {
 }
 
 impl SceneBuilder {
-    /// An empty scene. `robust` closes the edges between triangles: rays aimed exactly at edges miss in 0.05 % of cases
-    /// instead of 8.1 %, for 4 % (coherent) to 20 % of the speed.
+    /// An empty scene. `robust` closes the edges between triangles: 0.05 % of rays aimed exactly at edges miss instead of 8.1 %, at
+    /// a cost of 4 % (coherent) to 20 % of the speed.
     ///
     /// # Errors
-    /// [`EmbreeError::Reported`] if Embree refuses, or if an earlier call on this thread failed and nobody has asked yet.
+    /// [`EmbreeError::Reported`] if Embree fails, or if an earlier call on this thread failed and its error was not yet read.
     pub fn new(device: &Device, robust: bool) -> Result<Self, EmbreeError> {
         Self::counting_from(0, device, robust)
     }
 
-    /// As [`Self::new`]; the first geometry has this number.
+    /// Like [`Self::new`]; `first` is the index of the first geometry.
     pub(super) fn counting_from(first: u32, device: &Device, robust: bool) -> Result<Self, EmbreeError> {
         let functions = device.functions();
         // SAFETY: the device is alive.
@@ -113,25 +113,25 @@ impl SceneBuilder {
         // SAFETY: the scene is alive and not committed.
         unsafe {
             functions.rtcSetSceneFlags(scene, flags);
-            // Medium equals high on the scenes measured (design notes), and builds faster.
+            // Medium quality traces as fast as high on the scenes measured (design notes), and builds faster.
             functions.rtcSetSceneBuildQuality(scene, ffi::RTC_BUILD_QUALITY_MEDIUM);
         }
         device.check()?;
         Ok(builder)
     }
 
-    /// Adds a mesh and returns the number of its geometry. Embree copies what it is given.
+    /// Adds a mesh and returns its geometry index. Embree copies the data.
     ///
     /// # Errors
-    /// [`EmbreeError::Reported`], for instance when memory is exhausted.
+    /// [`EmbreeError::Reported`], e.g. if memory is exhausted.
     ///
     /// # Panics
-    /// If an index names a vertex that is not there: a [`crate::scene::Scene`] has none such.
+    /// If a vertex index is out of range; a [`crate::scene::Scene`] has none such.
     pub fn add_mesh(&mut self, vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<u32, EmbreeError> {
         self.add(vertices, triangles, None)
     }
 
-    /// Adds a mesh whose triangles block no ray that [aims at](crate::shape::Ray::aims_at) them; otherwise as
+    /// Adds a mesh whose triangles do not occlude rays with their [skip id](crate::shape::Ray::skip_id); otherwise like
     /// [`Self::add_mesh`].
     ///
     /// # Errors
@@ -185,10 +185,10 @@ impl SceneBuilder {
         }
     }
 
-    /// Adds all spheres as one geometry and returns its number; sphere `i` is primitive `i`. Call it at most once.
+    /// Adds all spheres as one geometry and returns its index; sphere `i` is primitive `i`. Call it at most once.
     ///
     /// # Errors
-    /// [`EmbreeError::Reported`], for instance when memory is exhausted.
+    /// [`EmbreeError::Reported`], e.g. if memory is exhausted.
     ///
     /// # Panics
     /// If it was called before.
@@ -197,7 +197,7 @@ impl SceneBuilder {
         let spheres = spheres.into_iter().map(Into::into).collect();
         let geometry = Geometry::new(&self.scene.device, ffi::RTC_GEOMETRY_TYPE_USER)?;
         let (handle, functions) = (geometry.handle, geometry.functions);
-        // Behind a count, so that its address stays while the builder and the accelerator move.
+        // Reference-counted, so that the address stays fixed while the builder and the accelerator move.
         let data = Arc::as_ptr(self.spheres.insert(Arc::new(spheres)));
         // SAFETY: the geometry is alive. The user data outlives the scene (`Accel` holds both) and is only read by the callbacks.
         unsafe {
@@ -226,10 +226,10 @@ impl SceneBuilder {
         id
     }
 
-    /// Builds the hierarchy on this thread and the device's own.
+    /// Builds the BVH on this thread and the device's threads.
     ///
     /// # Errors
-    /// [`EmbreeError::Reported`], for instance when memory is exhausted.
+    /// [`EmbreeError::Reported`], e.g. if memory is exhausted.
     pub fn commit(self) -> Result<Accel, EmbreeError> {
         // SAFETY: the scene is alive, and all its data is in place.
         unsafe { self.scene.device.functions().rtcCommitScene(self.scene.scene) };
@@ -252,19 +252,19 @@ impl Accel {
         self.scene.device.functions()
     }
 
-    /// What active rays meet first.
+    /// Closest hits of active rays.
     #[inline(always)]
     pub fn intersect<L: TraceLane>(&self, active: L::Mask, ray: &Ray<L>, coherence: Coherence) -> Hit<L> {
         L::intersect(self, active, ray, coherence)
     }
 
-    /// Which active rays meet anything but the light that they aim at.
+    /// Which active rays hit anything except the shape with their skip id.
     #[inline(always)]
     pub fn occluded<L: TraceLane>(&self, active: L::Mask, ray: &Ray<L>, coherence: Coherence) -> L::Mask {
         L::occluded(self, active, ray, coherence)
     }
 
-    /// Has a call fail on this thread.
+    /// Makes a call fail on this thread.
     #[cfg(test)]
     pub(crate) fn provoke_error(&self) {
         let device = &self.scene.device;
@@ -273,7 +273,7 @@ impl Accel {
         assert!(none.is_null());
     }
 
-    /// Asks whether anything failed on this thread; once a batch.
+    /// Reads this thread's error; call it once per batch.
     ///
     /// # Errors
     /// [`EmbreeError::Reported`] with the first failure.
@@ -293,7 +293,7 @@ mod tests {
     use super::*;
 
     thread_local! {
-        /// Scenes and geometries that this thread owns.
+        /// Number of scenes and geometries that this thread owns.
         static OWNED: Cell<isize> = const { Cell::new(0) };
     }
 
@@ -301,7 +301,7 @@ mod tests {
         &embree().unwrap().functions
     }
 
-    /// Functions of Embree that count what is owned, and that have no room for meshes.
+    /// Embree functions that count owned objects, and that fail to allocate meshes.
     fn counting() -> &'static Embree {
         fn owned<T>(handle: *mut T, change: isize) -> *mut T {
             if !handle.is_null() {
@@ -342,7 +342,7 @@ mod tests {
         &COUNTING
     }
 
-    /// An error that an earlier call left on the thread is told, and nothing is kept for it.
+    /// An error left by an earlier call on the thread is reported, and nothing leaks.
     #[test]
     fn nothing_leaks_where_a_scene_is_refused() {
         let device = Device::configured("threads=1", counting()).unwrap();

@@ -1,7 +1,7 @@
-//! A triangle that emits never blocks the shadow rays to it: a filter of its geometry lets them pass.
+//! Emissive triangles do not occlude their own shadow rays: a filter function of the geometry rejects such hits.
 //!
-//! Spheres leave themselves out in their own callback (`spheres.rs`). Triangles are Embree's, so it is asked to ask back.
-//! Only meshes that emit have the filter; queries that meet none of their triangles never call it.
+//! Spheres skip themselves in their own callback (`spheres.rs`). Triangles are native Embree geometry, so Embree must call a
+//! filter. Only emissive meshes have the filter; queries that hit none of their triangles never call it.
 
 use std::ffi::c_void;
 use std::ptr;
@@ -9,11 +9,11 @@ use std::ptr;
 use super::ffi;
 use crate::shape::SkipIds;
 
-/// Numbers of columns: the ray's id among those of a ray, the primitive among those of a hit.
+/// Column indices: the ray's id within a ray, the primitive within a hit.
 const ID: usize = 10;
 const PRIMITIVE: usize = 5;
 
-/// The names as the user data of a geometry: no memory to keep alive.
+/// Packs the skip ids into the user data pointer of a geometry, so no allocation must outlive it.
 pub(crate) fn to_user_data(skip_ids: SkipIds) -> *mut c_void {
     ptr::without_provenance_mut((usize::from(skip_ids.each) << 32) | skip_ids.first as usize)
 }
@@ -36,7 +36,7 @@ pub(crate) unsafe extern "C" fn let_pass(args: *const ffi::RTCFilterFunctionNArg
         // SAFETY: a packet of N rays has 12 columns of N numbers, its hits have 9, and `valid` has N; all belong to this
         // thread during the call.
         unsafe {
-            // Hits of lanes that are off hold nothing.
+            // Hits of inactive lanes are undefined.
             if args.valid.add(lane).read() == 0 {
                 continue;
             }
@@ -53,7 +53,7 @@ pub(crate) unsafe extern "C" fn let_pass(args: *const ffi::RTCFilterFunctionNArg
 mod tests {
     use super::*;
 
-    /// Embree gives the hits of lanes that are off no value: here they hold numbers that no triangle has.
+    /// Embree leaves the hits of inactive lanes undefined. Here they hold invalid triangle indices.
     #[test]
     fn lanes_that_are_off_are_not_looked_at() {
         const N: usize = 8;
@@ -65,7 +65,7 @@ mod tests {
         let (mut ray, mut hit) = ([[0_u32; N]; 12], [[0_u32; N]; 9]);
         for lane in 0..N {
             hit[PRIMITIVE][lane] = if valid[lane] == 0 { u32::MAX } else { lane as u32 };
-            // Lanes 0 and 4 aim at what they met.
+            // Lanes 0 and 4 have the skip id of the triangle they hit.
             ray[ID][lane] = skip_ids.first + if lane % 4 == 0 { lane as u32 } else { 99 };
         }
         let args = ffi::RTCFilterFunctionNArguments {

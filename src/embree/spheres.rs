@@ -1,7 +1,7 @@
 //! Spheres as Embree user geometry, tested eight rays at a time.
 //!
-//! Embree's own `SPHERE_POINT` loops over single rays: 3 to 4 times slower on packets at the same precision (measured on
-//! Embree 4.4.0 for Veach's scene: 28 against 94 Mrays/s for eye rays, 34 against 99 for shadow rays).
+//! Embree's own `SPHERE_POINT` loops over single rays, which is 3 to 4 times slower for packets at the same precision (measured on
+//! Embree 4.4.0 for Veach's scene: 28 against 94 Mrays/s for camera rays, 34 against 99 for shadow rays).
 
 use std::ffi::c_void;
 
@@ -10,11 +10,11 @@ use crate::lane::{Bits, F32x8, Lane, Mask, Mask8, U32x8, Word};
 use crate::math::Vec3;
 use crate::shape::Sphere;
 
-/// Embree's rays of one packet, seen through the addresses of its columns: `N` rays, column `k` at `k * N`.
+/// A packet of Embree's rays, addressed by columns: `N` rays, column `k` at `k * N`.
 ///
 /// # Safety of use
-/// Made only inside the callbacks below, where Embree passes a packet of `n` rays with the columns of `RTCRayN`
-/// (12 columns, then 9 of `RTCHitN` for queries with hits).
+/// Constructed only inside the callbacks below, where Embree passes a packet of `n` rays with the columns of `RTCRayN` (12 columns,
+/// then 9 of `RTCHitN` for queries with hits).
 struct Packet {
     columns: *mut f32,
     n: usize,
@@ -26,7 +26,7 @@ const TFAR: usize = 8;
 const ID: usize = 10;
 const HIT: usize = 12;
 
-/// Reading and writing `Self::N` neighbouring rays of a packet.
+/// Reads and writes `Self::N` adjacent rays of a packet.
 trait PacketLane: Lane {
     /// # Safety
     /// `at` must be valid for reads of `N` numbers.
@@ -84,7 +84,7 @@ impl Packet {
         unsafe { L::read(self.columns.add(column * self.n + first)) }
     }
 
-    /// Writes the lanes of `mask`, leaving the others as they are.
+    /// Writes the lanes of `mask`; the others keep their values.
     ///
     /// # Safety
     /// As [`Self::get`], and writable.
@@ -115,7 +115,7 @@ impl Packet {
     }
 }
 
-/// The user data of the geometry: its spheres. Embree hands the address back to every callback.
+/// The user data of the geometry: its spheres. Embree passes the address to every callback.
 pub(crate) type Spheres = Vec<Sphere>;
 
 /// # Safety
@@ -126,7 +126,7 @@ pub(crate) unsafe extern "C" fn bounds(args: *const ffi::RTCBoundsFunctionArgume
     let Some(sphere) = spheres.get(args.primID as usize) else {
         return;
     };
-    // One part in 2^20 more than the radius: the test above accepts points that rounding puts just outside.
+    // The radius is enlarged by one part in 2^20, because the test above accepts points that rounding puts just outside.
     let corner = |i: usize, side: f32| {
         let reach = sphere.ball.radius * (1.0 + 1e-6);
         let c = sphere.ball.center[i];
@@ -241,7 +241,7 @@ unsafe fn blocked<L: PacketLane>(
     // SAFETY: by the caller's promise.
     unsafe {
         let id = packet.get::<L>(ID, first).to_bits();
-        // A ray's id names the sphere that it aims at: that sphere never blocks it.
+        // The sphere with a ray's skip id does not occlude that ray.
         let others = !id.eq(L::Bits::splat(args.primID)) & L::read_valid(args.valid.add(first));
         if others.none() {
             return;
@@ -254,10 +254,10 @@ unsafe fn blocked<L: PacketLane>(
     }
 }
 
-/// The user data as it was set.
+/// The user data, cast back.
 fn args_spheres(pointer: *mut c_void) -> *const Spheres {
     pointer.cast::<Spheres>().cast_const()
 }
 
-// The callbacks rely on these: a lane's bits lie where Embree's numbers lie.
+// The callbacks rely on this: lanes have the memory layout of Embree's numbers.
 const _: () = assert!(size_of::<F32x8>() == 32 && size_of::<U32x8>() == 32 && size_of::<Word>() == 4);

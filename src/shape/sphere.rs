@@ -11,7 +11,7 @@ const NEAR: f64 = 1.0 / 16.0;
 /// would displace it by `radius · 2^-24`: 0.06 for a ground of radius 10^6.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {
-    /// Centre and radius.
+    /// Center and radius.
     pub ball: Ball,
     /// The power of the origin, `|center|² - radius²`, rounded once from `f64`, if the surface is close to the origin.
     pub origin_power: Option<f32>,

@@ -1,23 +1,23 @@
-//! One of several things by a 32-bit number, in proportion to weights: a cumulative sum, searched from a guide.
+//! Samples a discrete distribution with a 32-bit number: a cumulative sum with a guide table.
 //!
-//! Shares are whole multiples of 2^-32, so that the chance that is reported is exactly the one with which a thing is picked,
-//! and what remains of the number is uniform again. A guide of as many cells as things (Chen and Asau 1974, "On Generating
-//! Random Variates from an Empirical Distribution") makes the search a step or two on average, however many there are.
+//! Probabilities are multiples of 2^-32. So the reported probability is exactly that of the sampling, and the remainder of the
+//! number is uniform again. A guide with as many cells as items (Chen and Asau 1974, "On Generating Random Variates from an
+//! Empirical Distribution") limits the search to a step or two on average, however many items there are.
 
 /// A distribution over `0..n`.
 #[derive(Clone, Debug)]
 pub struct Discrete {
-    /// Things up to and including `i` have the numbers below `ends[i]`; the last is 2^32.
+    /// Items up to and including `i` have the numbers below `ends[i]`; the last is 2^32.
     ends: Vec<u64>,
-    /// For each cell of numbers, the thing that its first number picks.
+    /// For each cell of numbers, the item of its first number.
     guide: Vec<u32>,
-    /// From a number to its cell.
+    /// Shift from a number to its cell.
     shift: u32,
 }
 
 impl Discrete {
-    /// In proportion to `weights`, which are finite and not negative. What has any weight can be picked. `None` where none
-    /// has, or more than 2^24 have.
+    /// In proportion to `weights`, which are finite and nonnegative. Every item with a positive weight can be sampled. `None` if
+    /// all weights are 0, or more than 2^24 are positive.
     pub fn new(weights: &[f64]) -> Option<Self> {
         let total: f64 = weights.iter().sum();
         let some = weights.iter().filter(|&&w| w > 0.0).count() as u64;
@@ -44,7 +44,7 @@ impl Discrete {
         Some(Self { ends, guide, shift })
     }
 
-    /// What `number` picks, and where in its share the number lies, in [0, 1).
+    /// The item of `number`, and the position of the number within the item's range, in [0, 1).
     #[inline(always)]
     pub fn pick(&self, number: u32) -> (u32, f32) {
         let number = u64::from(number);
@@ -57,7 +57,7 @@ impl Discrete {
         (thing as u32, place.min(1.0 - f32::EPSILON / 2.0))
     }
 
-    /// The chance with which `thing` is picked.
+    /// The probability of `thing`.
     #[inline(always)]
     pub fn chance(&self, thing: u32) -> f32 {
         let thing = thing as usize;
@@ -74,7 +74,7 @@ impl Discrete {
 mod tests {
     use super::*;
 
-    /// Every share is its weight to 2^-32 a thing, and its first and last numbers, not their neighbours, pick it.
+    /// Every probability is its weight to within 2^-32 per item. Exactly the numbers of its range sample an item.
     #[test]
     fn shares_are_the_weights_and_numbers_find_their_things() {
         let many: Vec<f64> = (0..1000).map(|i| f64::from((i * 7919) % 13)).collect();

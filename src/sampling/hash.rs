@@ -1,12 +1,12 @@
-//! Integer hashes: the same address gives the same bits, on any thread, in any lane.
+//! Integer hashes: an address gives the same bits on any thread and in any lane.
 
 use crate::lane::Bits;
 
-/// Four well-mixed words from an address of four: PCG4D of Jarzynski and Olano 2020, "Hash Functions for GPU
-/// Rendering", section 4. Uniform in the top bits; passes their statistical tests at the price of eight products.
+/// Four hashed words from four words: PCG4D of Jarzynski and Olano 2020, "Hash Functions for GPU Rendering", section 4. Uniform in
+/// the top bits; passes their statistical tests at the cost of eight products.
 #[inline(always)]
 pub fn pcg4d<B: Bits>(address: [B; 4]) -> [B; 4] {
-    // No `map`: its closure would be a call of its own, compiled without the lanes' instructions.
+    // No `map`: its closure would become a call, compiled without the lanes' instruction set.
     let (a, c) = (B::splat(1_664_525), B::splat(1_013_904_223));
     let [x, y, z, w] = address;
     let (mut x, mut y, mut z, mut w) = (x * a + c, y * a + c, z * a + c, w * a + c);
@@ -22,7 +22,7 @@ pub fn pcg4d<B: Bits>(address: [B; 4]) -> [B; 4] {
     [x, y, z, w]
 }
 
-/// [`mix`] in every lane.
+/// [`mix`] per lane.
 #[inline(always)]
 pub fn mix_lanes<B: Bits>(x: B) -> B {
     let x = (x ^ x.shr(16)) * B::splat(0x7feb_352d);
@@ -30,7 +30,7 @@ pub fn mix_lanes<B: Bits>(x: B) -> B {
     x ^ x.shr(16)
 }
 
-/// One word well mixed from another: `lowbias32` of Wellons 2018 ("Prospecting for Hash Functions"), a bijection.
+/// One hashed word from another: `lowbias32` of Wellons 2018 ("Prospecting for Hash Functions"), a bijection.
 #[inline(always)]
 pub const fn mix(mut x: u32) -> u32 {
     x ^= x >> 16;

@@ -1,4 +1,4 @@
-//! Random numbers with addresses, and the warps that turn them into directions, each beside its density.
+//! Random numbers by address, and warps from random numbers to directions with their densities.
 
 pub mod discrete;
 pub mod hash;

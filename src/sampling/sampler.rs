@@ -1,9 +1,9 @@
-//! Random numbers with addresses: `(seed, pixel, pass, pair)` and nothing else decides a number.
+//! Random numbers by address: a number depends only on `(seed, pixel, pass, pair)`.
 //!
-//! A block of passes is prepared once for all pixels: a table of Owen-scrambled Sobol points for each pair of
-//! dimensions. A pixel draws its own numbers from the table by an exclusive or with a hash of its address. Such a random
-//! digital shift keeps every net property and makes each number uniform and pixels independent of each other, at the
-//! price of one hash; hashing the scramble in every lane costs about eight times as much.
+//! A block of passes is prepared once for all pixels: a table of Owen-scrambled Sobol points for each pair of dimensions. A pixel
+//! derives its numbers from the table by an exclusive or with a hash of its address. Such a random digital shift preserves all net
+//! properties, and makes each number uniform and pixels mutually independent, at the cost of one hash. Hashing the scramble in
+//! every lane costs about eight times as much.
 
 use std::ops::Range;
 
@@ -12,18 +12,18 @@ use super::table::Table;
 use crate::lane::{Bits, Lane, Word};
 use crate::settings::SamplerKind;
 
-/// Two uniform numbers as 32-bit fractions.
+/// Two uniform random numbers as 32-bit fractions.
 #[derive(Clone, Copy, Debug)]
 pub struct Pair<B>(pub B, pub B);
 
 impl<B: Bits> Pair<B> {
-    /// The two numbers in [0, 1), multiples of 2^-24: never 1.
+    /// The two numbers in [0, 1), as multiples of 2^-24; never 1.
     #[inline(always)]
     pub fn unit<L: Lane<Bits = B>>(self) -> (L, L) {
         (unit(self.0), unit(self.1))
     }
 
-    /// The numbers half a turn away, each by itself.
+    /// Both numbers shifted by one half, each separately.
     #[inline(always)]
     pub fn opposite(self) -> Self {
         let half = B::splat(1 << 31);
@@ -31,10 +31,10 @@ impl<B: Bits> Pair<B> {
     }
 }
 
-/// A fair coin and two uniform numbers, independent of each other.
+/// A technique choice with equal probabilities and two uniform random numbers, all independent.
 #[derive(Clone, Copy, Debug)]
 pub struct TechniqueSample<B: Bits> {
-    /// Lanes where it fell on heads.
+    /// Lanes that chose BRDF sampling.
     pub by_brdf_lanes: B::Mask,
     /// The numbers.
     pub pair: Pair<B>,
@@ -54,14 +54,14 @@ pub struct PassBlock {
     pairs: u32,
     /// Sobol points; empty for independent numbers.
     table: Table,
-    /// The points for a toss.
+    /// The points used with a technique choice.
     tossed: Table,
 }
 
 impl PassBlock {
-    /// Prepares a block for addresses with `pair < pairs`; tosses need pair 1.
+    /// Prepares a block for addresses with `pair < pairs`; technique choices require pair 1.
     pub fn new(kind: SamplerKind, seed: u32, first: u32, passes: u32, pairs: u32) -> Self {
-        // Whole couples of passes 2k and 2k + 1, for tosses.
+        // Whole couples of passes 2k and 2k + 1, for technique choices.
         let couples = first & !1..(first + passes).next_multiple_of(2);
         let table = match kind {
             SamplerKind::Independent => Table::default(),
@@ -76,7 +76,7 @@ impl PassBlock {
         }
     }
 
-    /// The number of the last pair.
+    /// The index of the last pair.
     pub fn last_pair(&self) -> u32 {
         self.pairs - 1
     }
@@ -91,7 +91,7 @@ impl PassBlock {
         self.seed
     }
 
-    /// What stands for a pixel in the addresses below: computed once a sample.
+    /// The key of a pixel in the addresses below; computed once per sample.
     #[inline(always)]
     pub fn key<B: Bits>(&self, pixel: B) -> B {
         if self.table.is_empty() {
@@ -102,7 +102,7 @@ impl PassBlock {
         key
     }
 
-    /// The numbers of pair `pair` for the pixels of `key`; `pass` counts from the block's first.
+    /// The numbers of pair `pair` for the pixels of `key`; `pass` is relative to the first of the block.
     #[inline(always)]
     pub fn pair<B: Bits>(&self, key: B, pass: B, pair: u32) -> Pair<B> {
         if self.table.is_empty() {
@@ -111,13 +111,13 @@ impl PassBlock {
         shifted(self.table.get(self.row(pass), pair), key, pair)
     }
 
-    /// A coin for the choice between two techniques, and the numbers of pair `pair` without it: it is the top bit of the
-    /// first.
+    /// A choice between two techniques for one-sample MIS, and the numbers of pair `pair`. The choice is the top bit of the first
+    /// number, which is removed from it.
     ///
-    /// With Sobol points the coin is stratified, of passes 2k and 2k + 1 of a pixel one has heads, and it is that of pair 1 for
-    /// all pairs: where the top bit of a pair says otherwise, the two passes change their points. From pass 2 on the pixels of
-    /// a `group` share the coin, so that packets seldom mix techniques. (The first two passes do without: a picture of one
-    /// pass would show the groups.) A coin is fair and independent of the numbers.
+    /// With Sobol points the choice is stratified: of passes 2k and 2k + 1 of a pixel, one samples the BRDF. All pairs use the
+    /// choice of pair 1: where the top bit of a pair differs from it, the two passes swap their points. From pass 2 on the pixels
+    /// of a `group` share the choice, so that packets seldom mix techniques. (The first two passes do not: in a picture of one pass
+    /// the groups would be visible.) The choice has equal probabilities and is independent of the numbers.
     #[inline(always)]
     pub fn technique_sample<B: Bits>(&self, key: B, pass: B, pair: u32, group: u32) -> TechniqueSample<B> {
         TechniqueSample {
@@ -126,7 +126,7 @@ impl PassBlock {
         }
     }
 
-    /// The coin of [`Self::technique_sample`].
+    /// The choice of [`Self::technique_sample`].
     #[inline(always)]
     pub fn by_brdf_lanes<B: Bits>(&self, key: B, pass: B, pair: u32, group: u32) -> B::Mask {
         let by_brdf_lanes = if self.table.is_empty() {
@@ -155,8 +155,8 @@ impl PassBlock {
         Pair(a.shl(1), b)
     }
 
-    /// Passes, counted from the block's first, in the order in which to take them: those whose coin shows the same come after each
-    /// other, so that packets of few pixels and many passes mix techniques as little as others.
+    /// Passes, relative to the first of the block, in processing order. Passes with the same technique are consecutive, so that
+    /// packets of few pixels and many passes mix techniques no more than others.
     pub fn by_technique(&self, passes: Range<u32>) -> Vec<u32> {
         let mut passes: Vec<u32> = passes.collect();
         if self.one_coin() {
@@ -165,13 +165,13 @@ impl PassBlock {
         passes
     }
 
-    /// Whether all pairs have one coin.
+    /// Whether all pairs share one technique choice.
     #[inline(always)]
     pub fn one_coin(&self) -> bool {
         !self.table.is_empty()
     }
 
-    /// The row of a table for a pass: the first may be the second of its couple.
+    /// The table row of a pass; the first pass may be the second of its couple.
     #[inline(always)]
     fn row<B: Bits>(&self, pass: B) -> B {
         pass + B::splat(self.first & 1)
@@ -191,8 +191,8 @@ fn shifted<B: Bits>([a, b]: [B; 2], key: B, pair: u32) -> Pair<B> {
     Pair(a ^ sa, b ^ sb)
 }
 
-/// The digital shift of a pixel for a pair: two words mixed from the pixel's key. Neither waits for the other: a product of whole
-/// numbers takes ten cycles in eight lanes, and each word has two in a row.
+/// The digital shift of a pixel for a pair: two words hashed from the pixel's key. They are computed independently: an integer
+/// product takes ten cycles in eight lanes, and each word requires two in sequence.
 #[inline(always)]
 fn shift<B: Bits>(key: B, pair: u32) -> [B; 2] {
     let (a, b) = (mix(pair ^ 0x68bc_21eb), mix(pair ^ 0x02e5_be93));
@@ -204,7 +204,7 @@ mod tests {
     use super::*;
     use crate::lane::{F32x8, Mask, U32x8};
 
-    /// Chi-square of the first `passes` passes of many pixels over 16 x 16 cells.
+    /// Chi-square of the first passes of many pixels over 16 x 16 cells.
     fn chi_square(kind: SamplerKind, seed: u32) -> f64 {
         let block = PassBlock::new(kind, seed, 0, 4, 3);
         let mut counts = [0_u32; 256];
@@ -270,7 +270,7 @@ mod tests {
 
     #[test]
     fn the_passes_of_either_side_are_a_net_in_every_pair() {
-        // 64 passes, 32 of a side: one number in each elementary interval of area 1/32. All pairs toss alike.
+        // 64 passes, 32 per technique: one number in each elementary interval of area 1/32. All pairs share the technique.
         for (first, pixel) in [(0, 3), (64, 9), (192, 10)] {
             let block = PassBlock::new(SamplerKind::Sobol, 6, first, 64, 5);
             let key = block.key(Word(pixel));
@@ -296,8 +296,8 @@ mod tests {
 
     #[test]
     fn a_coin_is_fair_over_groups_and_says_nothing_of_its_numbers() {
-        // 8 cells of coin and two top bits, 80 000 groups: chi-square with 7 degrees of freedom is below 45 with
-        // probability 1 - 1e-7; six of them.
+        // 8 cells of the choice and two top bits, 80 000 groups: chi-square with 7 degrees of freedom is below 45 with probability
+        // 1 - 1e-7; six of them.
         for kind in SamplerKind::ALL {
             for pass in [0, 3, 6] {
                 let block = PassBlock::new(kind, 11, if pass == 0 { 0 } else { 8 }, 8, 3);

@@ -1,21 +1,21 @@
 //! Owen-scrambled Sobol points in pairs of dimensions.
 //!
-//! Every pair of dimensions uses the first two Sobol dimensions, a (0, 2)-sequence: each aligned run of 2^m points has one
-//! point in every elementary interval of area 2^-m. The pairs are padded together: the order of the points is shuffled
-//! by a nested uniform scramble of the index and the values are scrambled likewise (Owen 1995; Burley 2020, "Practical
-//! Hash-based Owen Scrambling"), each pair on its own, so that nothing ties one pair to another.
+//! Every pair of dimensions uses the first two Sobol dimensions, a (0, 2)-sequence: each aligned run of 2^m points has one point in
+//! every elementary interval of area 2^-m. Pairs are combined by padding: a nested uniform scramble of the index shuffles the order
+//! of the points, and another scrambles the values (Owen 1995; Burley 2020, "Practical Hash-based Owen Scrambling"). Each pair has
+//! its own scrambles, so pairs are independent.
 
 use super::hash::mix;
 
-/// Nested uniform scramble of `x`: bit by bit from the top, a bit is flipped by a hash of the bits above it and of the
-/// seed. Exactly Owen's permutation tree, 32 hashes a number; it only ever runs while tables are built.
+/// Nested uniform scramble of `x`: from the top, each bit is flipped by a hash of the bits above it and of the seed. This is
+/// exactly Owen's permutation tree, with 32 hashes per number; used only while tables are built.
 pub fn owen_scramble(x: u32, seed: u32) -> u32 {
     let mut result = 0;
     let mut path = mix(seed ^ 0x9e37_79b9);
     for bit in (0..32).rev() {
         let digit = (x >> bit) & 1;
         result |= (digit ^ (path >> 31)) << bit;
-        // The path is the node of the tree: it depends on the digits of x so far and on the seed.
+        // The path identifies the node of the tree: it depends on the digits of x so far and on the seed.
         path = mix(path ^ ((digit << 16) | (bit + 1)));
     }
     result
@@ -39,7 +39,7 @@ pub fn sobol_2d(index: u32) -> [u32; 2] {
 /// Point `pass` of the pair `pair` under `seed`, shuffled and scrambled.
 pub fn scrambled_point(pass: u32, pair: u32, seed: u32) -> [u32; 2] {
     let key = mix(mix(seed).wrapping_add(mutate!(pair, PairReused => 0).wrapping_mul(0x85eb_ca6b)));
-    // A nested scramble of the index maps every aligned run of 2^m indices onto another one.
+    // A nested scramble of the index maps every aligned run of 2^m indices to another one.
     let index = owen_scramble(pass, key ^ 0x68bc_21eb);
     let [a, b] = sobol_2d(index);
     [owen_scramble(a, key ^ 0x02e5_be93), owen_scramble(b, key ^ 0x967a_889b)]

@@ -1,26 +1,26 @@
-//! The points of a block of passes, pair by pair: made once, looked up by every packet.
+//! The points of a block of passes for each pair: built once, read by every packet.
 
 use std::ops::Range;
 
 use super::sobol::scrambled_point;
 use crate::lane::{Bits, Mask};
 
-/// Rows that one instruction looks up.
+/// Number of rows in one lookup instruction.
 const RUN: usize = 16;
 
-/// Points of so many rows, one after the other: the first words, then the second ones.
+/// Points of this many consecutive rows: the first words, then the second.
 type Run = [[u32; RUN]; 2];
 
-/// A point for each pair of dimensions and each row, which stands for a pass.
+/// A point for each pair of dimensions and each row; a row is a pass.
 #[derive(Debug, Default)]
 pub struct Table {
     runs: Vec<Run>,
-    /// Of a pair; in the last one some rows may stay 0.
+    /// Number of runs per pair; in the last one some rows may stay 0.
     per_pair: usize,
 }
 
 impl Table {
-    /// Owen-scrambled Sobol points of the pairs below `pairs` for each of the passes.
+    /// Owen-scrambled Sobol points for each of the passes and the pairs below `pairs`.
     pub fn sobol(seed: u32, passes: Range<u32>, pairs: u32) -> Self {
         let point = |row: usize, pair: u32| scrambled_point(passes.start + row as u32, pair, seed);
         Self::new(pairs, passes.len(), point)
@@ -38,9 +38,9 @@ impl Table {
         Self { runs, per_pair }
     }
 
-    /// The same for couples of rows that have their top bits as pair 1 has: where a pair's bit says otherwise, the two rows change
-    /// their points. Of a couple one has it set: the first digit of a Sobol point is the last of its index, and scrambles keep a
-    /// couple together.
+    /// The table with couples of rows reordered to have the top bits of pair 1: where a pair's bit differs, the two rows swap their
+    /// points. In each couple one row has the bit set: the first digit of a Sobol point is the last of its index, and scrambles
+    /// keep couples together.
     pub fn tossed(&self) -> Self {
         let pairs = (self.runs.len() / self.per_pair.max(1)) as u32;
         let point = |row: usize, pair: u32| {
@@ -71,13 +71,13 @@ impl Table {
     pub fn get<B: Bits>(&self, row: B, pair: u32) -> [B; 2] {
         let one = row.lane(0);
         let [a, b] = self.run(one as usize, pair);
-        // Most packets hold one pass only,
+        // Most packets hold a single pass.
         if row.eq(B::splat(one)).all() {
             let at = one as usize % RUN;
             return [B::splat(a[at]), B::splat(b[at])];
         }
-        // those of neighbouring pixels the passes of a chunk, and those of adaptive renders a few passes in a row: of one run mostly,
-        // seldom of more than three.
+        // Packets of neighboring pixels hold the passes of a chunk, and those of adaptive renders a few consecutive passes: mostly
+        // of one run, seldom of more than three.
         let (mut first, mut second) = (B::lookup(a, row), B::lookup(b, row));
         let runs = row.shr(RUN.ilog2());
         let mut rest = !runs.eq(B::splat(one / RUN as u32));

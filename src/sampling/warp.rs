@@ -1,7 +1,7 @@
-//! From two uniform numbers to a direction: each warp beside its density, all as `t = 1 - cos` about an axis.
+//! Warps from two uniform numbers to a direction, with their densities, in terms of `t = 1 - cos` about an axis.
 //!
-//! An azimuth comes from the second number by [`crate::math::elementary::sin_cos_turn`]; a warp here gives `t` alone.
-//! `t` is kept instead of the cosine because lobes and cones get as narrow as 1e-7, where a cosine is 1.
+//! The azimuth comes from the second number by [`crate::math::elementary::sin_cos_turn`]; a warp here only computes `t`. It uses
+//! `t` instead of the cosine because lobes and cones get as narrow as 1e-7, where the cosine rounds to 1.
 
 use std::f32::consts::{FRAC_1_PI, PI};
 
@@ -17,16 +17,16 @@ pub fn sphere<L: Lane>(u: L) -> L {
 /// Density of [`sphere`] per steradian.
 pub const SPHERE_PDF: f32 = 0.25 * FRAC_1_PI;
 
-/// Uniform over the unit disk, with neighbours kept neighbours: squares about the middle become circles (Shirley and Chiu, "A Low
-/// Distortion Map Between Disk and Square", 1997). Density `1 / pi`.
+/// Uniform over the unit disk, by a continuous map that turns concentric squares into circles (Shirley and Chiu, "A Low Distortion
+/// Map Between Disk and Square", 1997). Density `1 / pi`.
 #[inline(always)]
 pub fn disk<L: Lane>(u: L, v: L) -> (L, L) {
     let (a, b) = (u + u - L::one(), v + v - L::one());
     let wide = a.abs().gt(b.abs());
     let (radius, other) = (L::select(wide, a, b), L::select(wide, b, a));
-    // In the very middle any angle will do.
+    // At the exact center any angle works.
     let ratio = other / L::select(radius.abs().gt(L::zero()), radius, L::one());
-    // A turn more: the angle from the axis is an eighth of a turn at most, to either side.
+    // Half a turn is added to keep the argument positive: the angle from the axis is at most an eighth of a turn, to either side.
     let (sine, cosine) = sin_cos_turn(ratio.mul_add(L::splat(0.125), L::splat(0.5)));
     let (along, across) = (-(cosine * radius), -(sine * radius));
     (L::select(wide, along, across), L::select(wide, across, along))
@@ -50,7 +50,7 @@ pub fn cone_solid_angle<L: Lane>(one_minus_cos_max: L) -> L {
     L::splat(2.0 * PI) * one_minus_cos_max
 }
 
-/// Proportional to the cosine over the hemisphere: `t = 1 - sqrt(1 - u)`, written without cancellation.
+/// Proportional to the cosine over the hemisphere: `t = 1 - sqrt(1 - u)`, without cancellation.
 #[inline(always)]
 pub fn cosine<L: Lane>(u: L) -> L {
     u / (L::one() + (L::one() - u).sqrt())
@@ -62,8 +62,8 @@ pub fn cosine_pdf<L: Lane>(cosine: L) -> L {
     cosine.max(L::zero()) * L::splat(FRAC_1_PI)
 }
 
-/// Proportional to `cos^alpha` over the hemisphere: `cos = (1 - u)^(1 / (alpha + 1))` (the hand-out, section 5), so
-/// `t = -expm1(ln(1 - u) / (alpha + 1))`, which has all its digits at every exponent. `1 - u` is exact and not 0.
+/// Proportional to `cos^alpha` over the hemisphere: `cos = (1 - u)^(1 / (alpha + 1))` (the hand-out, section 5), so `t =
+/// -expm1(ln(1 - u) / (alpha + 1))`, which is accurate for every exponent. `1 - u` is exact and nonzero.
 #[inline(always)]
 pub fn power<L: Lane>(u: L, alpha: L) -> L {
     -expm1(ln(L::one() - u) / (alpha + L::one()))
@@ -80,14 +80,14 @@ pub fn power_pdf<L: Lane>(cos_to_the_alpha: L, alpha: L) -> L {
 mod tests {
     use super::disk;
 
-    /// The map of a small square is as large everywhere: pi times the square, whose own area is in units of the whole.
+    /// The map scales areas of small squares by the same factor everywhere: pi.
     #[test]
     fn the_disk_is_filled_evenly_and_to_its_rim() {
         let (h, mut largest) = (1.0 / 64.0_f32, 0.0_f32);
         for i in 0..63 {
             for j in 0..63 {
                 let (u, v) = (i as f32 * h + 0.3 * h, j as f32 * h + 0.6 * h);
-                // Squares across a diagonal are bent, and so are the sides of those around the middle.
+                // Skips squares across a diagonal, which are bent, and those around the center, whose sides are bent.
                 let middle = i32::abs(i - 31) < 8 && i32::abs(j - 31) < 8;
                 if middle || i32::abs(i - j) <= 1 || i32::abs(i + j - 63) <= 2 {
                     continue;

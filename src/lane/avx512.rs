@@ -1,21 +1,21 @@
-//! AVX-512, for processors that have it: chosen when the program runs.
+//! AVX-512, selected at run time if the processor has it.
 //!
-//! All that handles lanes is inlined into [`with_avx512`], the only place where the compiler may use the instructions. Sixteen
-//! lanes exist there alone. Eight are the same type as without, with 32 registers instead of sixteen.
+//! All code that handles lanes is inlined into [`with_avx512`], the only function in which the compiler may use these instructions.
+//! Sixteen lanes exist only there. Eight lanes are the same type as without AVX-512, with 32 registers instead of sixteen.
 
 use std::sync::LazyLock;
 
-/// The environment variable that leaves AVX-512 unused where it is `off`, as on a processor that lacks it. When the program is built, it
-/// decides whether kernels for AVX-512 are compiled (`build.rs`).
+/// The environment variable that disables AVX-512 if it is `off`, as if the processor lacked it. At build time it determines
+/// whether kernels for AVX-512 are compiled (`build.rs`).
 pub const AVX512: &str = "OCTOLUX_AVX512";
 
-/// Work for lanes. `run` must be `#[inline(always)]`, and so must everything in it that handles them.
+/// Code that handles lanes. `run` must be `#[inline(always)]`, like everything in it that handles lanes.
 pub trait Work {
-    /// Does the work.
+    /// Runs the code.
     fn run(self);
 }
 
-/// Whether kernels for AVX-512 were compiled, this processor has what they need, and [`AVX512`] is not `off`.
+/// Whether kernels for AVX-512 were compiled, this processor supports them, and [`AVX512`] is not `off`.
 pub fn has_avx512() -> bool {
     static HAS: LazyLock<bool> = LazyLock::new(|| {
         cfg!(avx512_kernels)
@@ -28,10 +28,10 @@ pub fn has_avx512() -> bool {
     *HAS
 }
 
-/// Runs work with AVX-512.
+/// Runs code with AVX-512.
 ///
 /// # Panics
-/// If [`has_avx512`] says no: ask it before making such work.
+/// If [`has_avx512`] is false. Check it before creating such work.
 #[inline]
 pub fn with_avx512<W: Work>(work: W) {
     #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl")]

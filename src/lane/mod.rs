@@ -1,20 +1,19 @@
-//! Lanes: one real number per ray, and the masks that say which rays still matter.
+//! Lanes: one real number per ray, and masks of active rays.
 //!
-//! Everything above is written once, generic over [`Lane`]. The trait holds only operations that IEEE 754 rounds
-//! exactly (`+ - * / sqrt fma`, comparisons, selections, conversions) and bit operations, so `f32` and `f32x8` give the
-//! same bits for every lane; functions such as `exp` are built from these in [`crate::math::elementary`]. The estimates
-//! that vector units offer for `1/x` and `1/sqrt(x)` are not exact and are kept out on purpose.
+//! All code above is generic over [`Lane`]. The trait has only operations that IEEE 754 rounds exactly (`+ - * / sqrt fma`,
+//! comparisons, selections, conversions) and bit operations. So `f32` and `f32x8` give the same bits in every lane. Functions such
+//! as `exp` are built from these in [`crate::math::elementary`]. The approximate instructions for `1/x` and `1/sqrt(x)` are not
+//! exact and are deliberately excluded.
 //!
-//! Sixteen lanes have no name outside of the crate: a number in them could be made on a processor that lacks their instructions.
-//! They are reached through [`crate::embree::in_sixteen`], which asks the processor first.
+//! The type of sixteen lanes is not public: a value of it could be created on a processor without its instructions. Use
+//! [`crate::embree::in_sixteen`], which checks the processor first.
 //!
 //! ```compile_fail
 //! use octolux::lane::{F32x16, Lane};
 //! let number = F32x16::splat(1.0);
 //! ```
 //!
-//! Eight lanes are chosen when the program is compiled: without AVX2 and `fma` the build is refused (`.cargo/config.toml` sets the
-//! baseline).
+//! Eight lanes are selected at compile time: the build fails without AVX2 and `fma` (`.cargo/config.toml` sets the baseline).
 
 mod avx512;
 mod scalar;
@@ -48,24 +47,24 @@ pub trait Lane:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
-    /// How many lanes there are.
+    /// Number of lanes.
     const N: usize;
-    /// Which lanes a thing holds for.
+    /// A boolean per lane.
     type Mask: Mask;
     /// One `u32` per lane.
     type Bits: Bits<Mask = Self::Mask>;
-    /// How the active lanes of a mask move to the front; see [`Lane::pack`].
+    /// How the active lanes of a mask are compacted; see [`Lane::pack`].
     type Packing: Copy;
     /// See [`Lane::rows`].
     type Rows: AsRef<[[f32; 4]]>;
-    /// The same lanes, or where these need AVX-512 as many as do without: for what is not inlined into kernels.
+    /// The same lanes; for lanes that require AVX-512, the widest that do not. For code that is not inlined into kernels.
     type Plain: Lane;
 
-    /// The same number in every lane.
+    /// Broadcasts a number to all lanes.
     fn splat(x: f32) -> Self;
-    /// The first `N` numbers of `source`, which must hold as many.
+    /// Loads the first `N` numbers of `source`, which must have at least that many.
     fn load(source: &[f32]) -> Self;
-    /// Writes `N` numbers to the front of `target`, which must hold as many.
+    /// Stores `N` numbers at the front of `target`, which must have room for them.
     fn store(self, target: &mut [f32]);
     /// `f(0)`, `f(1)`, … `f(N - 1)`.
     fn from_fn(f: impl FnMut(usize) -> f32) -> Self;
@@ -78,14 +77,14 @@ pub trait Lane:
     fn sqrt(self) -> Self;
     /// Absolute value.
     fn abs(self) -> Self;
-    /// `self` where it is smaller than `other`, else `other` (also where either is NaN).
+    /// `self` if it is less than `other`, else `other` (also if either is NaN).
     fn min(self, other: Self) -> Self;
-    /// `self` where it is larger than `other`, else `other` (also where either is NaN).
+    /// `self` if it is greater than `other`, else `other` (also if either is NaN).
     fn max(self, other: Self) -> Self;
-    /// The nearest whole number, ties to even. The result must fit in an `i32` for [`Self::to_i32`].
+    /// The nearest integer, ties to even. The result must fit in an `i32` for [`Self::to_i32`].
     fn round(self) -> Self;
 
-    /// `self < other`; false with NaN, as are the others.
+    /// `self < other`; false for NaN, as in all comparisons.
     fn lt(self, other: Self) -> Self::Mask;
     /// `self <= other`.
     fn le(self, other: Self) -> Self::Mask;
@@ -97,23 +96,23 @@ pub trait Lane:
     fn ge(self, other: Self) -> Self::Mask {
         other.le(self)
     }
-    /// `yes` where the mask holds, else `no`.
+    /// `yes` in active lanes, else `no`.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
 
     /// The bits of each number.
     fn to_bits(self) -> Self::Bits;
     /// Numbers from their bits.
     fn from_bits(bits: Self::Bits) -> Self;
-    /// Each number, already whole, as a signed integer in two's complement.
+    /// Converts integral numbers to signed integers in two's complement.
     fn to_i32(self) -> Self::Bits;
-    /// Signed integers in two's complement, rounded to the nearest number.
+    /// Converts signed integers in two's complement to the nearest number.
     fn from_i32(bits: Self::Bits) -> Self;
 
-    /// A row of three numbers for each lane, and a 0.
+    /// For each lane a row of three numbers and a 0.
     fn rows(x: Self, y: Self, z: Self) -> Self::Rows;
-    /// How to move the lanes of `mask` to the front.
+    /// Prepares the compaction of the lanes of `mask`.
     fn packing(mask: Self::Mask) -> Self::Packing;
-    /// The lanes of the mask in their order, at the front; what is behind them is unspecified.
+    /// Moves the lanes of the mask to the front, in order; the remaining lanes are unspecified.
     fn pack(self, packing: Self::Packing) -> Self;
 
     /// Zero in every lane.
@@ -126,68 +125,68 @@ pub trait Lane:
     fn one() -> Self {
         Self::splat(1.0)
     }
-    /// `self / divisor` where the mask holds, else 0: an idle lane is 0, never NaN.
+    /// `self / divisor` in active lanes, else 0: an idle lane is 0, never NaN.
     #[inline(always)]
     fn div_or_zero(self, divisor: Self, mask: Self::Mask) -> Self {
         Self::select(mask, self / divisor, Self::zero())
     }
-    /// `-self` where the mask holds, else `self`.
+    /// `-self` in active lanes, else `self`.
     #[inline(always)]
     fn negated(self, mask: Self::Mask) -> Self {
         Self::select(mask, -self, self)
     }
-    /// `self` where the mask holds, else 0.
+    /// `self` in active lanes, else 0.
     #[inline(always)]
     fn or_zero(self, mask: Self::Mask) -> Self {
         Self::select(mask, self, Self::zero())
     }
-    /// `sqrt(max(self, 0))`: for what is not negative but for rounding.
+    /// `sqrt(max(self, 0))`: for numbers that only rounding makes negative.
     #[inline(always)]
     fn safe_sqrt(self) -> Self {
         self.max(Self::zero()).sqrt()
     }
 }
 
-/// Which lanes a thing holds for.
+/// A boolean per lane.
 pub trait Mask:
     Copy + Debug + Send + Sync + 'static + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
 {
-    /// The same in every lane.
+    /// The same value in every lane.
     fn splat(on: bool) -> Self;
-    /// The first `n` lanes; all where `n` is at least their number. `n` is below 2^31.
+    /// The first `n` lanes; all if `n` is at least their number. `n` is below 2^31.
     fn first(n: usize) -> Self;
-    /// Bit `i` tells of lane `i`.
+    /// Bit `i` is lane `i`.
     fn to_bitmask(self) -> u32;
-    /// Lane `i` from bit `i`.
+    /// Lane `i` is bit `i`.
     fn from_bitmask(bits: u32) -> Self;
-    /// Whether any lane holds.
+    /// Whether any lane is active.
     #[inline(always)]
     fn any(self) -> bool {
         self.to_bitmask() != 0
     }
-    /// Whether every lane does.
+    /// Whether all lanes are active.
     #[inline(always)]
     fn all(self) -> bool {
         (!self).none()
     }
-    /// Whether none does.
+    /// Whether no lane is active.
     #[inline(always)]
     fn none(self) -> bool {
         self.to_bitmask() == 0
     }
-    /// How many hold.
+    /// Number of active lanes.
     #[inline(always)]
     fn count(self) -> usize {
         self.to_bitmask().count_ones() as usize
     }
-    /// The lanes that hold, in ascending order.
+    /// The active lanes, in ascending order.
     #[inline(always)]
     fn lanes(self) -> SetLanes {
         SetLanes(self.to_bitmask())
     }
 }
 
-/// The lanes of a mask, in ascending order.
+/// Iterator over the active lanes of a mask, in ascending order.
 #[derive(Clone, Debug)]
 pub struct SetLanes(u32);
 
@@ -218,29 +217,29 @@ pub trait Bits:
     + BitAnd<Output = Self>
     + BitOr<Output = Self>
 {
-    /// The mask that goes with it.
+    /// The corresponding mask type.
     type Mask: Mask;
-    /// The same in every lane.
+    /// Broadcasts a number to all lanes.
     fn splat(x: u32) -> Self;
     /// `f(0)`, `f(1)`, …
     fn from_fn(f: impl FnMut(usize) -> u32) -> Self;
-    /// The first `N` numbers of `source`, which must hold as many.
+    /// Loads the first `N` numbers of `source`, which must have at least that many.
     fn load(source: &[u32]) -> Self;
-    /// Writes `N` numbers to the front of `target`, which must hold as many.
+    /// Stores `N` numbers at the front of `target`, which must have room for them.
     fn store(self, target: &mut [u32]);
     /// The number in lane `i`.
     fn lane(self, i: usize) -> u32;
-    /// Shift to the left by the same number of bits, below 32.
+    /// Left shift by the same number of bits in all lanes, below 32.
     fn shl(self, by: u32) -> Self;
-    /// Logical shift to the right by the same number of bits, below 32.
+    /// Logical right shift by the same number of bits in all lanes, below 32.
     fn shr(self, by: u32) -> Self;
-    /// Of a table of sixteen, the number at each lane's index; of an index the low four bits count.
+    /// Looks up each lane's index in a table of sixteen; only the low four bits of an index count.
     fn lookup(table: &[u32], index: Self) -> Self;
     /// Which lanes are equal.
     fn eq(self, other: Self) -> Self::Mask;
     /// Which lanes have their top bit set.
     fn top_bit(self) -> Self::Mask;
-    /// `yes` where the mask holds, else `no`.
+    /// `yes` in active lanes, else `no`.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
 }
 

@@ -42,8 +42,8 @@ impl Lane for f32 {
     fn abs(self) -> Self {
         f32::abs(self)
     }
-    // As the vector instructions have it: the second operand unless the comparison holds. `f32::min` treats NaN and
-    // signed zeros otherwise.
+    // Like the vector instructions: returns the second operand unless the comparison holds. `f32::min` differs for NaN and signed
+    // zeros.
     #[inline(always)]
     fn min(self, other: Self) -> Self {
         if self < other { self } else { other }
@@ -115,7 +115,7 @@ impl Mask for bool {
     }
 }
 
-/// One `u32` whose operators wrap.
+/// One `u32` with wrapping operators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Word(pub u32);
 

@@ -1,8 +1,8 @@
-//! Every operation of `F32x8` gives, lane by lane, the bits that `f32` gives.
+//! Tests that every operation of `F32x8` has the same bits per lane as `f32`.
 
 use super::*;
 
-/// Ordinary numbers, and the ones that break things.
+/// Ordinary numbers and edge cases.
 fn hard_numbers() -> Vec<f32> {
     let mut numbers = vec![
         0.0,

@@ -1,8 +1,8 @@
 //! Sixteen lanes of AVX-512.
 //!
-//! Crates for eight lanes decide at compile time, so one binary for both widths needs these over `std::arch`. There is no other way
-//! to run a kernel of these lanes than through [`with_avx512`](super::with_avx512): only `lane` and `embree/packet.rs` name the
-//! types, which `tests/layers.rs` keeps so.
+//! Crates for vector types choose the width at compile time, so one binary for both widths requires these types over `std::arch`.
+//! Kernels of these lanes run only through [`with_avx512`](super::with_avx512). Only `lane` and `embree/packet.rs` name the types;
+//! `tests/layers.rs` checks this.
 
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
@@ -34,7 +34,7 @@ macro_rules! avx512 {
     };
 }
 
-/// The lanes of four times four, the other way round.
+/// The lane order of a transposed 4 x 4 matrix.
 const TURNED: [u32; 16] = [0, 4, 8, 12, 1, 5, 9, 13, 2, 6, 10, 14, 3, 7, 11, 15];
 
 impl Lane for F32x16 {
@@ -124,10 +124,10 @@ impl Lane for F32x16 {
     }
     #[inline(always)]
     fn rows(x: Self, y: Self, z: Self) -> [[f32; 4]; 16] {
-        // What is done below turns round each 4 x 4 lanes: lanes are put so that they come out in order.
+        // The code below transposes each 4 x 4 block, so lanes are permuted first to come out in order.
         let turned = U32x16::load(&TURNED).0;
         let mut rows = [[0.0; 4]; 16];
-        // Sixteen rows of four `f32` are 32 `f64`: four stores of eight, none beyond them.
+        // Sixteen rows of four `f32` are 32 times 64 bits: four stores of eight, none past the end.
         avx512!({
             let x = _mm512_permutexvar_ps(turned, x.0);
             let y = _mm512_permutexvar_ps(turned, y.0);
@@ -175,7 +175,7 @@ impl Mask for Mask16 {
 }
 
 impl Mask16 {
-    /// −1 where the mask holds, 0 elsewhere.
+    /// −1 in active lanes, 0 in the others.
     #[inline(always)]
     pub fn to_valid(self) -> [i32; 16] {
         let mut valid = [0; 16];
@@ -239,7 +239,7 @@ impl Bits for U32x16 {
     }
 }
 
-/// As `std::array::from_fn`, which is not always inlined.
+/// Like `std::array::from_fn`, which is not always inlined.
 #[inline(always)]
 fn gather<T: Copy + Default>(mut f: impl FnMut(usize) -> T) -> [T; 16] {
     let mut all = [T::default(); 16];
@@ -270,7 +270,7 @@ impl Neg for F32x16 {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        // The sign bit alone, as the scalar negation does.
+        // Flips only the sign bit, like the scalar negation.
         Self::from_bits(self.to_bits() ^ U32x16::splat(1 << 31))
     }
 }

@@ -1,8 +1,8 @@
-//! Eight lanes of AVX2: the one file that names `wide`.
+//! Eight lanes with AVX2. Only this file uses `wide`.
 //!
-//! What `wide` has is `wide`'s. Seven instructions are called by hand. A splat of `wide` is an array of eight: where two branches met,
-//! the compiler carried eight scalars, which took a third of the eye stage's time. The others `wide` does not have: to widen bytes,
-//! and to interleave within halves.
+//! Most operations come from `wide`; seven instructions are called directly. A splat in `wide` is an array of eight: where branches
+//! merged, the compiler carried eight scalars, which took a third of the camera stage's time. The others are missing in `wide`:
+//! widening bytes, and interleaving within halves.
 
 use std::arch::x86_64::{
     __m128i, __m256, __m256d, _mm256_castpd_ps, _mm256_castps_pd, _mm256_cvtepi8_epi32, _mm256_set1_epi32,
@@ -25,7 +25,7 @@ pub struct F32x8(f32x8);
 #[repr(transparent)]
 pub struct U32x8(u32x8);
 
-/// Eight lanes of all ones or all zeros: what Embree takes for its `valid` as well.
+/// Eight lanes of all ones or all zeros, as Embree expects for `valid`.
 #[derive(Clone, Copy, Debug)]
 #[repr(transparent)]
 pub struct Mask8(f32x8);
@@ -40,21 +40,21 @@ macro_rules! avx2 {
 }
 
 impl Mask8 {
-    /// −1 where the mask holds, 0 elsewhere.
+    /// −1 in active lanes, 0 in the others.
     #[inline(always)]
     pub fn to_valid(self) -> [i32; 8] {
         must_cast(self.0)
     }
 
-    /// Holds where `valid` is not 0 (Embree writes −1 or 0).
+    /// Active where `valid` is nonzero (Embree writes −1 or 0).
     #[inline(always)]
     pub fn from_valid(valid: [i32; 8]) -> Self {
         !U32x8(must_cast(valid)).eq(U32x8(u32x8::ZERO))
     }
 }
 
-/// `PACK[m]` lists the set bits of `m` in ascending order, then fills up with lane 0. Bytes: the table leaves the first cache to
-/// the streams.
+/// `PACK[m]` lists the set bits of `m` in ascending order, padded with lane 0. It consists of bytes to leave the L1 cache to the
+/// streams.
 static PACK: [[u8; 8]; 256] = {
     let mut table = [[0; 8]; 256];
     let mut m = 0;
@@ -137,7 +137,7 @@ impl Lane for F32x8 {
     fn select(mask: Mask8, yes: Self, no: Self) -> Self {
         Self(mask.0.select(yes.0, no.0))
     }
-    // One instruction where a selection takes three.
+    // One instruction; a selection takes three.
     #[inline(always)]
     fn or_zero(self, mask: Mask8) -> Self {
         Self(self.0 & mask.0)
@@ -170,7 +170,7 @@ impl Lane for F32x8 {
             |a: __m256, b| avx2!(_mm256_castps_pd(_mm256_unpackhi_ps(a, b))),
         );
         let (xy, z0, more_xy, more_z0) = (low(x, y), low(z, zero), high(x, y), high(z, zero));
-        // Each holds the rows of a lane and of the fourth after it.
+        // Each holds the rows of a lane and of the fourth lane after it.
         let both = |v: __m256d| -> [[f32; 4]; 2] { must_cast(f32x8::from(avx2!(_mm256_castpd_ps(v)))) };
         let [a, e] = both(avx2!(_mm256_unpacklo_pd(xy, z0)));
         let [b, f] = both(avx2!(_mm256_unpackhi_pd(xy, z0)));
@@ -262,7 +262,7 @@ impl Bits for U32x8 {
     }
 }
 
-/// As `std::array::from_fn`, which is not always inlined: a call a lane costs more than the lane.
+/// Like `std::array::from_fn`, which is not always inlined: a call per lane costs more than the lane's work.
 #[inline(always)]
 fn gather<T>(mut f: impl FnMut(usize) -> T) -> [T; 8] {
     [f(0), f(1), f(2), f(3), f(4), f(5), f(6), f(7)]
@@ -285,7 +285,7 @@ operators!(Mask8: BitAnd bitand, BitOr bitor);
 
 impl Neg for F32x8 {
     type Output = Self;
-    // The sign bit alone, as the scalar negation does: 0 − x would lose the sign of zero.
+    // Flips only the sign bit, like the scalar negation: 0 − x would lose the sign of zero.
     #[inline(always)]
     fn neg(self) -> Self {
         Self(-self.0)

@@ -1,8 +1,8 @@
-//! Elementary functions built from exactly rounded operations alone: the same bits for one lane and for eight.
+//! Elementary functions from exactly rounded operations: the same bits for one lane and for eight.
 //!
-//! The polynomials are minimax fits (Remez exchange at 40 digits) for the reduced ranges named at each; the errors
-//! stated are measured by the tests below against `f64` over dense sweeps. The forms follow one rule: never form
-//! `1 - t` or `2 pi u` first, that is where digits are lost.
+//! The polynomials are minimax fits (Remez exchange at 40 digits) for the reduced range named at each. The stated errors are
+//! measured by the tests below against `f64` over dense sweeps. All functions avoid computing `1 - t` or `2 pi u` first, which
+//! loses digits.
 
 use crate::lane::{Bits, Lane};
 
@@ -49,7 +49,7 @@ pub fn exp<L: Lane>(x: L) -> L {
     L::select(lost, L::zero(), e.mul_add(s, s))
 }
 
-/// `exp(x) - 1` for `x <= 0`, with all its digits where `x` is close to 0. Error below 2 ulp.
+/// `exp(x) - 1` for `x <= 0`, accurate for `x` close to 0. Error below 2 ulp.
 #[inline(always)]
 pub fn expm1<L: Lane>(x: L) -> L {
     let (k, e) = reduced_expm1(x.max(L::splat(LN_MIN_POSITIVE)));
@@ -96,19 +96,19 @@ pub fn ln<L: Lane>(x: L) -> L {
     ln_of_parts(e, x.mul_add(scale, -L::one()))
 }
 
-/// `ln(1 - t)` for `t` in [0, 1 − 2^-24]: all digits for small `t`, where forming `1 - t` would lose them.
+/// `ln(1 - t)` for `t` in [0, 1 − 2^-24]; accurate for small `t`, for which `1 - t` loses digits.
 #[inline(always)]
 pub fn ln_1m<L: Lane>(t: L) -> L {
     let (e, scale) = exponent_of(L::one() - t);
-    // s (1 - t) - 1 in one rounding: s - 1 is exact.
+    // s (1 - t) - 1 with a single rounding: s - 1 is exact.
     ln_of_parts(e, (-scale).mul_add(t, scale - L::one()))
 }
 
-/// `cos^alpha` of an angle given both as `cosine` and as `t = 1 - cos`; 0 where the cosine is not positive.
+/// `cos^alpha` of an angle given as both `cosine` and `t = 1 - cos`; 0 if the cosine is not positive.
 ///
-/// Close to the axis `t` has the digits (the power amplifies an error of the cosine by `alpha`), far from it the
-/// cosine has them: each lane takes the better one. `t` is best taken from the chord, `|a - b|^2 / 2`, which does not
-/// feel that stored unit vectors are 1e-7 off in length. Relative error below 5e-7 times `max(1, |alpha ln cos|)`.
+/// Close to the axis `t` is more precise (the power amplifies an error of the cosine by `alpha`), far from it the cosine: each lane
+/// uses the better one. Compute `t` from the chord, `|a - b|^2 / 2`, which is insensitive to length errors of 1e-7 in rounded unit
+/// vectors. Relative error below 5e-7 times `max(1, |alpha ln cos|)`.
 #[inline(always)]
 pub fn powcos<L: Lane>(cosine: L, t: L, alpha: L) -> L {
     let near = t.lt(L::splat(0.3));
@@ -141,8 +141,8 @@ pub fn sin_cos_turn<L: Lane>(u: L) -> (L, L) {
     )
 }
 
-/// The angle of the point `(x, y)` with `y >= 0` from the x axis, in [0, pi]; 0 for the origin. Error below 2.2 ulp, the worst
-/// next to 45 degrees.
+/// The angle of the point `(x, y)` with `y >= 0` from the x axis, in [0, pi]; 0 for the origin. Error below 2.2 ulp, the worst near
+/// 45 degrees.
 #[inline(always)]
 pub fn angle<L: Lane>(y: L, x: L) -> L {
     let width = x.abs();
@@ -173,7 +173,7 @@ pub fn angle<L: Lane>(y: L, x: L) -> L {
 mod tests {
     use super::*;
 
-    /// Largest error in units of the last place of the true value.
+    /// Largest error in ulps of the true value.
     fn worst_ulp(xs: impl Iterator<Item = f32>, f: fn(f32) -> f32, truth: fn(f64) -> f64) -> f64 {
         xs.map(|x| {
             let t = truth(f64::from(x));
@@ -249,14 +249,14 @@ mod tests {
     #[test]
     fn powcos_holds_for_every_exponent() {
         for alpha in [1.0, 1.5, 10.0, 1e3, 1e5, 1e6_f32] {
-            // How deep in the lobe: alpha ln cos from -60 to 0.
+            // Depth in the lobe: alpha ln cos from -60 to 0.
             for depth in sweep(-60.0, -1e-3, 20_000) {
                 let t = (-(f64::from(depth) / f64::from(alpha)).exp_m1()) as f32;
                 let cosine = 1.0 - t;
                 if cosine <= 1e-6 {
                     continue;
                 }
-                // The truth for the number that the lane uses: t close to the axis, the cosine away from it.
+                // The true value for the input that the lane uses: t close to the axis, the cosine away from it.
                 let ln_cos = if t < 0.3 {
                     (-f64::from(t)).ln_1p()
                 } else {

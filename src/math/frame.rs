@@ -1,22 +1,22 @@
-//! An orthonormal frame about a unit vector, without branches.
+//! Orthonormal frames around a unit vector, without branches.
 
 use super::Vec3;
 use crate::lane::{Bits, Lane};
 
-/// Two unit vectors that make a right-handed orthonormal frame with a third, `axis`.
+/// Two unit vectors that form a right-handed orthonormal frame with a third, `axis`.
 #[derive(Clone, Copy, Debug)]
 pub struct Frame<L> {
     /// First tangent.
     pub tangent: Vec3<L>,
     /// Second tangent.
     pub bitangent: Vec3<L>,
-    /// The vector that the frame was made about.
+    /// The unit vector around which the frame was built.
     pub axis: Vec3<L>,
 }
 
 impl<L: Lane> Frame<L> {
-    /// The frame about the unit vector `axis`: Duff et al. 2017, "Building an Orthonormal Basis, Revisited", listing 3.
-    /// Continuous but for the plane z = 0 and free of singularities, the poles included.
+    /// The frame around the unit vector `axis`: Duff et al. 2017, "Building an Orthonormal Basis, Revisited", listing 3. Continuous
+    /// except at the plane z = 0, and without singularities, even at the poles.
     #[inline(always)]
     pub fn about(axis: Vec3<L>) -> Self {
         let sign_bit = axis.z.to_bits() & L::Bits::splat(1 << 31);
@@ -36,9 +36,9 @@ impl<L: Lane> Frame<L> {
         }
     }
 
-    /// The direction at `1 - cos = t` from the axis and azimuth `phi`, unit to rounding.
+    /// The direction at `1 - cos = t` from the axis and azimuth `phi`; unit up to rounding.
     ///
-    /// Taking `t` instead of the cosine keeps the digits of directions close to the axis: `sin = sqrt(t (2 - t))`.
+    /// Using `t` instead of the cosine is accurate for directions close to the axis: `sin = sqrt(t (2 - t))`.
     #[inline(always)]
     pub fn direction(&self, t: L, sin_phi: L, cos_phi: L) -> Vec3<L> {
         let sine = (t * (L::splat(2.0) - t)).safe_sqrt();
@@ -75,7 +75,7 @@ mod tests {
             check(axis);
         }
         for i in 0..1_000_000_u32 {
-            // A Fibonacci sphere, with more and more of it close to the poles.
+            // A Fibonacci sphere, concentrated towards the poles.
             let u = (f64::from(i) + 0.5) / 1e6;
             let z = (1.0 - 2.0 * u).powi(if i % 3 == 0 { 1 } else { 3 }).clamp(-1.0, 1.0);
             let r = (1.0 - z * z).sqrt();

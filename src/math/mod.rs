@@ -1,4 +1,4 @@
-//! Vectors, frames and elementary functions over lanes. Uniform things (cameras, transforms, meshes) use `glam`.
+//! Vectors, frames and elementary functions over lanes. Values common to all lanes (cameras, transforms, meshes) use `glam`.
 
 pub mod elementary;
 mod frame;

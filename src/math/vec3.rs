@@ -1,4 +1,4 @@
-//! Three lanes: a point, a direction or a colour per ray.
+//! Three-component vectors of lanes: a point, a direction or a color per ray.
 
 use std::ops::{Add, Mul, Neg, Sub};
 
@@ -19,13 +19,13 @@ pub struct Vec3<L> {
 }
 
 impl<L: Lane> Vec3<L> {
-    /// From components.
+    /// A vector from components.
     #[inline(always)]
     pub fn new(x: L, y: L, z: L) -> Self {
         Self { x, y, z }
     }
 
-    /// The same in every lane.
+    /// Broadcasts a vector to all lanes.
     #[inline(always)]
     pub fn splat([x, y, z]: [f32; 3]) -> Self {
         Self::new(L::splat(x), L::splat(y), L::splat(z))
@@ -37,7 +37,7 @@ impl<L: Lane> Vec3<L> {
         Self::splat([0.0; 3])
     }
 
-    /// Scalar product.
+    /// Dot product.
     #[inline(always)]
     pub fn dot(self, other: Self) -> L {
         self.x.mul_add(other.x, self.y.mul_add(other.y, self.z * other.z))
@@ -49,20 +49,20 @@ impl<L: Lane> Vec3<L> {
         self.dot(self)
     }
 
-    /// Length; overflows where the square does (above 1.8e19).
+    /// Length; overflows if the square does (above 1.8e19).
     #[inline(always)]
     pub fn length(self) -> L {
         self.length_squared().sqrt()
     }
 
-    /// Unit length; not a number for a vector of length 0.
+    /// Scales to unit length; NaN for a vector of length 0.
     #[inline(always)]
     pub fn normalize(self) -> Self {
         self * (L::one() / self.length())
     }
 
-    /// As [`Self::normalize`], of any length: no square overflows or is lost. A power of two comes first, the difference of two
-    /// exponents, which rounds nothing that counts; from 2^126 on it stays 2^-126.
+    /// Like [`Self::normalize`], for any length: no square overflows or underflows. First scales by a power of two, which causes no
+    /// relevant rounding; from 2^126 on the scale stays 2^-126.
     #[inline(always)]
     pub fn unit(self) -> Self {
         let largest = self.max_abs().min(L::splat(LARGE));
@@ -81,7 +81,7 @@ impl<L: Lane> Vec3<L> {
         )
     }
 
-    /// Component by component: a colour filtered by another.
+    /// Componentwise product: a color filtered by another.
     #[inline(always)]
     pub fn times(self, other: Self) -> Self {
         Self::new(self.x * other.x, self.y * other.y, self.z * other.z)
@@ -93,13 +93,13 @@ impl<L: Lane> Vec3<L> {
         self.x.abs().max(self.y.abs()).max(self.z.abs())
     }
 
-    /// The opposite where the mask holds, else the vector.
+    /// The opposite vector in active lanes, else the vector.
     #[inline(always)]
     pub fn negated(self, mask: L::Mask) -> Self {
         Self::new(self.x.negated(mask), self.y.negated(mask), self.z.negated(mask))
     }
 
-    /// `yes` where the mask holds, else `no`.
+    /// `yes` in active lanes, else `no`.
     #[inline(always)]
     pub fn select(mask: L::Mask, yes: Self, no: Self) -> Self {
         Self::new(
@@ -109,7 +109,7 @@ impl<L: Lane> Vec3<L> {
         )
     }
 
-    /// The vector where the mask holds, else 0.
+    /// The vector in active lanes, else 0.
     #[inline(always)]
     pub fn or_zero(self, mask: L::Mask) -> Self {
         Self::new(self.x.or_zero(mask), self.y.or_zero(mask), self.z.or_zero(mask))

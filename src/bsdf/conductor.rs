@@ -20,8 +20,8 @@ pub struct Conductor<L: Lane> {
 
 /// Fresnel reflectance of unpolarized light for the cosine of incidence `c` in [0, 1].
 ///
-/// With `a^2 - b^2 = eta^2 - k^2 - sin^2` and `a b = eta k`, the amplitudes of both polarizations are rational in `a` and `a^2 +
-/// b^2` (Born and Wolf, "Principles of Optics", section 14.2).
+/// With `a^2 - b^2 = eta^2 - k^2 - sin^2` and `a b = eta k`, the amplitudes of both polarizations are rational in `a` and
+/// `a^2 + b^2` (Born and Wolf, "Principles of Optics", section 14.2).
 #[inline(always)]
 pub fn fresnel<L: Lane>(c: L, eta: L, k: L) -> L {
     let (cosine, one) = (c * c, L::one());

@@ -334,10 +334,10 @@ macro_rules! functions {
 
             $(
                 /// # Safety
-                /// What Embree's manual says of the function.
+                /// The requirements of the function in Embree's manual.
                 #[inline(always)]
                 pub unsafe fn $name(&self, $($argument: $type),*) $(-> $result)? {
-                    // SAFETY: by the caller's promise.
+                    // SAFETY: guaranteed by the caller.
                     unsafe { (self.$name)($($argument),*) }
                 }
             )*

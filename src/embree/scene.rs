@@ -216,7 +216,7 @@ impl SceneBuilder {
     unsafe fn attach(&mut self, geometry: ffi::RTCGeometry) -> u32 {
         let id = self.geometries;
         self.geometries += 1;
-        // SAFETY: by the caller's promise; the scene keeps a count of its own.
+        // SAFETY: guaranteed by the caller; the scene keeps a count of its own.
         unsafe {
             self.scene
                 .device

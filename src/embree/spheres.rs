@@ -42,17 +42,17 @@ trait PacketLane: Lane {
 impl PacketLane for f32 {
     #[inline(always)]
     unsafe fn read(at: *const f32) -> Self {
-        // SAFETY: by the caller's promise.
+        // SAFETY: guaranteed by the caller.
         unsafe { at.read() }
     }
     #[inline(always)]
     unsafe fn write(self, at: *mut f32) {
-        // SAFETY: by the caller's promise.
+        // SAFETY: guaranteed by the caller.
         unsafe { at.write(self) }
     }
     #[inline(always)]
     unsafe fn read_valid(at: *const i32) -> bool {
-        // SAFETY: by the caller's promise.
+        // SAFETY: guaranteed by the caller.
         unsafe { at.read() != 0 }
     }
 }
@@ -60,17 +60,17 @@ impl PacketLane for f32 {
 impl PacketLane for F32x8 {
     #[inline(always)]
     unsafe fn read(at: *const f32) -> Self {
-        // SAFETY: by the caller's promise; arrays of f32 need no alignment beyond its own.
+        // SAFETY: guaranteed by the caller; arrays of f32 need no alignment beyond its own.
         Self::load(unsafe { &*at.cast::<[f32; 8]>() })
     }
     #[inline(always)]
     unsafe fn write(self, at: *mut f32) {
-        // SAFETY: by the caller's promise.
+        // SAFETY: guaranteed by the caller.
         self.store(unsafe { &mut *at.cast::<[f32; 8]>() });
     }
     #[inline(always)]
     unsafe fn read_valid(at: *const i32) -> Mask8 {
-        // SAFETY: by the caller's promise.
+        // SAFETY: guaranteed by the caller.
         Mask8::from_valid(unsafe { *at.cast::<[i32; 8]>() })
     }
 }
@@ -80,7 +80,7 @@ impl Packet {
     /// `column * n + first + L::N` numbers must be readable behind `columns`.
     #[inline(always)]
     unsafe fn get<L: PacketLane>(&self, column: usize, first: usize) -> L {
-        // SAFETY: by the caller's promise.
+        // SAFETY: guaranteed by the caller.
         unsafe { L::read(self.columns.add(column * self.n + first)) }
     }
 
@@ -90,7 +90,7 @@ impl Packet {
     /// As [`Self::get`], and writable.
     #[inline(always)]
     unsafe fn set<L: PacketLane>(&self, column: usize, first: usize, value: L, mask: L::Mask) {
-        // SAFETY: by the caller's promise. The packet belongs to this thread during the callback.
+        // SAFETY: guaranteed by the caller. The packet belongs to this thread during the callback.
         unsafe {
             let old = self.get::<L>(column, first);
             L::select(mask, value, old).write(self.columns.add(column * self.n + first));
@@ -101,7 +101,7 @@ impl Packet {
     /// As [`Self::get`] for the columns of a ray.
     #[inline(always)]
     unsafe fn test<L: PacketLane>(&self, sphere: &Sphere, first: usize) -> (L::Mask, L, Vec3<L>, Vec3<L>) {
-        // SAFETY: by the caller's promise.
+        // SAFETY: guaranteed by the caller.
         unsafe {
             let vector = |column| Vec3 {
                 x: self.get(column, first),
@@ -174,7 +174,7 @@ unsafe fn nearest<L: PacketLane>(
     sphere: &Sphere,
     first: usize,
 ) {
-    // SAFETY: by the caller's promise.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         let valid = L::read_valid(args.valid.add(first));
         let (hit, t, origin, direction) = packet.test::<L>(sphere, first);
@@ -238,7 +238,7 @@ unsafe fn blocked<L: PacketLane>(
     sphere: &Sphere,
     first: usize,
 ) {
-    // SAFETY: by the caller's promise.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         let id = packet.get::<L>(ID, first).to_bits();
         // The sphere with a ray's skip id does not occlude that ray.

@@ -6,8 +6,8 @@ use crate::lane::Lane;
 use crate::math::Vec3;
 use crate::scene::{Camera, FilmSize, Fov};
 
-/// Camera rays start at 0, or on a lens around 0. The direction through the point `(x, y)` of the film, in pixels, is `corner + x
-/// right + y down`.
+/// Camera rays start at 0, or on a lens around 0. The direction through the point `(x, y)` of the film, in pixels, is
+/// `corner + x right + y down`.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraRays {
     /// Direction to the top left corner.

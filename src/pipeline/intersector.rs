@@ -19,8 +19,8 @@ pub struct Intersector {
 }
 
 impl Intersector {
-    /// Chooses for this number of shapes and states the reason. `accel` forces an intersector. `cull` asks for culling where it is
-    /// possible.
+    /// Chooses for this number of shapes and states the reason. `accel` forces an intersector. `cull` requests culling where
+    /// it is possible.
     pub fn choose(shapes: usize, accel: Option<AccelKind>, cull: bool) -> (Self, String) {
         let few = shapes <= IN_LINE;
         let why = match (accel, few) {

@@ -10,7 +10,7 @@
 //! # let scene = scene.build()?;
 //! let queries = RayQueries::new(&Prepared::new(&scene, Settings::of(&scene))?);
 //!
-//! // Two rays in rows, one of them to a sphere of radius 1 around 0. Columns are taken as well, and nothing is copied.
+//! // Two rays in rows; the first one hits a sphere of radius 1 around 0. Columns are accepted too, and nothing is copied.
 //! let origins = [[0.0, 0.0, 5.0], [0.0, 3.0, 5.0]];
 //! let directions = [[0.0, 0.0, -1.0], [0.0, 0.0, -1.0]];
 //! let rays = Rays::new(&origins, &directions);
@@ -18,7 +18,7 @@
 //! assert!((hits.t[0] - 4.0).abs() < 1e-5 && hits.t[1].is_infinite());
 //! assert_eq!((hits.objects[0], hits.normals[1]), (0, [0.0; 3]));
 //!
-//! // Nothing is in the way up to 3.9, and something is up to 4.1.
+//! // The first ray hits the sphere at 4: it is unoccluded up to 3.9 and occluded up to 4.1.
 //! assert_eq!(queries.occluded(rays.within(&[3.9, 3.9]))?, [false, false]);
 //! assert_eq!(queries.occluded(rays.within(&[4.1, 4.1]))?, [true, false]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -82,7 +82,7 @@ pub struct Hit<L: Lane> {
 mod tests {
     use super::*;
 
-    /// The id of the triangle number 2^31 would wrap around to a sphere's id, and the one before it would be [`NO_SKIP_ID`].
+    /// With 2^31 skip ids the last would be [`NO_SKIP_ID`]; with one more, ids would wrap around to those of spheres.
     #[test]
     fn names_of_triangles_end_before_they_mean_something_else() {
         let half = 1_usize << 30;

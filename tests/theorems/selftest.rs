@@ -89,7 +89,7 @@ fn the_command_tells_figures_bounds_and_what_waits() {
             "{text}"
         );
     }
-    for wrong in ["0", "45", "x", "-1"] {
+    for wrong in ["0", "47", "x", "-1"] {
         assert_eq!(selftest(&["--case", wrong]).0, Some(2), "{wrong}");
     }
 }

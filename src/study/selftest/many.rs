@@ -58,7 +58,10 @@ fn dome(count: u32, effort: Effort) -> Result<f64, SelftestError> {
     let (mut lights, mut answer) = (Vec::new(), 0.0);
     for i in 0..count {
         let height = 0.1 + 0.9 * (f64::from(i) + 0.5) / f64::from(count);
-        let (level, turn) = ((1.0 - height * height).sqrt(), PI * (3.0 - 5.0_f64.sqrt()) * f64::from(i));
+        let (level, turn) = (
+            (1.0 - height * height).sqrt(),
+            PI * (3.0 - 5.0_f64.sqrt()) * f64::from(i),
+        );
         let wi = DVec3::new(level * turn.cos(), height, level * turn.sin());
         let le = power(i) / (sine * sine);
         answer += le * 0.5 / PI * truth::clipped_sphere(sine, height.acos());
@@ -106,7 +109,11 @@ fn drawn(lights: u32, lists: u32) -> [f64; 2] {
     for round in 0..lists {
         table.draw(&tree, |stratum| unit(mix(round) ^ (977 * stratum)), &mut list);
         sums[0].push(list.iter().map(|pick| 1.0 / pick.expected).sum());
-        sums[1].push(list.iter().map(|pick| emitters[pick.light as usize].power / pick.expected).sum());
+        sums[1].push(
+            list.iter()
+                .map(|pick| emitters[pick.light as usize].power / pick.expected)
+                .sum(),
+        );
     }
     let truths = [f64::from(lights), emitters.iter().map(|emitter| emitter.power).sum()];
     std::array::from_fn(|k| {

@@ -34,24 +34,12 @@ pub struct Case {
     pub number: u32,
     /// What is hard.
     pub name: &'static str,
-    /// What measures it, or the feature that it waits for.
-    pub run: Result<fn(Effort) -> Checks, &'static str>,
+    /// What measures it.
+    pub run: fn(Effort) -> Checks,
 }
 
 const fn case(number: u32, name: &'static str, run: fn(Effort) -> Checks) -> Case {
-    Case {
-        number,
-        name,
-        run: Ok(run),
-    }
-}
-
-const fn waits(number: u32, name: &'static str, feature: &'static str) -> Case {
-    Case {
-        number,
-        name,
-        run: Err(feature),
-    }
+    Case { number, name, run }
 }
 
 /// All cases.

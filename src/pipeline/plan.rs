@@ -117,7 +117,7 @@ pub struct Plan {
     /// sampled per light, per kind of light.
     pub shade: Vec<Run>,
     /// Finds partially visible lights, if the estimator samples two directions there.
-    pub bound_points: Option<Run>,
+    pub find_penumbrae: Option<Run>,
     /// What the intersector provides to the shading stages.
     pub answers: Answers,
     /// Which techniques sample each light, and how they are weighted.
@@ -198,7 +198,7 @@ impl Plan {
                 order,
                 eye: kernels::blank().run(lanes),
                 shade: Vec::new(),
-                bound_points: None,
+                find_penumbrae: None,
                 answers: Answers::of(accel, lanes),
                 mix: Mix::default(),
                 lists: None,
@@ -227,7 +227,7 @@ impl Plan {
                 .map(|row| row.run(lanes))
                 .collect(),
             // With more shapes rays are expensive: on `knot` second directions save 5 % of the error.
-            bound_points: kernels::bound_points(estimator, needs)
+            find_penumbrae: kernels::find_penumbrae(estimator, needs)
                 .filter(|_| lists.is_none())
                 .filter(|_| features.shapes <= IN_LINE)
                 .map(|row| row.run(lanes)),

@@ -130,7 +130,7 @@ impl Prepared {
 
     /// Where lights are partially visible, if the estimator traces more rays there. Computed on first use.
     pub(super) fn partly(&self) -> Option<&Partly> {
-        self.plan.bound_points?;
+        self.plan.find_penumbrae?;
         Some(self.partly.get_or_init(|| outlook::partly(self)))
     }
 

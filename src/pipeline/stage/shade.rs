@@ -27,8 +27,7 @@ pub struct PerLight<D, M>(PhantomData<(D, M)>);
 pub struct PerPoint<D, M>(PhantomData<(D, M)>);
 
 impl<D: Directions<M>, M: Model> Stage for PerLight<D, M> {
-    /// Lights are the outer loop: one light serves a whole stream, so its shadow rays are as coherent as possible. Each technique
-    /// has its own loop, because most packets use a single technique.
+    /// Lights are the outer loop, for coherent shadow rays; techniques have separate loops, because most packets use just one.
     #[inline(always)]
     fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
         let Scratch {
@@ -83,7 +82,6 @@ impl<D: Directions<M>, M: Model> Stage for PerLight<D, M> {
                 };
                 density.toward_light::<L>(chunk, stream, rings, block.clone(), light, &mut sink);
                 if D::WARP == Warp::ConeOrCap && light.half.is_some() {
-                    // As below: the queue has room for one ray per point.
                     chunk.ask(Ask::Visible {
                         queue: sink.queue,
                         set,
@@ -132,7 +130,6 @@ impl Light {
         }
     }
 
-    /// The same light with second directions.
     fn second(&self) -> Self {
         let half = self.half.map(|half| Half { second: true, ..half });
         Self { half, ..*self }
@@ -202,7 +199,6 @@ pub fn prepare<L: TraceLane, D: Density, M: Model>(
     }
 }
 
-/// The points of the packet at `at` that use BRDF sampling for a light.
 #[inline(always)]
 fn by_brdf_lanes<L: Lane, D: Density, M: Model>(
     chunk: &Chunk,
@@ -271,8 +267,7 @@ pub fn sample_light<L: TraceLane, D: per_light::Directions<L, M::Of<L>>, M: Mode
             density.toward_light(&point, &view, numbers, active)
         } else {
             let sampled = per_light::draw(&view, numbers);
-            // Reloads the point. Sixteen registers cannot hold everything needed before and after sampling, and without a reload
-            // the compiler spills the first load to the stack.
+            // Reloads the point: otherwise the compiler spills the first load, as sixteen registers are too few.
             let (_, point, _) = stream.packet::<L>(black_box(at));
             per_light::by_light(density, &point, &sampled, active)
         };
@@ -332,7 +327,6 @@ pub fn in_lobe<L: TraceLane>(
     }
 }
 
-/// Samples the BRDF, for the points that use BRDF sampling; keeps directions that hit a light.
 #[inline(always)]
 fn sample_brdf<L: TraceLane, D: Density, M: Model>(
     density: D,
@@ -367,7 +361,6 @@ fn sample_brdf<L: TraceLane, D: Density, M: Model>(
 }
 
 impl<D: per_point::Density, M: Model> Stage for PerPoint<D, M> {
-    /// If only spheres emit, a direction that misses all of them is dropped before a ray is traced.
     #[inline(always)]
     fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
         let Scratch { hits, queue, set, .. } = scratch;

@@ -23,7 +23,7 @@ const BINS: usize = 12;
 /// From this depth on, nodes are split by count. This bounds the depth to this plus 32 for any lights.
 const DEEPEST: u32 = 40;
 
-/// Nodes of this many lights are built as separate tasks, on any free thread. Does not affect the result.
+/// If both children of a node have more lights than this, they are built in parallel. Does not affect the result.
 const ALONE: usize = 1 << 13;
 
 /// Moments of a set of lights.

@@ -25,8 +25,8 @@ use crate::scene::FilmSize;
 /// Scale from world lengths to lengths of the tree: at most 2^11, so that third powers of long and short lengths fit into `f32`.
 const UNIT: f32 = 1.0 / (1 << 18) as f32;
 
-/// Tables by pass: first pass, number of clusters, number of probe points that look at them, 16 at most. Finer tables pay off if
-/// they serve more passes.
+/// Tables by pass: first pass, number of clusters, number of probe points that trace rays to them, at most 16. Finer tables
+/// pay off if they serve more passes.
 const LEVELS: [(u32, usize, usize); 3] = [(0, 64, 0), (4, 256, 8), (32, 1024, 16)];
 
 /// Maximum memory of all tables of a film, in bytes. Tables of large films have fewer clusters.

@@ -112,7 +112,7 @@ fn expectations_of_all_lights_sum_to_the_length_of_a_list_and_none_is_0() {
     }
 }
 
-/// Samples many lists. A pick must report its expected count; its estimate must be the same for all picks of a light.
+/// Samples many lists. A pick must report its expected count, and the estimate that [`Table::guess`] gives.
 #[test]
 fn a_pick_knows_how_often_it_was_expected() {
     each_table(300, |tree, table, length| {

@@ -8,8 +8,8 @@
 //! | visibility | shadow rays that are never occluded |
 //! | lights | one light that is counted twice |
 //! | environment | a texel with the density of its neighbour |
-//! | normals | smooth normals with two corners exchanged |
 //! | normals | smooth normals with two corners swapped |
+//! | culling | triangles culled for a tile when one corner is out of view |
 //!
 //! The plan would not choose a picture that shows the first fault for so small a scene; the check of both intersectors finds
 //! it.

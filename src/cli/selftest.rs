@@ -54,15 +54,12 @@ fn number(text: &str) -> Result<u32, String> {
         .ok_or_else(|| format!("cases are numbered from 1 to {last}"))
 }
 
-/// A case that was run, or why it was not.
+/// A case that was run.
 #[derive(Serialize)]
 struct Outcome {
     case: u32,
     name: &'static str,
-    /// `None` where a feature is missing.
-    passed: Option<bool>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    waits_for: Option<&'static str>,
+    passed: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<String>,
     seconds: f64,
@@ -82,7 +79,6 @@ struct Report<'a> {
     passed: bool,
     cases_passed: usize,
     cases_failed: usize,
-    cases_waiting: usize,
     seconds: f64,
     octolux_version: &'static str,
     commit: &'static str,
@@ -112,15 +108,14 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
         }
         outcomes.push(outcome);
     }
-    let count = |passed: Option<bool>| outcomes.iter().filter(|outcome| outcome.passed == passed).count();
-    let (passed, failed, waiting) = (count(Some(true)), count(Some(false)), count(None));
+    let passed = outcomes.iter().filter(|outcome| outcome.passed).count();
+    let failed = outcomes.len() - passed;
     let seconds = started.elapsed().as_secs_f64();
     report::data(&if args.json {
         json(&Report {
             passed: failed == 0,
             cases_passed: passed,
             cases_failed: failed,
-            cases_waiting: waiting,
             seconds,
             octolux_version: about::VERSION,
             commit: about::COMMIT,
@@ -134,15 +129,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
         } else {
             String::new()
         };
-        let waiting = if waiting > 0 {
-            format!(", {waiting} waiting for a feature")
-        } else {
-            String::new()
-        };
-        format!(
-            "{passed} of {} cases passed{failed}{waiting}, in {seconds:.1} s",
-            outcomes.len()
-        )
+        format!("{passed} of {} cases passed{failed}, in {seconds:.1} s", outcomes.len())
     })?;
     Ok(if failed > 0 { Exit::Failed } else { Exit::Well })
 }
@@ -155,23 +142,15 @@ fn measure(case: &Case) -> Outcome {
     let mut outcome = Outcome {
         case: case.number,
         name: case.name,
-        passed: None,
-        waits_for: None,
+        passed: false,
         error: None,
         seconds: 0.0,
         checks: Vec::new(),
     };
-    let run = match case.run {
-        Ok(run) => run,
-        Err(feature) => {
-            outcome.waits_for = Some(feature);
-            return outcome;
-        }
-    };
     let started = Instant::now();
-    match run(Effort::FULL) {
+    match (case.run)(Effort::FULL) {
         Ok(checks) => {
-            outcome.passed = Some(!checks.is_empty() && checks.iter().all(Check::passes));
+            outcome.passed = !checks.is_empty() && checks.iter().all(Check::passes);
             outcome.checks = checks
                 .into_iter()
                 .map(|check| Row {
@@ -180,10 +159,7 @@ fn measure(case: &Case) -> Outcome {
                 })
                 .collect();
         }
-        Err(error) => {
-            outcome.passed = Some(false);
-            outcome.error = Some(error.to_string());
-        }
+        Err(error) => outcome.error = Some(error.to_string()),
     }
     outcome.seconds = started.elapsed().as_secs_f64();
     outcome
@@ -191,11 +167,7 @@ fn measure(case: &Case) -> Outcome {
 
 /// A line for the case, and one for each figure.
 fn text(outcome: &Outcome, time: bool) -> String {
-    let verdict = match outcome.passed {
-        Some(true) => "pass".to_owned(),
-        Some(false) => "FAIL".to_owned(),
-        None => format!("waits for: {}", outcome.waits_for.unwrap_or_default()),
-    };
+    let verdict = if outcome.passed { "pass" } else { "FAIL" };
     let seconds = if time {
         format!(", {:.2} s", outcome.seconds)
     } else {

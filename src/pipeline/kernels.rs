@@ -121,7 +121,7 @@ pub fn shade(estimator: EstimatorKind, needs: Effects, lists: bool, model: Effec
 }
 
 /// The row that finds where lights are seen in part, for the estimator that sends more rays there.
-pub fn bound_points(estimator: EstimatorKind, needs: Effects) -> Option<Kernel> {
+pub fn find_penumbrae(estimator: EstimatorKind, needs: Effects) -> Option<Kernel> {
     let calls = estimator == EstimatorKind::Product && needs.has(Effect::Diffuse) && needs.has(Effect::SphereLights);
     calls.then(Kernel::of::<Penumbra>)
 }

@@ -33,11 +33,11 @@ pub fn partly(prepared: &Prepared) -> Partly {
     let goal = |y: u32| (0..size.width).map(move |x| if own_ray(x) && own_ray(y) { u32::MAX } else { 0 });
     film.set_goals(&(0..size.height).flat_map(goal).collect::<Vec<_>>());
     let of_tile = |tile: &Tile| {
-        let Some(bound_points) = prepared.plan.bound_points else {
+        let Some(find_penumbrae) = prepared.plan.find_penumbrae else {
             return Vec::new();
         };
         let marks = look(prepared, tile, |chunk, scratch| {
-            bound_points(chunk, scratch);
+            find_penumbrae(chunk, scratch);
             std::mem::take(&mut scratch.partly)
         });
         if marks.iter().all(|&mark| mark == 0) {

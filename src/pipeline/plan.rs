@@ -118,7 +118,7 @@ pub struct Plan {
     /// every light, each kind of light that there is.
     pub shade: Vec<Run>,
     /// Finds where lights are seen in part, where the estimator takes two directions there.
-    pub bound_points: Option<Run>,
+    pub find_penumbrae: Option<Run>,
     /// What the intersector answers to the shading stages.
     pub answers: Answers,
     /// Which directions are drawn for each light and how they are weighed.
@@ -199,7 +199,7 @@ impl Plan {
                 order,
                 eye: kernels::blank().run(lanes),
                 shade: Vec::new(),
-                bound_points: None,
+                find_penumbrae: None,
                 answers: Answers::of(accel, lanes),
                 mix: Mix::default(),
                 lists: None,
@@ -228,7 +228,7 @@ impl Plan {
                 .map(|row| row.run(lanes))
                 .collect(),
             // With more shapes rays are dear: on `knot` second directions save 5 % of the error.
-            bound_points: kernels::bound_points(estimator, needs)
+            find_penumbrae: kernels::find_penumbrae(estimator, needs)
                 .filter(|_| lists.is_none())
                 .filter(|_| features.shapes <= IN_LINE)
                 .map(|row| row.run(lanes)),

@@ -130,7 +130,7 @@ impl Prepared {
 
     /// Where lights are seen in part, if the estimator sends more rays there: found when it is asked for first.
     pub(super) fn partly(&self) -> Option<&Partly> {
-        self.plan.bound_points?;
+        self.plan.find_penumbrae?;
         Some(self.partly.get_or_init(|| outlook::partly(self)))
     }
 

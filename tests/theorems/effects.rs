@@ -31,6 +31,8 @@ fn smooth_out(scene: &mut SceneBuilder) {
             material.bsdf = Bsdf::Diffuse { rho: [0.5; 3].into() };
         }
     }
+    // Rough surfaces and the environment share a camera stage, so both go.
+    scene.environment = None;
 }
 
 const TAKEN: [Taking; 10] = [

@@ -25,7 +25,7 @@ const COMPILED_IN: Effects = Effects::of(&[
 ]);
 
 /// Traces from probes to lights.
-pub struct PreviewWriter<'a, T> {
+pub struct VisibilityProbe<'a, T> {
     world: &'a World,
     lists: &'a Lists,
     /// Where those of the probes are that look: every one or every second.
@@ -51,7 +51,7 @@ pub(super) fn shoot<'a, T: Tracer>(
     lists: &'a Lists,
     kind: Kind,
     looks: usize,
-) -> (PreviewWriter<'a, T>, Probes) {
+) -> (VisibilityProbe<'a, T>, Probes) {
     let world = chunk.world;
     let seen = points::<T>(world, &lists.pixels(chunk.tile.number()), kind);
     let (mut probes, mut places) = (
@@ -76,7 +76,7 @@ pub(super) fn shoot<'a, T: Tracer>(
     }
     let mut set = Candidates::default();
     T::keep_all(world, &mut set);
-    let looker = PreviewWriter {
+    let looker = VisibilityProbe {
         world,
         lists,
         places,
@@ -143,7 +143,7 @@ fn mirrored(n: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
     std::array::from_fn(|k| 2.0 * cosine * n[k] - wo[k])
 }
 
-impl<T: Tracer> Look for PreviewWriter<'_, T> {
+impl<T: Tracer> Look for VisibilityProbe<'_, T> {
     /// By rays to the middle of the light, which it does not block itself.
     fn reaches(&mut self, light: u32, probes: &Probes) -> u32 {
         let (middle, skip_id) = match self.lists.kind(light) {

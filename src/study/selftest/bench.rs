@@ -17,7 +17,7 @@ use crate::settings::AccelKind;
 use crate::study::estimate::Estimate;
 
 /// An error that stops a case.
-pub type WriteError = Box<dyn Error + Send + Sync>;
+pub type SelftestError = Box<dyn Error + Send + Sync>;
 
 /// Both intersectors.
 pub const ACCELS: [AccelKind; 2] = [AccelKind::Linear, AccelKind::Embree];
@@ -31,7 +31,7 @@ pub const SIGMAS: f64 = 5.5;
 ///
 /// # Errors
 /// As for [`Scene::parse`].
-pub fn scene(text: &str) -> Result<Scene, WriteError> {
+pub fn scene(text: &str) -> Result<Scene, SelftestError> {
     Ok(Scene::parse(text, Path::new("selftest.toml"))?)
 }
 
@@ -84,7 +84,7 @@ pub fn settings(width: u32, height: u32, estimator: EstimatorKind) -> Settings {
 ///
 /// # Errors
 /// Where the scene cannot be rendered with these settings.
-pub fn render(scene: &Scene, settings: Settings, passes: u32) -> Result<Run, WriteError> {
+pub fn render(scene: &Scene, settings: Settings, passes: u32) -> Result<Run, SelftestError> {
     Ok(Prepared::new(scene, settings)?.passes(passes).finish())
 }
 
@@ -92,7 +92,7 @@ pub fn render(scene: &Scene, settings: Settings, passes: u32) -> Result<Run, Wri
 ///
 /// # Errors
 /// As for [`render`].
-pub fn picture(scene: &Scene, settings: Settings, passes: u32) -> Result<Picture, WriteError> {
+pub fn picture(scene: &Scene, settings: Settings, passes: u32) -> Result<Picture, SelftestError> {
     Ok(render(scene, settings, passes)?.picture())
 }
 

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::bench::{self, ACCELS, SIGMAS, WriteError};
+use super::bench::{self, ACCELS, SIGMAS, SelftestError};
 use super::row::{Check, Checks, Effort};
 use super::test_point::{self, Spot};
 use super::truth;
@@ -30,7 +30,7 @@ fn against(irradiance: f64, lights: &[SphereLight], kinds: &[EstimatorKind], pac
 ///
 /// # Errors
 /// Where the scene cannot be rendered.
-pub fn rendered(irradiance: f64, scene: &Scene, kinds: &[EstimatorKind], passes: u32) -> Result<f64, WriteError> {
+pub fn rendered(irradiance: f64, scene: &Scene, kinds: &[EstimatorKind], passes: u32) -> Result<f64, SelftestError> {
     let mut worst = 0.0_f64;
     for &estimator in kinds {
         for accel in ACCELS {

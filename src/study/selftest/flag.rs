@@ -6,7 +6,7 @@ use std::time::Instant;
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
-use super::bench::WriteError;
+use super::bench::SelftestError;
 use super::grid_mesh::{Aim, Sheet};
 use super::prices::Price;
 use crate::embree::{Accel, Coherence};
@@ -23,7 +23,7 @@ const PACKETS: usize = 1024;
 ///
 /// # Errors
 /// Errors from Embree.
-pub fn measure() -> Result<Vec<Price>, WriteError> {
+pub fn measure() -> Result<Vec<Price>, SelftestError> {
     let mut rng = Pcg64::seed_from_u64(25);
     let grid_mesh = Sheet::new(SQUARES, &mut rng);
     let accels = [grid_mesh.accel(false)?, grid_mesh.accel(true)?];

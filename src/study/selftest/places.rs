@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::bench::{self, ACCELS, WriteError};
+use super::bench::{self, ACCELS, SelftestError};
 use super::row::{Check, Checks, Effort};
 use crate::pipeline::Settings;
 use crate::scene::{EstimatorKind, InvalidScene, Material, MaterialId, Mesh, Scene, Sphere};
@@ -81,7 +81,7 @@ fn round_mesh(times: u32) -> Mesh {
 }
 
 /// Number of pixels that are not exactly 1, over both intersectors.
-fn acne(scene: &Scene, effort: Effort) -> Result<usize, WriteError> {
+fn acne(scene: &Scene, effort: Effort) -> Result<usize, SelftestError> {
     let mut lost = 0;
     for accel in ACCELS {
         let settings = Settings {
@@ -98,7 +98,7 @@ fn acne(scene: &Scene, effort: Effort) -> Result<usize, WriteError> {
 ///
 /// # Errors
 /// Where the scene cannot be rendered.
-pub fn moved_about(name: &str, scales: &[i32], offsets: &[f64], effort: Effort) -> Result<usize, WriteError> {
+pub fn moved_about(name: &str, scales: &[i32], offsets: &[f64], effort: Effort) -> Result<usize, SelftestError> {
     let (scene, mut lost) = (body(name, 4.0)?, 0);
     for scale in scales.iter().map(|&power| 10.0_f64.powi(power)) {
         for offset in offsets {
@@ -237,7 +237,7 @@ fn exact(scene: &Scene) -> Result<Scene, InvalidScene> {
 }
 
 /// Pixels that differ in any bit, over estimators and intersectors.
-fn compared(a: &Scene, b: &Scene) -> Result<usize, WriteError> {
+fn compared(a: &Scene, b: &Scene) -> Result<usize, SelftestError> {
     let mut different = 0;
     for estimator in EstimatorKind::ALL {
         for accel in ACCELS {
@@ -252,7 +252,7 @@ fn compared(a: &Scene, b: &Scene) -> Result<usize, WriteError> {
 }
 
 /// Pixels that are not black.
-fn lit_pixels(scene: &Scene) -> Result<usize, WriteError> {
+fn lit_pixels(scene: &Scene) -> Result<usize, SelftestError> {
     let mut lit = 0;
     for estimator in EstimatorKind::ALL {
         for accel in ACCELS {

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::bench::WriteError;
+use super::bench::SelftestError;
 use super::{flag, truth};
 use crate::lane::{F32x8, Lane};
 use crate::math::elementary::{exp, ln, powcos};
@@ -50,7 +50,7 @@ const COUNT: usize = 4096;
 ///
 /// # Errors
 /// Errors from Embree.
-pub fn measure() -> Result<Vec<Price>, WriteError> {
+pub fn measure() -> Result<Vec<Price>, SelftestError> {
     let mut rows = Vec::new();
     for power in [1, 3, 5, 7] {
         let sine = 10.0_f64.powi(-power);

@@ -133,7 +133,7 @@ fn suns(effort: Effort) -> Result<f64, SelftestError> {
             let scene = plate(1.0, &[sun])?;
             let answer = 0.5 / PI * truth::clipped_sphere(sine, tilt);
             for estimator in EstimatorKind::ALL {
-                // The other estimators hit the smallest sun once in 100 000 directions.
+                // The other estimators hit a sun of 5 degrees at the horizon once in 10 000 directions.
                 let sampled = !matches!(estimator, EstimatorKind::Uniform | EstimatorKind::Brdf);
                 if !sampled && radius < 60.0 {
                     continue;

@@ -1,8 +1,8 @@
-//! What a scene may call for, each a thing that a kernel holds or does without.
+//! Effects that a scene may require, each of which a kernel includes or not.
 
 use serde::Serialize;
 
-/// One effect. Its place in this list is its bit in [`Effects`].
+/// One effect. Its index in this list is its bit in [`Effects`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
@@ -14,7 +14,7 @@ pub enum Effect {
     Phong,
     /// Both lobes in one material.
     Blend,
-    /// Materials whose back reflects nothing.
+    /// Materials whose back does not reflect.
     OneSided,
     /// Spheres that reflect.
     Spheres,
@@ -22,27 +22,27 @@ pub enum Effect {
     Meshes,
     /// Normals interpolated over triangles.
     SmoothNormals,
-    /// Pictures on surfaces.
+    /// Textures.
     Textures,
-    /// A lens, and so a depth of field.
+    /// A lens, and thus depth of field.
     Lens,
     /// Spheres that emit.
     SphereLights,
     /// Meshes that emit.
     MeshLights,
-    /// Light from beyond the scene.
+    /// Environment lighting.
     Environment,
-    /// Meshes that are lit as if they were as smooth as their normals.
+    /// Meshes with the smooth shadow terminator.
     SmoothTerminator,
-    /// More lights than are all asked in every pass.
+    /// More lights than a pass samples individually.
     ManyLights,
-    /// Metals and coated bodies with rough surfaces.
+    /// Metals and coated materials with rough surfaces (GGX).
     Ggx,
-    /// Metals by their index of refraction.
+    /// Metals with an index of refraction.
     Conductor,
-    /// Points, spots and lights from one direction.
+    /// Points, spots and lights from a single direction.
     DeltaLights,
-    /// Disks of light in the sky.
+    /// Directional lights with a visible disk.
     Suns,
 }
 
@@ -94,7 +94,7 @@ impl Effect {
     }
 }
 
-/// A set of effects. Its bits are the parameter by which stages are compiled.
+/// A set of effects. Its bits are the const parameter that stages are compiled for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Effects(u32);
 
@@ -119,37 +119,37 @@ impl Effects {
         self.0
     }
 
-    /// Whether the effect is one of them.
+    /// Whether the effect is in the set.
     pub const fn has(self, effect: Effect) -> bool {
         self.0 & (1 << effect as u32) != 0
     }
 
-    /// Whether all of `others` are among them.
+    /// Whether all of `others` are in the set.
     pub const fn contains(self, others: Self) -> bool {
         self.0 & others.0 == others.0
     }
 
-    /// These and others.
+    /// The union of both sets.
     pub const fn union(self, others: Self) -> Self {
         Self(self.0 | others.0)
     }
 
-    /// These, but for others.
+    /// The effects that are not in the other set.
     pub const fn difference(self, others: Self) -> Self {
         Self(self.0 & !others.0)
     }
 
-    /// Those that are in both sets.
+    /// The effects in both sets.
     pub const fn intersection(self, others: Self) -> Self {
         Self(self.0 & others.0)
     }
 
-    /// These, and `effect` if `there`.
+    /// The set, with `effect` added if `there`.
     pub const fn with(self, effect: Effect, there: bool) -> Self {
         Self(self.0 | (there as u32) << effect as u32)
     }
 
-    /// Each of them, in the order of [`Effect::ALL`].
+    /// The effects in the order of [`Effect::ALL`].
     pub fn iter(self) -> impl Iterator<Item = Effect> {
         Effect::ALL.into_iter().filter(move |&effect| self.has(effect))
     }

@@ -95,8 +95,7 @@ pub struct Price {
     pub speed_up: Figure,
     /// The speed-up is extrapolated beyond the measurements, along the fitted slope, or -1 where that is flatter.
     pub extrapolated: bool,
-    /// Relative bias of the picture's mean outside silhouettes: of the defaults against the oracle, of others against the
-    /// defaults. The interval includes what rare samples may have missed.
+    /// Relative bias of the mean outside silhouettes, against the defaults (of these, the oracle), with what samples may miss.
     pub bias: Figure,
     /// Upper bound (97.5 %) of the root mean squared bias of pixels, relative to `sqrt(s^2 + m^2)` (see [`Weights`]).
     pub hidden_bias_below: f64,

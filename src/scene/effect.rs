@@ -14,7 +14,7 @@ pub enum Effect {
     Phong,
     /// Both lobes in one material.
     Blend,
-    /// Materials whose back does not reflect.
+    /// Materials whose back reflects nothing.
     OneSided,
     /// Spheres that reflect.
     Spheres,
@@ -22,27 +22,27 @@ pub enum Effect {
     Meshes,
     /// Normals interpolated over triangles.
     SmoothNormals,
-    /// Textures.
+    /// Pictures on surfaces.
     Textures,
-    /// A lens, and thus depth of field.
+    /// A lens, and so a depth of field.
     Lens,
     /// Spheres that emit.
     SphereLights,
     /// Meshes that emit.
     MeshLights,
-    /// Environment lighting.
+    /// Light from beyond the scene.
     Environment,
-    /// Meshes with the smooth shadow terminator.
+    /// Meshes that are lit as if they were as smooth as their normals.
     SmoothTerminator,
-    /// More lights than a pass samples individually.
+    /// More lights than are all asked in every pass.
     ManyLights,
-    /// Metals and coated materials with rough surfaces (GGX).
+    /// Metals and coated bodies with rough surfaces.
     Ggx,
-    /// Metals with an index of refraction.
+    /// Metals by their index of refraction.
     Conductor,
-    /// Points, spots and lights from a single direction.
+    /// Points, spots and lights from one direction.
     DeltaLights,
-    /// Directional lights with a visible disk.
+    /// Disks of light in the sky.
     Suns,
 }
 

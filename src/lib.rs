@@ -157,10 +157,10 @@
 //! Data flows one way: a scene determines the required effects, the plan selects a kernel, streams of packets pass through
 //! the intersector and the estimators, and a film accumulates the sums.
 //!
-//! Layers, lowest first; a module uses only those before it, and `tests/layers.rs` keeps that true:
-//! [`cpu`], [`about`], [`machine`], [`settings`] and [`texels`] · [`lane`] · [`math`] · [`sampling`] and [`shape`] · [`bsdf`] and [`light`] · [`embree`] and
-//! [`linear`] · [`scene`] ·
-//! [`estimator`] · [`film`] and [`pipeline`] · [`run`] · [`mod@reference`] (of scene data alone) · [`study`]. The command line (`src/cli`) belongs to the program.
+//! Layers, lowest first; a module uses only those before it, which `tests/layers.rs` checks:
+//! [`cpu`], [`about`], [`machine`], [`settings`] and [`texels`] · [`lane`] · [`math`] · [`sampling`] and [`shape`] ·
+//! [`bsdf`] and [`light`] · [`embree`] and [`linear`] · [`scene`] · [`estimator`] · [`film`] and [`pipeline`] · [`run`] ·
+//! [`mod@reference`] (uses only scene data) · [`study`]. The command line (`src/cli`) belongs to the program.
 //!
 //! Modules that the documentation hides (`lane`, `math`, `sampling`, `bsdf`, `light`, `shape`, `embree`, `linear`, `estimator` and
 //! some more) are public only for the tests and benchmarks of the repository: they may change at any time.

@@ -202,7 +202,7 @@ impl Film {
         }
     }
 
-    /// Memory of a film and its picture for so many passes, in bytes: 24 per pixel and node, 20 per pixel for the picture, its
+    /// Memory of a film and its picture for the given number of passes, in bytes: 24 per pixel and node, 20 per pixel for the picture, its
     /// first samples and output; if adaptive, also 24 for the squares and 120 for noise, kinds, weights and goals.
     pub fn bytes(size: FilmSize, passes: u32, adaptive: bool) -> u64 {
         let pixels = u64::from(size.width) * u64::from(size.height);

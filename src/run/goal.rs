@@ -21,14 +21,14 @@ pub struct Goal {
 pub(super) enum Work {
     /// So many passes, or one shard of them.
     Passes(u32, Option<Shard>),
-    /// Pilot passes, then samples allocated to each pixel: so many samples per pixel on average.
+    /// Pilot passes, then samples allocated to each pixel: this many samples per pixel on average.
     Adaptive(u32),
     /// Replicates of different seeds until their mean has this error; whether each of them is adaptive.
     Error(f64, bool),
 }
 
 impl Goal {
-    /// So many samples of every pixel, at most [`MOST_SPP`].
+    /// `spp` samples of every pixel, at most [`MOST_SPP`].
     pub fn passes(spp: u32) -> Self {
         Self::new(Work::Passes(spp.min(MOST_SPP), None))
     }
@@ -38,7 +38,7 @@ impl Goal {
         Self::passes(MOST_SPP).within(time)
     }
 
-    /// So many samples per pixel on average, more where the relative error is larger.
+    /// `spp` samples per pixel on average, more where the relative error is larger.
     pub fn adaptive(spp: u32) -> Self {
         Self::new(Work::Adaptive(spp.min(MOST_SPP)))
     }
@@ -54,7 +54,7 @@ impl Goal {
         Self::new(Work::Error(error, true))
     }
 
-    /// One shard of so many samples of every pixel.
+    /// One shard of `spp` samples of every pixel.
     pub fn shard(shard: Shard, spp: u32) -> Self {
         Self::new(Work::Passes(spp.min(MOST_SPP), Some(shard)))
     }

@@ -144,7 +144,7 @@ pub fn error(pictures: &[Picture]) -> Shown {
     }
 }
 
-/// Replicates, each with so many passes.
+/// Replicates, each with the given number of passes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Work {
     /// Number of replicates.

@@ -11,7 +11,7 @@ impl Prepared {
         Run::new(self.clone(), goal)
     }
 
-    /// A run of so many samples of every pixel.
+    /// A run of `spp` samples of every pixel.
     pub fn passes(&self, spp: u32) -> Run {
         self.start(Goal::passes(spp))
     }
@@ -26,12 +26,12 @@ impl Prepared {
         self.start(Goal::error(error))
     }
 
-    /// A run of so many samples per pixel on average, more where the relative error is larger: see [`Goal::adaptive`].
+    /// A run of `spp` samples per pixel on average, more where the relative error is larger: see [`Goal::adaptive`].
     pub fn adaptive(&self, spp: u32) -> Run {
         self.start(Goal::adaptive(spp))
     }
 
-    /// A run of one shard of so many samples of every pixel.
+    /// A run of one shard of `spp` samples of every pixel.
     pub fn shard(&self, shard: Shard, spp: u32) -> Run {
         self.start(Goal::shard(shard, spp))
     }

@@ -123,7 +123,7 @@ impl Run {
         run
     }
 
-    /// Renders the next block: up to 1, 2, 4, 8, … samples a pixel and then leaf by leaf.
+    /// Renders the next block: up to 1, 2, 4, 8, … samples per pixel and then leaf by leaf.
     pub fn step(&mut self) -> Step {
         self.step_until(None)
     }

@@ -109,7 +109,7 @@ impl FirstSamples {
 }
 
 impl Outliers {
-    /// Whether a picture with so many samples per pixel has fireflies.
+    /// Whether a picture with that many samples per pixel has fireflies.
     pub fn firefly(&self, spp: f64) -> bool {
         self.light > WARNING.0 && (self.kurtosis - 3.0) / spp > WARNING.1
     }

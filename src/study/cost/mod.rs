@@ -56,7 +56,7 @@ pub enum StudyError {
     /// Threads for the oracle could not be started.
     #[error("cannot start the threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
-    /// A stop was asked for.
+    /// A stop was requested.
     #[error("stopped")]
     Stopped,
     /// A picture or a figure that the study depends on is NaN or infinite.
@@ -73,7 +73,7 @@ pub enum StudyError {
 /// Accuracy of the reference.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Quality {
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub spp: u32,
     /// Its own relative mean squared error, computed from its standard errors.
     pub relative_mse: f64,
@@ -90,7 +90,7 @@ pub struct Line {
     pub arguments: String,
     /// The seed.
     pub seed: u32,
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub spp: u32,
     /// Seconds of rendering.
     pub seconds: f64,

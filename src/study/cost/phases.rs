@@ -42,7 +42,7 @@ pub struct Phases {
     pub embree_version: String,
 }
 
-/// Renders at the scene's own film size for about so many seconds.
+/// Renders at the scene's own film size for about `seconds`.
 ///
 /// # Errors
 /// Where the render cannot start.

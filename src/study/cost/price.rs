@@ -55,7 +55,7 @@ impl fmt::Display for Verdict {
 /// One point of a curve.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Point {
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub spp: u32,
     /// Seconds of rendering: median and interval.
     pub seconds: Figure,
@@ -89,7 +89,7 @@ pub struct Price {
     pub rays_per_second: Figure,
     /// Time of a pass over that of the defaults.
     pub time_ratio: Figure,
-    /// Relative mean squared error over that of the defaults at the same samples a pixel.
+    /// Relative mean squared error over that of the defaults at the same samples per pixel.
     pub noise_ratio: Figure,
     /// Time that the defaults need for their last error, over the time that this setting needs for it.
     pub speed_up: Figure,

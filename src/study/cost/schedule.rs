@@ -33,11 +33,11 @@ const MOST_PIXELS: f64 = 24_576.0;
 /// Minimum film size: 48 x 32.
 const LEAST_PIXELS: f64 = 1_536.0;
 
-/// Samples a pixel at the last look.
+/// Samples per pixel at the last look.
 const LEAST_SPP: u32 = 16;
 const MOST_SPP: u32 = 4096;
 
-/// Samples a pixel at the first look.
+/// Samples per pixel at the first look.
 const FIRST_LOOK: u32 = 4;
 
 /// Samples per pixel from which a larger film is preferred.

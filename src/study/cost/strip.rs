@@ -22,7 +22,7 @@ pub const CROP: u32 = 24;
 pub struct Frame {
     /// The estimator.
     pub label: String,
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub spp: u32,
     /// Seconds of rendering, from the pass times of the rounds.
     pub seconds: f64,
@@ -54,7 +54,7 @@ pub struct Strip {
     pub crops: Vec<[u32; 2]>,
 }
 
-/// Renders every estimator for as long as the defaults take for 32 samples a pixel.
+/// Renders every estimator for as long as the defaults take for 32 samples per pixel.
 ///
 /// # Errors
 /// Where a render cannot start.

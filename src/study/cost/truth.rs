@@ -31,7 +31,7 @@ pub struct Truth {
     pub mean: Vec<[f64; 3]>,
     /// The standard error of each value.
     pub stderr: Vec<[f64; 3]>,
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub spp: u32,
     /// It was read from the cache.
     pub cached: bool,
@@ -89,7 +89,7 @@ fn files(stem: &Path, spp: u32) -> [PathBuf; 2] {
     ["", "-stderr"].map(|part| PathBuf::from(format!("{}-{spp}spp{part}.npy", stem.display())))
 }
 
-/// The best cached picture with at least so many samples; unreadable files are ignored.
+/// The best cached picture with at least that many samples; unreadable files are ignored.
 fn read(scene: &Scene, stem: &Path, film: FilmSize, least: u32) -> Option<Truth> {
     let prefix = format!("{}-", stem.file_name()?.to_str()?);
     let spp = std::fs::read_dir(stem.parent()?)

@@ -101,7 +101,7 @@ impl<'a> Bench<'a> {
     /// Renders up to the last of `looks` (ascending pass counts) and returns the picture at each.
     ///
     /// # Errors
-    /// Where the render cannot start, or a stop was asked for.
+    /// Where the render cannot start, or a stop was requested.
     pub fn render(&mut self, settings: Settings, looks: &[u32]) -> Result<Vec<Picture>, VerifyError> {
         self.holding(settings, Effects::default(), looks)
     }

@@ -9,7 +9,7 @@ pub enum VerifyError {
     /// A render cannot start.
     #[error(transparent)]
     Setup(#[from] SetupError),
-    /// A stop was asked for.
+    /// A stop was requested.
     #[error("stopped before the end")]
     Stopped,
     /// A picture needed for verdicts has NaN or infinite values.

@@ -105,7 +105,7 @@ impl Report {
 /// Runs all checks that the scene and the budget allow.
 ///
 /// # Errors
-/// Where renders cannot start, or a stop was asked for.
+/// Where renders cannot start, or a stop was requested.
 pub fn run(scene: &Scene, options: Options, watch: &dyn Observer) -> Result<Report, VerifyError> {
     let settings = Settings {
         film: scene.film(),

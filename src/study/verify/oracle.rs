@@ -37,7 +37,7 @@ impl Oracle {
     /// Renders about `spp` samples per pixel.
     ///
     /// # Errors
-    /// If a stop was asked for.
+    /// If a stop was requested.
     pub fn render(
         bench: &Bench<'_>,
         pool: &rayon::ThreadPool,

@@ -48,7 +48,7 @@ impl Series {
     /// Renders one more replicate.
     ///
     /// # Errors
-    /// Where the render cannot start, or a stop was asked for.
+    /// Where the render cannot start, or a stop was requested.
     pub fn render(&mut self, bench: &mut Bench<'_>, grid: &Grid, seed: u32) -> Result<(), VerifyError> {
         let settings = crate::pipeline::Settings {
             estimator: self.estimator,

@@ -96,7 +96,7 @@ impl Explained {
     }
 }
 
-/// Looks for ties in the samples of pixels that differ between renders with these settings after so many passes. Uses scalar
+/// Looks for ties in the samples of pixels that differ between renders with these settings after the given number of passes. Uses scalar
 /// kernels, whose rays equal those of all widths up to the tie.
 ///
 /// # Errors

@@ -69,8 +69,8 @@ impl Scene {
             .filter(move |(_, sphere)| emits(sphere))
     }
 
-    /// Indices of emitting spheres that light nothing visible from the pinhole: every visible surface shows the camera its
-    /// other side.
+    /// Indices of emitting spheres that light nothing visible from the pinhole: every visible surface faces the
+    /// camera with its unlit side.
     pub fn lights_below_every_horizon(&self) -> Vec<usize> {
         let frustum = Frustum::new(self.camera(), self.film());
         if self.camera().lens.is_some() || self.meshes().len() > MOST || self.spheres().len() > MOST {

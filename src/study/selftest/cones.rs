@@ -57,7 +57,7 @@ pub fn tiny_sphere(effort: Effort) -> Checks {
             worst([0.0, 0.0, 2.0], &mut steps(1e-15, 0.9999)),
             5e-7,
         ),
-        // Off the axes the distance is rounded, and so is 1 - s^2: an error of 5e-7 grows to 0.7 at the end of the range.
+        // Off the axes the distance is rounded, and thus 1 - s^2, so the bound of 5e-7 only holds up to s = 0.7.
         Check::new(
             "density, s = 1e-15..0.7 aslant: largest relative error",
             worst([0.3, -1.7, 0.9], &mut steps(1e-15, 0.7)),

@@ -50,7 +50,7 @@ pub fn large(effort: Effort) -> Result<f64, SelftestError> {
     let mut worst = 0.0_f64;
     for half in [40.0, 400.0, 4e3, 4e5, 4e7] {
         let irradiance = PI * form_factor(half, 4.0);
-        // Directions sampled without the plate rarely miss it; measuring how rarely would need too many.
+        // Other techniques rarely miss the plate; they need too many samples to measure how rarely.
         let kinds = [EstimatorKind::Light, EstimatorKind::Mis];
         let scene = under(&[plate(half, 4.0, 1.0)])?;
         worst = worst.max(rendered(irradiance, &scene, &kinds, effort.of(128))?);

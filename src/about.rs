@@ -1,14 +1,14 @@
-//! What this binary was built from.
+//! Build information of this binary.
 
 use std::sync::LazyLock;
 
 /// The version in `Cargo.toml`.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// The commit that the build script found.
+/// The commit, found by the build script.
 pub const COMMIT: &str = or_unknown(option_env!("OCTOLUX_COMMIT"));
 
-/// The processor features that the compiler could use, from the build script.
+/// The processor features enabled at compile time, from the build script.
 pub const TARGET_FEATURES: &str = or_unknown(option_env!("OCTOLUX_TARGET_FEATURES"));
 
 /// What `--version` prints after the name.

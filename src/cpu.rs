@@ -1,17 +1,16 @@
-//! Whether this processor can run what the compiler made.
+//! Checks that this processor supports the instructions that the program was compiled for.
 //!
-//! The whole program is compiled for x86-64-v3 (or whatever `target-cpu` says), so that on an older processor it would
-//! be killed by SIGILL. `is_x86_feature_detected!` does not help: for a feature that the compiler may assume it is the
-//! constant `true`. So `cpuid` is asked here, and nothing in this file may compile to what it asks for. Not even `1 <<
-//! bit` may: that became `shlx` of BMI2, and `word & mask == mask` may become `andn` of BMI1. Hence no formatting, no
-//! copies of arrays, and the one piece of arithmetic in assembly. `.ci/run` tries the program on an emulated Nehalem
-//! where qemu is installed.
+//! The whole program is compiled for x86-64-v3 (or for `target-cpu`), so on an older processor it would be killed by SIGILL.
+//! `is_x86_feature_detected!` does not help: for a feature enabled at compile time it is the constant `true`. So this module
+//! calls `cpuid` itself, and nothing in it may compile to an instruction that it checks for. Not even `1 << bit` may: that
+//! became `shlx` of BMI2, and `word & mask == mask` may become `andn` of BMI1. Hence no formatting, no copies of arrays, and
+//! the only arithmetic in assembly. `.ci/run` tests the program on an emulated Nehalem where qemu is installed.
 
 use std::arch::asm;
 use std::arch::x86_64::{__cpuid_count, CpuidResult};
 use std::io::Write;
 
-/// Where a feature's bit is.
+/// The `cpuid` register of a feature's bit.
 #[derive(Clone, Copy)]
 enum Leaf {
     /// `cpuid` leaf 1, register ecx.
@@ -22,13 +21,13 @@ enum Leaf {
     ExtendedEcx,
 }
 
-/// What must be there.
+/// A required feature.
 struct Feature {
     name: &'static str,
     leaf: Leaf,
     /// The one bit in the leaf's word.
     mask: u32,
-    /// The bits of XCR0 without which the operating system loses the feature's registers at a task switch.
+    /// The bits of XCR0 that the operating system must set to save the feature's registers at a task switch.
     saved: u32,
     /// Whether this build may use it.
     compiled: bool,
@@ -48,10 +47,10 @@ macro_rules! features {
 
 /// XMM and YMM registers.
 const YMM: u32 = 0b110;
-/// Those, the masks and ZMM.
+/// YMM, the mask registers and ZMM.
 const ZMM: u32 = 0b1110_0110;
 
-/// Intel's manual, volume 2, CPUID; AMD's, volume 3, appendix E. What `target-cpu=native` adds most often is here too.
+/// Intel's manual, volume 2, CPUID; AMD's, volume 3, appendix E. Includes what `target-cpu=native` adds most often.
 static FEATURES: [Feature; 14] = features! {
     "SSE4.2": "sse4.2", OneEcx 20, 0;
     "MOVBE": "movbe", OneEcx 22, 0;
@@ -69,8 +68,8 @@ static FEATURES: [Feature; 14] = features! {
     "AVX-512VL": "avx512vl", SevenEbx 31, ZMM;
 };
 
-/// Whether this processor and its operating system have all that the program was compiled for; if not, says on standard
-/// error in one sentence what is missing. To be called before anything else.
+/// Whether this processor and its operating system support all features of the build; if not, prints what is missing in one
+/// sentence on standard error. Call before anything else.
 #[must_use]
 #[inline(never)]
 pub fn suffices() -> bool {
@@ -105,7 +104,7 @@ fn has(feature: &Feature, state: u32) -> bool {
     covers(word, feature.mask) && covers(state, feature.saved)
 }
 
-/// Whether all bits of `mask` are set in `word`; see the top for why the compiler may not do it.
+/// Whether all bits of `mask` are set in `word`; the module documentation says why this is in assembly.
 fn covers(word: u32, mask: u32) -> bool {
     let yes: u8;
     // SAFETY: three instructions on registers that every x86-64 has; they change nothing but those and the flags.
@@ -116,21 +115,21 @@ fn covers(word: u32, mask: u32) -> bool {
     yes != 0
 }
 
-/// The lower half of register XCR0: which register files the operating system saves. 0 if it says nothing.
+/// The lower half of register XCR0: which register files the operating system saves. 0 if not reported.
 fn saved_state() -> u32 {
     const OSXSAVE: u32 = 1 << 27;
     if !covers(cpuid(1).ecx, OSXSAVE) {
         return 0;
     }
     let state: u32;
-    // SAFETY: OSXSAVE says that `xgetbv` may be executed; register 0 exists then. By hand, since the intrinsic needs
+    // SAFETY: OSXSAVE means that `xgetbv` may be executed; register 0 exists then. In assembly, since the intrinsic requires
     // the target feature `xsave`.
     unsafe { asm!("xgetbv", in("ecx") 0, out("eax") state, out("edx") _, options(nomem, nostack, preserves_flags)) };
     state
 }
 
 fn cpuid(leaf: u32) -> CpuidResult {
-    // A safe function in rustc 1.95, an unsafe one in the oldest Rust that we support.
+    // A safe function in rustc 1.95, an unsafe one in the oldest supported Rust.
     #[allow(unused_unsafe)]
     // SAFETY: every x86-64 processor has `cpuid`.
     unsafe {
@@ -138,8 +137,7 @@ fn cpuid(leaf: u32) -> CpuidResult {
     }
 }
 
-/// Writes by the standard library's own compiled code, which is for the first x86-64; `eprintln!` would be compiled
-/// here.
+/// Writes with the precompiled standard library, which targets baseline x86-64; `eprintln!` would be compiled here.
 fn say(text: &str) {
     let _ = std::io::stderr().write(text.as_bytes());
 }
@@ -155,8 +153,7 @@ mod tests {
 
     #[test]
     fn the_bits_agree_with_the_standard_library() {
-        // Constant where the feature was compiled in, a real look at the processor elsewhere (AVX-512 in a default
-        // build).
+        // Constant for features enabled at compile time, a real check for others (AVX-512 in a default build).
         let state = saved_state();
         let expected = |name| match name {
             "AVX2" => is_x86_feature_detected!("avx2"),

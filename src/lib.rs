@@ -1,4 +1,4 @@
-//! Octolux renders direct illumination in packets of rays, and proves that it does.
+//! Octolux renders direct illumination in packets of rays, and verifies its results.
 //!
 //! ```
 //! # use octolux::{RenderOptions, scene::Scene};
@@ -28,7 +28,7 @@
 //! # Ok::<(), octolux::scene::InvalidScene>(())
 //! ```
 //!
-//! or it is loaded from a file, whose errors name the line, the value and what would do:
+//! or it is loaded from a file, with errors that name the line, the value and a remedy:
 //!
 //! ```
 //! use octolux::scene::Scene;
@@ -40,8 +40,8 @@
 //!
 //! # Pictures
 //!
-//! [`render`] returns linear radiances, row by row from the top. They are an array of `height x width x 3` numbers, and are written as
-//! `.exr`, `.npy` (both linear, `f32`) or `.png`:
+//! [`render`] returns linear radiance as an array of `height x width x 3` numbers, top row first. It can be written as `.exr`,
+//! `.npy` (both linear, `f32`) or `.png`:
 //!
 //! ```
 //! # use octolux::{RenderOptions, scene::{FilmSize, Scene}};
@@ -61,7 +61,7 @@
 //!
 //! # Runs
 //!
-//! A scene is prepared once, and any number of runs share it. A run goes on step by step: look at the picture whenever you like.
+//! A scene is prepared once, and any number of runs share it. A run advances step by step, with a picture after each step:
 //!
 //! ```
 //! # use octolux::scene::{FilmSize, Scene};
@@ -79,8 +79,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! It can be stopped from any thread and has ended then; what it rendered is a correct picture. A saved run is taken up again, and the
-//! picture has the bits of a run in one piece:
+//! A run can be stopped from any thread, which ends it; the picture so far is unbiased. A saved run can be resumed, and the
+//! picture has the bits of an uninterrupted run:
 //!
 //! ```
 //! # use octolux::scene::{FilmSize, Scene};
@@ -104,11 +104,11 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! [`run::Goal`] also ends a run by a time, an error, or a shard, and [`run::Observer`] looks on: a progress bar, a live view.
+//! [`run::Goal`] can also be a time, an error, or a shard. [`run::Observer`] observes a run: a progress bar, a live view.
 //!
-//! # A camera of one's own
+//! # Custom cameras
 //!
-//! A scene does not change; its builder makes another one, seen by another camera:
+//! Scenes are immutable; a builder makes a copy with another camera:
 //!
 //! ```
 //! # use octolux::{RenderOptions, scene::{FilmSize, Scene}};
@@ -124,11 +124,11 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Any other camera is an array of rays: [`rays::RayQueries`] answers them in packets, and its page has an example.
+//! Any other camera is an array of rays: [`rays::RayQueries`] traces them in packets, and its page has an example.
 //!
 //! # The oracle
 //!
-//! An independent program in `f64`, one ray at a time, says what a picture should be and how sure that is:
+//! An independent `f64` renderer, one ray at a time, computes reference pictures with standard errors:
 //!
 //! ```
 //! # use octolux::{RenderOptions, scene::{FilmSize, Scene}};
@@ -149,21 +149,21 @@
 //!
 //! # Features
 //!
-//! `cli` (default) is the program `octolux`; `lab` (part of it) is what proves and measures: `study::verify`, `study::selftest` and
-//! `study::cost`. Without both, the crate needs no clap, miette, indicatif, plotters or ctrlc.
+//! `cli` (default) is the program `octolux`; `lab` (part of it) has verification and measurements: `study::verify`,
+//! `study::selftest` and `study::cost`. Without both, the crate needs no clap, miette, indicatif, plotters or ctrlc.
 //!
-//! # How it is built
+//! # Architecture
 //!
-//! Data flows one way: a scene says what it needs, the plan picks a kernel, streams of packets go through Embree and the
-//! estimators, and a film collects the sums.
+//! Data flows one way: a scene determines the required effects, the plan selects a kernel, streams of packets pass through
+//! the intersector and the estimators, and a film accumulates the sums.
 //!
-//! Layers, lowest first; a module uses only those before it, and `tests/layers.rs` keeps that true:
-//! [`cpu`], [`about`], [`machine`], [`settings`] and [`texels`] · [`lane`] · [`math`] · [`sampling`] and [`shape`] · [`bsdf`] and [`light`] · [`embree`] and
-//! [`linear`] · [`scene`] ·
-//! [`estimator`] · [`film`] and [`pipeline`] · [`run`] · [`mod@reference`] (of scene data alone) · [`study`]. The command line (`src/cli`) belongs to the program.
+//! Layers, lowest first; a module uses only those before it, which `tests/layers.rs` checks:
+//! [`cpu`], [`about`], [`machine`], [`settings`] and [`texels`] · [`lane`] · [`math`] · [`sampling`] and [`shape`] ·
+//! [`bsdf`] and [`light`] · [`embree`] and [`linear`] · [`scene`] · [`estimator`] · [`film`] and [`pipeline`] · [`run`] ·
+//! [`mod@reference`] (uses only scene data) · [`study`]. The command line (`src/cli`) belongs to the program.
 //!
 //! Modules that the documentation hides (`lane`, `math`, `sampling`, `bsdf`, `light`, `shape`, `embree`, `linear`, `estimator` and
-//! some more) are open to the proofs and benchmarks of the repository alone: they may change at any time.
+//! some more) are public only for the tests and benchmarks of the repository: they may change at any time.
 
 #[macro_use]
 mod mutant;

@@ -1,9 +1,9 @@
-//! What the system says about this machine and this process. Linux only; elsewhere there is nothing to read.
+//! Information about this machine and process. Linux only; other systems report nothing.
 
 use std::fs;
 use std::path::PathBuf;
 
-/// The processor's name, such as `AMD EPYC 7763 64-Core Processor`; `unknown` where the system does not say.
+/// The processor's name, such as `AMD EPYC 7763 64-Core Processor`; `unknown` where the system does not report it.
 pub fn cpu() -> String {
     let text = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let name = text
@@ -12,12 +12,12 @@ pub fn cpu() -> String {
     name.map_or("unknown", |(_, name)| name.trim()).to_owned()
 }
 
-/// The most memory that this process has held so far, in bytes; `None` where the system does not say.
+/// Peak memory of this process in bytes; `None` where the system does not report it.
 pub fn peak_rss_bytes() -> Option<u64> {
     kib("/proc/self/status", "VmHWM:")
 }
 
-/// Processes that ran or waited to run, on average over the last minute; `None` where the system does not say.
+/// The load average of the last minute; `None` where the system does not report it.
 pub fn load() -> Option<f64> {
     fs::read_to_string("/proc/loadavg")
         .ok()?
@@ -27,7 +27,7 @@ pub fn load() -> Option<f64> {
         .ok()
 }
 
-/// Where programs keep what can be made again, for this one; `None` for a user without a home.
+/// This program's cache folder; `None` for a user without a home folder.
 pub fn cache_folder() -> Option<PathBuf> {
     let set = |name| {
         std::env::var_os(name)

@@ -11,7 +11,7 @@ fn main() -> ExitCode {
     run()
 }
 
-/// Apart from `main`, so that none of its code, which may be AVX2 from the first instruction, runs before the check.
+/// Separate from `main`, so that none of its code, which may use AVX2 from the first instruction, runs before the check.
 #[inline(never)]
 fn run() -> ExitCode {
     cli::main()

@@ -1,72 +1,71 @@
-//! Code broken on purpose: what the proof must reject, or it proves little.
+//! Mutants: deliberately broken code that the proof must reject.
 //!
-//! `mutate!(plain, Name => broken)` is `plain`. Only in the crate's own tests, and only in a process that
-//! `OCTOLUX_MUTANT=Name` was given to, it is `broken`. The test below starts such a process for every mutant and asks whether
-//! the check of `tests/proof` that is meant for it rejects it; the checks are those of the proof itself with less effort.
+//! `mutate!(plain, Name => broken)` is `plain`, except in the crate's own tests in a process with `OCTOLUX_MUTANT=Name`: there
+//! it is `broken`. The test below starts such a process for every mutant and requires that the check of `tests/proof` meant
+//! for it fails; the checks are those of the proof itself with less effort.
 //!
 //! | mutant | what is broken | the check that must catch it |
 //! | --- | --- | --- |
-//! | `MissingCosine` | a Phong lobe without the foreshortening of its surface | weight |
-//! | `DoubledDensity` | cones that say they are half as large | weight |
-//! | `MixtureWithoutHalf` | the mixture's density as the sum of two, not their average | weight |
-//! | `HeuristicTurned` | the power heuristic gives each technique the weight of the other | weight |
-//! | `HorizonArcForgotten` | of a light that sets, the part under the arc of the horizon is forgotten | weight |
-//! | `HemisphereForSphere` | `uniform` weighed as if it drew from a hemisphere | weight |
-//! | `HorizonDropped` | directions below the surface count (in a picture the surface blocks them) | weight |
-//! | `FlippedMask` | BRDF directions count where they miss the light | density |
-//! | `AlwaysHeads` | the mixture never draws from the cone | density |
-//! | `ReachTooShort` | lobes are taken for dark where they are 1e-26 of their peak | weight |
-//! | `RimForgotten` | a light is dropped when its centre sets, not its rim | density |
+//! | `MissingCosine` | a Phong lobe without the cosine of its surface | weight |
+//! | `DoubledDensity` | cones that report half their solid angle | weight |
+//! | `MixtureWithoutHalf` | the mixture's density is the sum of two, not their average | weight |
+//! | `HeuristicTurned` | the power heuristic swaps the weights of the techniques | weight |
+//! | `HorizonArcForgotten` | of a light partly below the horizon, the part under the horizon's arc is missing | weight |
+//! | `HemisphereForSphere` | `uniform` weighted as if it sampled a hemisphere | weight |
+//! | `HorizonDropped` | directions below the surface contribute (in a picture the surface occludes them) | weight |
+//! | `FlippedMask` | BRDF directions contribute where they miss the light | density |
+//! | `AlwaysHeads` | the mixture never samples the cone | density |
+//! | `ReachTooShort` | lobes are cut off at 1e-26 of their peak | weight |
+//! | `RimForgotten` | a light is dropped when its centre is below the horizon, not its whole sphere | density |
 //! | `ConeTowardsTheAxis` | cones denser towards their axis | density |
 //! | `WrongNormalisation` | lobes normalised by alpha + 2 | density |
 //! | `ArcUniformInItsLength` | triangles denser towards a corner | density |
-//! | `PairReused` | all pairs of a sample are one Sobol sequence | numbers |
+//! | `PairReused` | all pairs of dimensions of a sample use one Sobol sequence | numbers |
 //! | `SharedKey` | all pixels have the same numbers | numbers |
-//! | `OppositeForgotten` | triangles with corners at opposite sides are sampled like any others | large plates |
-//! | `HalfTheTriangle` | triangles of half their solid angle | closed form |
-//! | `SharesAlike` | the triangles of a mesh weighed as if each were picked as often | closed form |
-//! | `ShadowingForgotten` | rough surfaces that are masked towards the eye and not shadowed towards the light | ggx |
-//! | `HalfVectorForDirection` | the density of half vectors for that of directions | ggx |
-//! | `LightTwice` | the first light counts twice | closed form |
-//! | `LightBlocksItself` | a light is not left out of its own shadow test | closed form |
-//! | `OffsetDropped` | shading points stay on their surface | closed form |
-//! | `NormalNotFaced` | a smooth normal is not turned to the eye's side | closed form |
-//! | `LastLightOnly` | `uniform` and `brdf` ask for the last light alone | closed form |
+//! | `OppositeForgotten` | triangles with corners in opposite directions are sampled like all others | large plates |
+//! | `HalfTheTriangle` | triangles with half their solid angle | closed form |
+//! | `SharesAlike` | the triangles of a mesh weighted as if all had the same probability | closed form |
+//! | `ShadowingForgotten` | rough surfaces with masking but without shadowing | ggx |
+//! | `HalfVectorForDirection` | the density of half vectors instead of that of directions | ggx |
+//! | `LightTwice` | the first light is counted twice | closed form |
+//! | `LightBlocksItself` | shadow rays do not skip their own light | closed form |
+//! | `OffsetDropped` | shading points are not offset from their surface | closed form |
+//! | `NormalNotFaced` | a smooth normal is not flipped to the viewer's side | closed form |
+//! | `LastLightOnly` | `uniform` and `brdf` only test the last light | closed form |
 //! | `BarycentricsLost` | Embree's hits without barycentric coordinates | accelerators |
-//! | `CornersSwapped` | smooth normals with two corners of the triangle exchanged | oracle |
-//! | `ShadowsSkipped` | nothing blocks any light | exact |
+//! | `CornersSwapped` | smooth normals with two corners of the triangle swapped | oracle |
+//! | `ShadowsSkipped` | no light is ever occluded | exact |
 //! | `OnePassOff` | means are divided by one pass too many | exact |
-//! | `LaneShift` | a packet's contributions belong to the next lane's rays | lanes |
-//! | `StaleTail` | behind the tail of a stream, old points count | lanes |
-//! | `OneCornerBehind` | a triangle is culled when one corner is out of sight | accelerators |
-//! | `OneCornerOutside` | a triangle is culled when one corner of the tile is beyond an edge | accelerators |
-//! | `BallsAsPoints` | a ball is culled when its centre is out of sight | accelerators |
-//! | `LightAsPoint` | a triangle is culled when the middle of the light is on the points' side of it | accelerators |
-//! | `ArcTakenAsPi` | the whole ring is drawn, not its arc inside the light | rings |
-//! | `FarRingForgotten` | the lobe's share beyond the light's farthest ring is drawn too | rings |
-//! | `MassBetweenRingsForgotten` | a lobe's share is counted up to its edge, not to the farthest ring | rings |
-//! | `ExpectedOnceEach` | a light of a list counts as if it were in every list | lists |
-//! | `WayDownForgotten` | the chance of a light inside of its cluster is left out of what it is divided by | lists |
-//! | `BothHalvesWhole` | each of the two directions to a light that is seen in part counts as one | oracle |
-//! | `OffsetTooShort` | shading points leave their surface by 2 half-ulps | acne |
+//! | `LaneShift` | a packet adds contributions to the next lane's rays | lanes |
+//! | `StaleTail` | beyond the end of a stream, old points contribute | lanes |
+//! | `OneCornerBehind` | a triangle is culled when one corner is out of view | accelerators |
+//! | `OneCornerOutside` | a triangle is culled when one corner of the tile is outside an edge | accelerators |
+//! | `BallsAsPoints` | a sphere is culled when its centre is out of view | accelerators |
+//! | `LightAsPoint` | a triangle is culled when the centre of the light is on the points' side of it | accelerators |
+//! | `ArcTakenAsPi` | the whole ring is sampled, not its arc inside the light | rings |
+//! | `FarRingForgotten` | the lobe's part beyond the light's farthest ring is sampled too | rings |
+//! | `MassBetweenRingsForgotten` | a lobe's part is counted up to its edge, not to the farthest ring | rings |
+//! | `ExpectedOnceEach` | a light of a list is weighted as if it were in every list | lists |
+//! | `WayDownForgotten` | the probability of a light within its cluster is missing from its density | lists |
+//! | `BothHalvesWhole` | each of the two directions to a partly occluded light has full weight | oracle |
+//! | `OffsetTooShort` | shading points are offset by only 2 half-ulps | acne |
 //! | `DensityOfTheNextTexel` | a texel of the environment with the density of its neighbour | density |
-//! | `SquareForgotten` | points and spots shine as brightly however far away they are | closed form |
-//! | `FalloffForgotten` | spots shine in all directions | closed form |
+//! | `SquareForgotten` | points and spots without the falloff by squared distance | closed form |
+//! | `FalloffForgotten` | spots emit in all directions | closed form |
 //! | `OnePercentBright` | a study measures `independent` 1 % too bright | study |
-//! | `ErrorOfOneReplicate` | the error of a mean as that of one of its replicates | target |
-//! | `HalfDecidesForItself` | a half of the replicates of `--target-error` ends when its own pictures look calm | target |
+//! | `ErrorOfOneReplicate` | the error of a mean is that of one of its replicates | target |
+//! | `HalfDecidesForItself` | a half of the replicates of `--target-error` stops by its own pictures | target |
 //!
-//! "density" is the chi-square of directions against densities, "weight" the samples written out again in `f64`,
-//! "lists" short lists of lights against all lights,
-//! "rings" lobes inside lights against quadrature, "ggx" directions and samples of rough surfaces,
-//! "numbers" the independence of random numbers, "closed form" and "exact" are the scenes of `scenes/tests`, "oracle" the
-//! agreement of estimators and oracle, "lanes" the bits of eight lanes and one, "accelerators" the line of shapes against
-//! Embree, "acne" the surfaces that shadow themselves, "large plates" lights far larger than they are away, "study" its search
-//! for biased settings, "target" the error that `--target-error` sees. Most mutants fail several; of the 36 first ones without
-//! `OneCornerOutside` nine are seen by one alone: `HorizonDropped`, `ReachTooShort`, `DensityOfTheNextTexel`, `PairReused`,
-//! `SharesAlike`, `CornersSwapped`, `LightAsPoint`, `OnePercentBright` and `ErrorOfOneReplicate`.
+//! The checks: "density" is the chi-square test of directions against densities, "weight" recomputes samples in `f64`,
+//! "lists" compares short lists of lights with all lights, "rings" lobes inside lights with quadrature, "ggx" tests directions
+//! and samples of rough surfaces, "numbers" the independence of random numbers, "closed form" and "exact" are the scenes of
+//! `scenes/tests`, "oracle" is the agreement of estimators and oracle, "lanes" compares the bits of eight lanes and one,
+//! "accelerators" brute force and Embree, "acne" tests self-shadowing, "large plates" lights much larger than their distance,
+//! "study" its search for biased settings, "target" the error that `--target-error` measures. Most mutants fail several checks;
+//! of the first 36 without `OneCornerOutside` nine fail only one: `HorizonDropped`, `ReachTooShort`, `DensityOfTheNextTexel`,
+//! `PairReused`, `SharesAlike`, `CornersSwapped`, `LightAsPoint`, `OnePercentBright` and `ErrorOfOneReplicate`.
 
-/// The plain expression; in a test of mutants, the broken one beside it.
+/// The plain expression; in tests of mutants, the broken one if its mutant is active.
 #[cfg(not(test))]
 macro_rules! mutate {
     ($plain:expr, $name:ident => $broken:expr) => {
@@ -107,15 +106,15 @@ mod tests {
 
     const VARIABLE: &str = "OCTOLUX_MUTANT";
 
-    /// The name of the one check that a process makes; without it, it makes all.
+    /// The environment variable with the one check to run; without it, all are run.
     const ONLY: &str = "OCTOLUX_MUTANT_CHECK";
 
     macro_rules! mutants {
         ($($name:ident $check:literal,)*) => {
-            /// Which code is broken.
+            /// The mutants.
             #[derive(Clone, Copy, Debug, PartialEq, Eq)]
             pub(crate) enum Mutant { $($name,)* }
-            /// Each with the check that must catch it.
+            /// Each mutant with the check that must catch it.
             const MUTANTS: &[(Mutant, &str)] = &[$((Mutant::$name, $check),)*];
         };
     }
@@ -172,7 +171,7 @@ mod tests {
         HalfDecidesForItself "target",
     }
 
-    /// Whether this process is one of that mutant.
+    /// Whether this process runs this mutant.
     #[inline]
     pub(crate) fn is(mutant: Mutant) -> bool {
         static ACTIVE: LazyLock<Option<Mutant>> = LazyLock::new(|| {
@@ -187,7 +186,7 @@ mod tests {
         *ACTIVE == Some(mutant)
     }
 
-    /// The checks of the proof, at an effort of a second together.
+    /// The checks of the proof, reduced to a second in total.
     const CHECKS: [(&str, fn()); 15] = [
         ("density", density),
         ("weight", weight),
@@ -319,7 +318,7 @@ mod tests {
         }
     }
 
-    /// Also what a mutant's process runs; it then says by name which checks failed.
+    /// Also what a mutant's process runs; it then prints the names of the failed checks.
     #[test]
     fn unbroken_code_passes_every_check() {
         let hook = take_hook();
@@ -338,20 +337,21 @@ mod tests {
         assert!(failed.is_empty(), "{mutant:?} fails {failed:?}");
     }
 
-    /// Only the check meant for a mutant is made: that the others see it too is no part of the claim, and eleven times the work.
+    /// Only runs the check meant for each mutant: whether others catch it too is not claimed, and would take eleven times as
+    /// long.
     #[test]
     fn every_mutant_is_rejected_by_the_check_meant_for_it() {
         try_mutants(true);
     }
 
-    /// `cargo test --release --lib which_checks -- --ignored` writes the table of who catches what.
+    /// `cargo test --release --lib which_checks -- --ignored` prints which check catches which mutant.
     #[test]
     #[ignore = "makes every check of every mutant; the suite makes the one meant for it"]
     fn which_checks_reject_which_mutant() {
         try_mutants(false);
     }
 
-    /// Starts a process for every mutant, which makes the check meant for it or all checks.
+    /// Starts a process for every mutant, which runs the check meant for it or all checks.
     fn try_mutants(only_its_own: bool) {
         let (mut faults, mut table) = (vec![], String::new());
         // Two at a time.

@@ -1,8 +1,8 @@
-//! The names of estimators and samplers, as scene files and the command line spell them.
+//! Settings with their names in scene files and on the command line.
 
 use serde::{Deserialize, Serialize};
 
-/// Which density the directions of light are drawn from (`docs/explanation/estimators.md` has the formulas).
+/// The density from which light directions are sampled (`docs/explanation/estimators.md` has the formulas).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
@@ -26,7 +26,7 @@ pub enum EstimatorKind {
     Product,
 }
 
-/// Where random numbers come from.
+/// The source of random numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
@@ -37,27 +37,27 @@ pub enum SamplerKind {
     Independent,
 }
 
-/// Which lights a pass asks, where an estimator draws a direction for every light.
+/// Which lights a pass samples, for estimators that sample a direction for every light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum LightsAsked {
-    /// All up to 64 ([`Self::FEW`]), else a list of 16 for each tile and pass.
+    /// All up to 64 ([`Self::FEW`]), otherwise a list of 16 per tile and pass.
     #[default]
     Auto,
-    /// All, however many there are; of a large mesh one triangle.
+    /// All lights; one triangle of each large mesh.
     All,
-    /// A list of so many for each tile and pass: 1 to 64.
+    /// A list of this length per tile and pass: 1 to 64.
     List(u8),
 }
 
 impl LightsAsked {
-    /// The most lights that are all asked where the choice is free; a triangle that emits counts as one.
+    /// Maximum number of lights that `Auto` samples individually; an emitting triangle counts as one.
     pub const FEW: usize = 64;
-    /// Lights of a list where the choice is free.
+    /// Length of a list chosen by `Auto`.
     pub const LENGTH: u8 = 16;
-    /// The longest list that can be asked for.
+    /// Maximum length of a list.
     pub const LONGEST: u8 = 64;
 
-    /// How many lights a list has of so many; `None` where all are asked.
+    /// Length of the list for so many lights; `None` if all are sampled.
     pub const fn list_of(self, lights: usize) -> Option<u32> {
         match self {
             _ if lights == 0 => None,
@@ -79,7 +79,7 @@ impl std::fmt::Display for LightsAsked {
     }
 }
 
-/// How rays find what they hit.
+/// The intersector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
@@ -104,7 +104,7 @@ impl AccelKind {
 }
 
 impl EstimatorKind {
-    /// The four of the hand-out in its order, then those beyond it.
+    /// The four of the assignment in its order, then the additional ones.
     pub const ALL: [Self; 8] = [
         Self::Uniform,
         Self::Light,
@@ -116,7 +116,7 @@ impl EstimatorKind {
         Self::Product,
     ];
 
-    /// Whether a pass draws directions for every light, or one for the point alone.
+    /// Whether a pass samples directions for every light, or only one per point.
     pub const fn per_light(self) -> bool {
         !matches!(self, Self::Uniform | Self::Brdf)
     }

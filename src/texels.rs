@@ -1,5 +1,5 @@
-//! The numbers of a picture: linear RGB in single precision, or in half precision where the picture is large and its file says no
-//! more.
+//! The numbers of a picture: linear RGB in single precision, or in half precision if the picture is large and its file has no
+//! more precision.
 
 use half::f16;
 
@@ -13,7 +13,7 @@ pub enum Texels {
 }
 
 impl Texels {
-    /// How many there are.
+    /// Number of texels.
     pub fn len(&self) -> usize {
         match self {
             Self::Single(texels) => texels.len(),
@@ -26,10 +26,10 @@ impl Texels {
         self.len() == 0
     }
 
-    /// The texel `index`; every half is a single.
+    /// The texel `index`, exactly converted to single precision.
     ///
     /// # Panics
-    /// Where there is none.
+    /// If there is no such texel.
     #[inline(always)]
     pub fn at(&self, index: usize) -> [f32; 3] {
         match self {
@@ -38,7 +38,7 @@ impl Texels {
         }
     }
 
-    /// All in their order.
+    /// All texels in order.
     pub fn iter(&self) -> impl Iterator<Item = [f32; 3]> + '_ {
         (0..self.len()).map(|index| self.at(index))
     }

@@ -1,4 +1,4 @@
-//! `octolux batch`: the pictures of a manifest, small ones side by side and large ones one by one.
+//! `octolux batch`: renders the pictures of a manifest, small ones in parallel and large ones one after another.
 
 use std::io::{self, IsTerminal as _};
 use std::path::PathBuf;
@@ -55,10 +55,10 @@ pub struct Args {
     quiet: bool,
 }
 
-/// Renders what the manifest wants; the errors of each picture are told as they come.
+/// Renders the pictures of the manifest; the errors of each picture are reported as they occur.
 ///
 /// # Errors
-/// A manifest that cannot be read, and files that could not be written later on.
+/// A manifest that cannot be read, and outputs that could not be written.
 pub fn run(args: &Args) -> Result<Exit, CliError> {
     let mut wanted = manifest::read(&args.manifest)?;
     let interrupt = Interrupt::listen(args.quiet)?;

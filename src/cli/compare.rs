@@ -1,4 +1,4 @@
-//! `octolux compare`: how far one picture is from another, and whether noise explains it.
+//! `octolux compare`: the distance between two pictures, and whether noise explains it.
 
 use std::path::{Path, PathBuf};
 
@@ -34,7 +34,7 @@ pub struct Args {
     pub max_relmse: Option<f64>,
 }
 
-/// All that is said about two pictures; numbers that are not finite become `null` in JSON.
+/// The results for two pictures; numbers that are not finite become `null` in JSON.
 #[derive(Debug, Serialize)]
 struct Comparison {
     a: PathBuf,
@@ -47,19 +47,19 @@ struct Comparison {
     relmse_of_reference: Option<f64>,
     /// `relmse - relmse_of_reference`
     relmse_net: Option<f64>,
-    /// If any standard errors are known.
+    /// Present if any standard errors are known.
     significance: Option<Significance>,
     /// Whether all values have the same bits.
     identical: bool,
-    /// Whether the z-scores hold the noise of both pictures.
+    /// Whether the z-scores include the noise of both pictures.
     noise_of_both: bool,
 }
 
 /// Reads the pictures and prints the comparison on standard output.
 ///
 /// # Errors
-/// Wrong usage: a picture that cannot be read, sizes that differ. Failure: values that are NaN or infinite, of which nothing is
-/// printed; after the comparison is printed, beyond `--max-relmse`.
+/// Wrong usage: a picture that cannot be read, different sizes. Failure: NaN or infinite values (nothing is printed); a relMSE
+/// above `--max-relmse` (after printing the comparison).
 pub fn run(args: &Args) -> Result<Exit, CliError> {
     let read = |path: &Path| read_picture(path).map_err(|error| CliError::bad_path(&error));
     let optional = |path: &Option<PathBuf>| path.as_deref().map(read).transpose();
@@ -96,7 +96,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     within_limit(args, &comparison)
 }
 
-/// Writes the absolute differences; no picture that is compared is replaced.
+/// Writes the absolute differences; refuses to overwrite a compared picture.
 fn difference(args: &Args, path: &Path, a: &Picture, b: &Picture) -> Result<(), CliError> {
     let read = [
         Some(&args.a),
@@ -240,7 +240,7 @@ fn invalid(counts: Invalid) -> String {
     }
 }
 
-/// A finite number of 0 or above.
+/// Parses a finite number of 0 or above.
 fn limit(text: &str) -> Result<f64, String> {
     text.parse()
         .ok()

@@ -1,5 +1,5 @@
-//! What a batch has finished: one line of JSON a picture, with a hash of all that decides it and the checksums of its
-//! files. A picture is taken as done if all of that still holds.
+//! The record of finished pictures of a batch: one line of JSON per picture, with a hash of all its inputs and the checksums of
+//! its files. A picture counts as finished if all of these still match.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};
@@ -12,7 +12,7 @@ use sha2::{Digest, Sha256};
 
 use super::CliError;
 
-/// The notes of one batch.
+/// The record of one batch.
 #[derive(Debug)]
 pub struct Done {
     path: PathBuf,
@@ -22,17 +22,17 @@ pub struct Done {
 
 #[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
 struct Line {
-    /// Of everything that decides the files.
+    /// Hash of everything that affects the files.
     key: String,
-    /// CRC-32 of each.
+    /// CRC-32 of each file.
     files: BTreeMap<PathBuf, u32>,
 }
 
 impl Done {
-    /// Reads the notes at `path`, which may not be there yet. A line that a kill has cut is not one.
+    /// Reads the record at `path`, if it exists. Truncated lines are ignored.
     ///
     /// # Errors
-    /// Notes that cannot be read or added to.
+    /// A record that cannot be read or appended to.
     pub fn open(path: &Path) -> Result<Self, CliError> {
         let failed = |error: io::Error| CliError::failed(format!("{}: {error}", path.display()));
         let text = match fs::read_to_string(path) {
@@ -57,7 +57,7 @@ impl Done {
         })
     }
 
-    /// Whether these files stand as they were written for this key.
+    /// Whether these files are unchanged since they were written for this key.
     pub fn holds(&self, key: &str, files: &[PathBuf]) -> bool {
         // Later lines replace earlier ones.
         let line = self
@@ -72,17 +72,17 @@ impl Done {
         })
     }
 
-    /// Notes that these files were written for this key.
+    /// Records that these files were written for this key.
     ///
     /// # Errors
-    /// Files that cannot be read back, notes that cannot be written.
+    /// Files that cannot be read back, a record that cannot be written.
     pub fn note(&self, key: String, files: &[PathBuf]) -> Result<(), CliError> {
         let failed = |error: io::Error| CliError::failed(format!("{}: {error}", self.path.display()));
         let checked = files.iter().map(|path| Ok((path.clone(), checksum(path)?)));
         let files = checked.collect::<io::Result<_>>().map_err(failed)?;
         let mut line = serde_json::to_vec(&Line { key, files }).map_err(|error| failed(error.into()))?;
         line.push(b'\n');
-        // One call: lines of several threads do not mix.
+        // One call, so that lines of several threads do not interleave.
         let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
         file.write_all(&line).and_then(|()| file.sync_data()).map_err(failed)
     }
@@ -94,7 +94,7 @@ fn sorted(files: &[PathBuf]) -> impl Iterator<Item = &PathBuf> {
     files.into_iter()
 }
 
-/// SHA-256 of words, in hexadecimal.
+/// SHA-256 of a text, in hexadecimal.
 pub fn key(words: &str) -> String {
     Sha256::digest(words).iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -1,4 +1,4 @@
-//! What ends a command, and the exit code that says so.
+//! Errors of commands, and their exit codes.
 
 use std::fmt;
 use std::path::Path;
@@ -9,21 +9,21 @@ use octolux::film::PictureError;
 use octolux::pipeline::SetupError;
 use octolux::scene::{InvalidScene, SceneError};
 
-/// How a command ended.
+/// The outcome of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exit {
     /// All went well.
     Well,
-    /// Something failed that is neither the command line's fault nor a scene's.
+    /// A failure caused neither by the command line nor by a scene.
     Failed,
-    /// The command line or a scene is wrong.
+    /// Invalid command line or scene.
     BadInput,
-    /// Ctrl-c; what was rendered is written.
+    /// Ctrl-c; the picture so far is written.
     Interrupted,
 }
 
 impl Exit {
-    /// The number that the shell sees.
+    /// The exit code.
     pub const fn code(self) -> u8 {
         match self {
             Self::Well => 0,
@@ -33,8 +33,8 @@ impl Exit {
         }
     }
 
-    /// How a command ends of which this part and a later one went so: a failure outweighs bad scenes, as 2 says that every
-    /// failure is a bad scene.
+    /// Combines the outcomes of two parts of a command. A failure outweighs bad scenes, because exit code 2 means that every
+    /// error was a bad scene.
     pub fn and(self, later: Self) -> Self {
         if self == Self::Failed { self } else { later }
     }
@@ -46,29 +46,29 @@ impl From<Exit> for ExitCode {
     }
 }
 
-/// Why a command cannot go on. `Display` is one line without `error: ` in front.
+/// Why a command cannot continue. `Display` is one line without the prefix `error: `.
 #[derive(Debug)]
 pub enum CliError {
-    /// The command line asks for something that cannot be: exit code 2.
+    /// An invalid command line: exit code 2.
     Usage {
-        /// What is wrong, in one line.
+        /// The problem, in one line.
         what: String,
-        /// What would do.
+        /// A remedy.
         help: Option<String>,
     },
-    /// A scene is wrong, with the place in its text: exit code 2.
+    /// An invalid scene, with the place in its text: exit code 2.
     Scene(SceneError),
     /// Anything else, in one line: exit code 1.
     Failed {
-        /// What is wrong, in one line.
+        /// The problem, in one line.
         what: String,
-        /// What would do.
+        /// A remedy.
         help: Option<String>,
     },
 }
 
 impl CliError {
-    /// A wrong command line.
+    /// An invalid command line.
     pub fn usage(what: impl Into<String>) -> Self {
         Self::Usage {
             what: what.into(),
@@ -76,17 +76,17 @@ impl CliError {
         }
     }
 
-    /// A wrong scene.
+    /// An invalid scene.
     pub fn scene(error: SceneError) -> Self {
         Self::Scene(error)
     }
 
-    /// A scene that cannot be changed as the command line asks.
+    /// A change of the scene by the command line that makes it invalid.
     pub fn change(error: &InvalidScene) -> Self {
         Self::usage(error.to_string()).with_help(error.remedy())
     }
 
-    /// Something that is nobody's input.
+    /// An error that no input caused.
     pub fn failed(what: impl Into<String>) -> Self {
         Self::Failed {
             what: what.into(),
@@ -94,12 +94,12 @@ impl CliError {
         }
     }
 
-    /// A scene at `path` that cannot be rendered as the settings say.
+    /// A scene at `path` that cannot be rendered with these settings.
     pub fn setup(path: &Path, error: &SetupError) -> Self {
         let what = format!("{}: {error}", path.display());
         match error {
             SetupError::Unsupported { remedy, .. } => Self::usage(what).with_help(*remedy),
-            // Of the machine, not of the scene.
+            // Errors of the machine, not of the scene.
             SetupError::Embree(error @ (EmbreeError::Missing { .. } | EmbreeError::TooOld { .. })) => {
                 Self::failed(error.to_string()).with_help(error.remedy())
             }
@@ -108,8 +108,8 @@ impl CliError {
         }
     }
 
-    /// A picture that the command line names and that cannot be: an output that could never be written, an input that
-    /// is missing. Wrong usage, where the same error after a render is a failure.
+    /// An invalid path on the command line: an output that can never be written, or a missing input. This is wrong usage; the
+    /// same error after a render is a failure.
     pub fn bad_path(error: &PictureError) -> Self {
         Self::usage(error.to_string()).with_help(error.remedy().unwrap_or_default())
     }
@@ -124,7 +124,7 @@ impl CliError {
         self
     }
 
-    /// The exit code of a command that ends with this error.
+    /// The outcome of a command that ends with this error.
     pub const fn exit(&self) -> Exit {
         match self {
             Self::Usage { .. } | Self::Scene(_) => Exit::BadInput,
@@ -132,7 +132,7 @@ impl CliError {
         }
     }
 
-    /// What would do, where there is something to say.
+    /// A remedy, if there is one.
     pub fn help(&self) -> Option<String> {
         match self {
             Self::Usage { help, .. } | Self::Failed { help, .. } => help.clone(),

@@ -1,4 +1,4 @@
-//! `octolux explain`: what a scene holds and calls for, and how it would be rendered.
+//! `octolux explain`: the contents and requirements of a scene, and how it would be rendered.
 
 use std::path::{Path, PathBuf};
 
@@ -40,7 +40,7 @@ pub struct Args {
 /// Prints the explanation on standard output.
 ///
 /// # Errors
-/// A scene that cannot be loaded, or not be rendered so.
+/// A scene that cannot be loaded, or not rendered with these settings.
 pub fn run(args: &Args) -> Result<Exit, CliError> {
     let scene = args.options.reading.load(&args.scene)?;
     let settings = args.options.settings(&scene)?;
@@ -75,7 +75,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     Ok(Exit::Well)
 }
 
-/// Counts, needs and the plan.
+/// Counts, required effects and the plan.
 #[derive(Serialize)]
 struct Explanation {
     scene: String,
@@ -99,14 +99,14 @@ struct Explanation {
     notes: Vec<String>,
     kernel: String,
     why: String,
-    /// `None` where no ray goes through Embree.
+    /// `None` if no rays go through Embree.
     robust: Option<bool>,
-    /// `None` where there are too many shapes.
+    /// `None` with too many shapes.
     cull: Option<bool>,
-    /// Which lights a pass asks, and why.
+    /// Which lights a pass samples, and why.
     asked: String,
     lanes: usize,
-    /// Rays that whoever answers them takes at a time.
+    /// Rays per call of the intersector.
     rays_together: usize,
     threads: usize,
     spp: u32,
@@ -119,7 +119,7 @@ struct Explanation {
     noise: Option<Noise>,
 }
 
-/// Sentences about what is there and does nothing, and about the estimator where another one is better.
+/// Notes about parts of the scene without effect, and about a better estimator.
 fn notes(scene: &Scene, settings: Settings, prepared: &Prepared) -> Vec<String> {
     let mut said = effects::notes(scene, prepared.features());
     let (features, mis) = (prepared.features(), settings.estimator == EstimatorKind::Mis);
@@ -172,7 +172,7 @@ impl Explanation {
         }
     }
 
-    /// Each material once: a blend is not counted again as what it is blended of.
+    /// Counts each material once: a blend does not also count as its parts.
     fn materials(&self) -> String {
         let [diffuse, phong] = [self.diffuse, self.phong].map(|all| all - self.blends);
         let blends = match self.blends {
@@ -243,7 +243,7 @@ impl Explanation {
     }
 }
 
-/// Which lights a pass asks, and by which rule.
+/// Which lights a pass samples, and by which rule.
 fn asked(prepared: &Prepared) -> String {
     let settings = prepared.settings();
     let (emitters, few) = (prepared.features().emitters, LightsAsked::FEW);

@@ -1,4 +1,4 @@
-//! What `explain` says of effects: found and with what evidence, absent, and what each costs.
+//! Effects in `explain`: required ones with evidence, absent ones, and their costs.
 
 use serde::Serialize;
 
@@ -21,7 +21,7 @@ impl Found {
     }
 }
 
-/// Their names in a row.
+/// Their names, comma-separated.
 pub fn names(effects: &[Effect]) -> String {
     let names: Vec<&str> = effects.iter().map(|effect| effect.name()).collect();
     if names.is_empty() {
@@ -31,7 +31,7 @@ pub fn names(effects: &[Effect]) -> String {
     }
 }
 
-/// The effects that a scene calls for, each with its evidence.
+/// The effects that a scene requires, with evidence.
 pub fn found(scene: &Scene, features: &Features) -> Vec<Found> {
     let effects = features.effects().iter();
     effects
@@ -76,12 +76,12 @@ fn evidence(scene: &Scene, features: &Features, effect: Effect) -> String {
     }
 }
 
-/// The effects that it does not call for.
+/// The effects that it does not require.
 pub fn absent(features: &Features) -> Vec<Effect> {
     Effect::ALL.into_iter().filter(|&e| features.count(e) == 0).collect()
 }
 
-/// Sentences about what is there and does nothing.
+/// Notes about parts of the scene without effect.
 pub fn notes(scene: &Scene, features: &Features) -> Vec<String> {
     let mut said = Vec::new();
     if features.unseen > 0 {
@@ -128,7 +128,7 @@ pub fn cost_lines(costs: &Costs, prepared: &Prepared) -> Vec<String> {
                 Some(true) => "same bits",
                 _ => "OTHER BITS",
             };
-            // Nothing can cost less than nothing: what is below 0 is the noise of the measurement.
+            // Negative costs are noise of the measurement.
             let change = if change > 0.0 {
                 format!("{change:+.1}")
             } else {

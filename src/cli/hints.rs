@@ -1,8 +1,8 @@
-//! What was meant: names of other programs' options, and commands that were left out.
+//! Hints for options of other programs and for missing commands.
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 
-/// What people type who know other renderers, and what it is called here.
+/// Options of other renderers, and their names here.
 const KNOWN_ELSEWHERE: [(&str, &str); 22] = [
     ("samples", "--spp N"),
     ("sample-count", "--spp N"),
@@ -28,7 +28,7 @@ const KNOWN_ELSEWHERE: [(&str, &str); 22] = [
     ("eye", "--origin X,Y,Z"),
 ];
 
-/// The same error with a line on what would do, where that can be guessed.
+/// Adds a hint to the error if the intention can be guessed.
 pub fn with_hint(mut error: clap::Error) -> clap::Error {
     let said = |kind: ContextKind| match error.get(kind) {
         Some(ContextValue::String(text)) => text.clone(),

@@ -1,4 +1,4 @@
-//! `octolux hunt`: random scenes, and what must hold of every one of them. Hidden: it is for who changes Octolux.
+//! `octolux hunt`: random scenes, and properties that must hold for all of them. Hidden, for developers of Octolux.
 
 use std::fs;
 use std::io::Write;
@@ -30,7 +30,7 @@ pub struct Args {
     output: PathBuf,
 }
 
-/// Hunts, and says what was found on standard output.
+/// Hunts, and reports on standard output.
 ///
 /// # Errors
 /// Files that cannot be written; renders that cannot start.
@@ -71,7 +71,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     Ok(if all > 0 { Exit::Failed } else { Exit::Well })
 }
 
-/// Writes the scene as it was drawn and the small one; returns the path of the small one.
+/// Writes the original and the reduced scene; returns the path of the reduced one.
 fn write(folder: &Path, args: &Args, caught: &Catch) -> Result<PathBuf, CliError> {
     let stem = format!(
         "{}{}-{}",

@@ -1,4 +1,4 @@
-//! `octolux info`: what pictures and sums say about themselves.
+//! `octolux info`: the metadata of pictures and sums.
 
 use std::fs::{self, File};
 use std::io::BufReader;
@@ -31,13 +31,13 @@ pub struct Args {
     json: bool,
 }
 
-/// Names with their values, in the order in which they are told.
+/// Names with their values, in output order.
 type Facts = Vec<(String, Value)>;
 
-/// Prints what each file holds on standard output; the errors of each are told as they come.
+/// Prints the contents of each file on standard output; errors of each are reported as they occur.
 ///
 /// # Errors
-/// What standard output answers.
+/// Errors of standard output.
 pub fn run(args: &Args) -> Result<Exit, CliError> {
     let mut exit = Exit::Well;
     for path in &args.files {

@@ -1,4 +1,4 @@
-//! What a command reads, and that nothing which it writes takes the place of any of it, or of another output.
+//! Inputs of a command, protected against being overwritten by its outputs; outputs must differ, too.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use octolux::film::{Film, sums_file};
 use octolux::run::Record;
 use octolux::scene::Scene;
 
-/// What makes two paths one file: device and number where it exists, so that links of either kind count, else its absolute path.
+/// Identifies a file: by device and inode if it exists, so that links of either kind match, otherwise by absolute path.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 enum Identity {
     #[cfg(unix)]
@@ -33,7 +33,7 @@ impl Identity {
     }
 }
 
-/// Files that must stay as they are, each with what reads it, such as "the scene sky.toml".
+/// Files that must not be overwritten, with a description of the reader, such as "the scene sky.toml".
 #[derive(Debug, Default)]
 pub struct Inputs(HashMap<Identity, (PathBuf, String)>);
 
@@ -45,13 +45,13 @@ impl Inputs {
         Self(files.into_iter().map(named).collect())
     }
 
-    /// What a scene was read from.
+    /// The files that a scene was read from.
     pub fn of_scene(scene: &Scene) -> Self {
         let name = scene.files().first().map_or(Path::new(scene.name()), PathBuf::as_path);
         Self::of(format!("the scene {}", name.display()), scene.files().iter().cloned())
     }
 
-    /// What scenes name, before any of them is read.
+    /// The files that scenes name, before any of them is read.
     pub fn named_by<'a>(scenes: impl IntoIterator<Item = &'a PathBuf>) -> Self {
         let mut all = Self::default();
         for scene in scenes {
@@ -63,7 +63,7 @@ impl Inputs {
         all
     }
 
-    /// Adds those of another one.
+    /// Adds other inputs.
     pub fn add(&mut self, others: Self) {
         others
             .0
@@ -71,11 +71,10 @@ impl Inputs {
             .for_each(|(file, read)| _ = self.0.entry(file).or_insert(read));
     }
 
-    /// Whether none of these outputs takes the place of an input, of another output, or of samples that nobody has made a picture
-    /// of yet.
+    /// Checks that none of these outputs overwrites an input, another output, or sums that no picture has been made of yet.
     ///
     /// # Errors
-    /// The first output that does, with the name of what it would replace.
+    /// The first output that does, with the name of what it would overwrite.
     pub fn are_kept_by<'a>(&self, outputs: impl IntoIterator<Item = &'a Path>) -> Result<(), CliError> {
         let mut seen: HashMap<Identity, &Path> = HashMap::new();
         for path in outputs {
@@ -101,10 +100,11 @@ impl Inputs {
     }
 }
 
-/// Whether an output replaces no checkpoint: a picture or a file of figures no sums at all, sums none of a render under way.
+/// Checks that an output overwrites no checkpoint: pictures and figures may not overwrite any sums, sums not those of an
+/// unfinished render.
 ///
 /// # Errors
-/// That it does.
+/// If it does.
 pub fn keeps_checkpoints(path: &Path) -> Result<(), CliError> {
     if !sums_file::is_one(path) {
         return Ok(());
@@ -117,7 +117,7 @@ pub fn keeps_checkpoints(path: &Path) -> Result<(), CliError> {
         let (_, film): (Record, Film) = sums_file::read(path).ok()?;
         Some(film.passes() == record.passes || record.passes.is_empty())
     };
-    // Damaged sums are of no use to anybody.
+    // Damaged sums may be overwritten.
     if is_sums(path) && whole().unwrap_or(true) {
         return Ok(());
     }

@@ -1,8 +1,8 @@
-//! Ctrl-c (and the signals that ask a process to end): the first asks for a stop, the second exits at once.
+//! Ctrl-c and termination signals: the first requests a stop, the second exits at once.
 //!
-//! After the first, the render under way stops at the next tiles and its pictures are written; a scene that is being
-//! loaded is loaded to its end and then left. The second removes the temporary files and exits without writing: older
-//! files of the same names stay as they were.
+//! After the first, the current render stops at the next tiles and its pictures are written; a scene that is loading is loaded
+//! completely and then dropped. The second removes the temporary files and exits without writing: older files of the same names
+//! are kept.
 
 use std::process;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
@@ -11,7 +11,7 @@ use super::{CliError, Exit, report};
 use octolux::film::replace;
 use octolux::pipeline::Progress;
 
-/// What the handler shares with the render.
+/// The state shared by the signal handler and the render.
 #[derive(Clone, Default)]
 pub struct Interrupt(Arc<Mutex<State>>);
 
@@ -22,10 +22,10 @@ struct State {
 }
 
 impl Interrupt {
-    /// Listens from now on.
+    /// Starts handling signals.
     ///
     /// # Errors
-    /// Where the system takes no handler.
+    /// If the system rejects the handler.
     pub fn listen(quiet: bool) -> Result<Self, CliError> {
         let interrupt = Self::default();
         let heard = interrupt.clone();
@@ -42,12 +42,12 @@ impl Interrupt {
         Ok(interrupt)
     }
 
-    /// Whether a stop was asked for.
+    /// Whether a stop was requested.
     pub fn asked(&self) -> bool {
         self.with(|state| state.asked)
     }
 
-    /// Passes a stop on to this render too from now on.
+    /// Forwards stops to this render, too.
     pub fn watch(&self, progress: Arc<Progress>) {
         self.with(|state| {
             if state.asked {
@@ -58,7 +58,7 @@ impl Interrupt {
         });
     }
 
-    /// Returns whether a stop had been asked for before.
+    /// Returns whether a stop had been requested before.
     fn ask(&self) -> bool {
         self.with(|state| {
             let watched = state.watched.iter().filter_map(Weak::upgrade);

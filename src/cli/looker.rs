@@ -1,4 +1,4 @@
-//! Who looks on while a command with a budget is at work.
+//! The observer of commands with a time budget.
 
 use std::io::{self, IsTerminal};
 use std::sync::Arc;
@@ -11,14 +11,14 @@ use super::report;
 use octolux::pipeline::Progress;
 use octolux::run::Observer;
 
-/// The bar on the terminal, and ctrl-c.
+/// The progress bar and ctrl-c.
 pub struct PreviewWriter {
     interrupt: Interrupt,
     bar: ProgressBar,
 }
 
 impl PreviewWriter {
-    /// Starts the bar of the command `name`; nothing is drawn where standard error is no terminal.
+    /// Starts the bar of the command `name`; draws nothing if standard error is no terminal.
     pub fn new(name: &str, interrupt: Interrupt, quiet: bool) -> Self {
         let bar = if quiet || !io::stderr().is_terminal() {
             ProgressBar::hidden()
@@ -38,7 +38,7 @@ impl PreviewWriter {
         Self { interrupt, bar }
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub fn clear(&self) {
         self.bar.finish_and_clear();
     }

@@ -1,7 +1,6 @@
-//! The manifest of a batch: a TOML file that says which scenes are rendered, how, and where to.
+//! The manifest of a batch: a TOML file with scenes, options and outputs.
 //!
-//! Its keys are the long options of `octolux render`, and are read by the same parser: what a picture may say is what a
-//! command line may say.
+//! Its keys are the long options of `octolux render`, parsed by the same parser: a picture accepts what a command line accepts.
 
 use std::path::{Path, PathBuf};
 
@@ -14,19 +13,19 @@ use super::outputs;
 use super::request::Request;
 use super::{CliError, patterns, render};
 
-/// The longest manifest, in bytes.
+/// Maximum size of a manifest in bytes.
 const LONGEST: u64 = 16 << 20;
 
 /// Keys that are not options of `render`.
 const SCENES: [&str; 2] = ["scene", "scenes"];
 
-/// Keys whose values are files, beside the manifest.
+/// Keys whose values are files, relative to the manifest.
 const FILES: [&str; 3] = ["outputs", "stats", "checkpoint"];
 
-/// Options that are on or off, which TOML also calls true and false.
+/// On/off options, for which TOML booleans are accepted.
 const SWITCHES: [&str; 2] = ["robust", "cull"];
 
-/// What the batch decides for all.
+/// Options that apply to the whole batch.
 const NOT_HERE: [&str; 4] = ["json", "quiet", "threads", "output"];
 
 #[derive(Parser)]
@@ -39,7 +38,7 @@ struct Line {
 /// The pictures of the manifest at `path`, in its order.
 ///
 /// # Errors
-/// What is wrong with it; files that could not be written, or would be twice.
+/// Errors of the manifest; files that could not be written, or would be written twice.
 pub fn read(path: &Path) -> Result<Vec<Request>, CliError> {
     let bad = |what: String| CliError::usage(format!("{}: {what}", path.display()));
     let unreadable = |error: std::io::Error| bad(format!("cannot be read: {error}"));
@@ -86,7 +85,7 @@ pub fn read(path: &Path) -> Result<Vec<Request>, CliError> {
     Ok(wanted)
 }
 
-/// Makes the folder of an output where there is none.
+/// Creates the folder of an output if it is missing.
 fn make_folder(output: &Path) -> Result<(), CliError> {
     let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
     let Some(folder) = folder.filter(|folder| !folder.exists()) else {
@@ -154,7 +153,7 @@ fn entry_of(entry: &Table, defaults: &Table, folder: &Path) -> Result<Vec<Reques
     Ok(requests.concat())
 }
 
-/// A value, or each of a list of them, as it would stand on a command line.
+/// The command-line spelling of a value, or of each value in a list.
 fn texts(key: &str, value: &Value) -> Result<Vec<String>, String> {
     match value {
         Value::Array(list) => Ok(list
@@ -173,7 +172,7 @@ fn first_line(text: &str) -> String {
     line.strip_prefix("error: ").unwrap_or(line).to_owned()
 }
 
-/// Where a batch notes what is done: `jobs.toml` has `jobs.done.jsonl` beside it.
+/// The record of finished pictures: `jobs.done.jsonl` beside `jobs.toml`.
 pub fn notes_beside(path: &Path) -> PathBuf {
     path.with_extension("done.jsonl")
 }

@@ -1,4 +1,4 @@
-//! `octolux merge`: the sums of shards to one picture.
+//! `octolux merge`: combines the sums of shards into one picture.
 
 use std::path::{Path, PathBuf};
 
@@ -39,12 +39,12 @@ pub struct Args {
     quiet: bool,
 }
 
-/// A part that was looked at.
+/// A part whose file was checked.
 #[derive(Clone)]
 struct Part {
     path: PathBuf,
     record: Record,
-    /// Of its sums.
+    /// CRC of its sums.
     crc: u32,
 }
 
@@ -61,7 +61,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     }
     let parts = in_order(args)?;
     let mut film: Option<Film> = None;
-    // One after the other: no more is in memory than the sums so far and those of one part.
+    // One after the other: memory only holds the sums so far and those of one part.
     for part in &parts {
         let (_, sums): (Record, Film) = sums_file::read(&part.path).map_err(|error| CliError::bad_path(&error))?;
         if sums.passes() != part.record.passes && !part.record.passes.is_empty() {
@@ -102,7 +102,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     Ok(Exit::Well)
 }
 
-/// The parts by their passes, each once.
+/// The parts ordered by passes, without duplicates.
 fn in_order(args: &Args) -> Result<Vec<Part>, CliError> {
     let mut parts: Vec<Part> = Vec::new();
     for path in &args.parts {
@@ -119,7 +119,7 @@ fn in_order(args: &Args) -> Result<Vec<Part>, CliError> {
         let path = path.clone();
         parts.push(Part { path, record, crc });
     }
-    // Where shards are more than there is to divide, some hold nothing. One of them stands for the render if all do.
+    // With more shards than leaves, some are empty. If all are, one of them represents the render.
     let nothing = |part: &Part| part.record.passes.is_empty();
     if !parts.iter().all(nothing) {
         parts.retain(|part| !nothing(part));
@@ -167,7 +167,7 @@ fn overlap(one: &Part, other: &Part) -> CliError {
     CliError::usage(what).with_help("merge the shards of one division: 1/N to N/N")
 }
 
-/// An error about passes that no part holds, unless they may be missing: with the shards that hold them, if the parts are of a division.
+/// An error about passes that no part contains, unless they may be missing; names the missing shards if the parts are shards.
 fn missing(args: &Args, parts: &[Part], passes: std::ops::Range<u32>) -> Result<(), CliError> {
     if args.partial {
         return Ok(());
@@ -224,10 +224,10 @@ fn tell(args: &Args, parts: &[Part], spp: u32) {
     ));
 }
 
-/// An error about the file at `path` if it is not of the same render as `first`.
+/// An error about the file at `path` if it belongs to another render than `first`.
 ///
 /// # Errors
-/// What it differs in.
+/// The difference.
 pub fn same_render(first: &Record, other: &Record, path: &Path, any_embree: bool) -> Result<(), CliError> {
     match first.difference(other, any_embree) {
         None => Ok(()),

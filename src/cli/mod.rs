@@ -1,7 +1,7 @@
-//! The command line: one subcommand a file.
+//! The command line: one module per subcommand.
 //!
-//! Standard output carries data, standard error the rest. Exit codes: 0 well, 2 bad usage or a bad scene, 1 anything
-//! else, 130 interrupted.
+//! Standard output carries data, standard error everything else. Exit codes: 0 success, 2 bad usage or a bad scene, 1 any other
+//! error, 130 interrupted.
 
 mod batch;
 mod compare;
@@ -108,7 +108,7 @@ enum Command {
     Study(study::Args),
 }
 
-/// Runs the command and says how it went.
+/// Runs the command and returns its exit code.
 pub fn main() -> ExitCode {
     // clap prints its own errors, to standard error with exit code 2 (help and version: standard output, 0).
     let parsed = Cli::try_parse().map_err(hints::with_hint);
@@ -137,7 +137,7 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// Whether what the environment says of kernels is one of the words that count.
+/// Checks that environment variables for kernels have valid values.
 fn environment() -> Result<(), CliError> {
     match std::env::var_os(AVX512) {
         Some(value) if !["", "on", "off"].iter().any(|known| value == *known) => Err(CliError::usage(format!(

@@ -1,15 +1,15 @@
-//! What shapes are called where people read of them: by number and place, or by name.
+//! Names of shapes in messages: by number and position, or by name.
 
 use octolux::scene::Scene;
 
-/// A sphere by its number, from 1 as in the file, and its place.
+/// A sphere by its number, from 1 as in the file, and its position.
 pub fn sphere(scene: &Scene, index: usize) -> String {
     let place = scene.spheres()[index].center;
     let [x, y, z] = place.to_array();
     format!("sphere {} at {}, {}, {}", index + 1, short(x), short(y), short(z))
 }
 
-/// A mesh by what its file calls it, with the middle of its box.
+/// A mesh by its name in the file, with the centre of its bounding box.
 pub fn mesh(scene: &Scene, index: usize) -> String {
     let mesh = &scene.meshes()[index];
     let corners = mesh
@@ -30,7 +30,7 @@ pub fn mesh(scene: &Scene, index: usize) -> String {
     format!("{name}{}", place.unwrap_or_default())
 }
 
-/// A light without a shape, by its number and place.
+/// A light without shape, by its number and position.
 pub fn light(scene: &Scene, index: usize) -> String {
     let place = scene.lights()[index].position().map(|at| at.to_array());
     let place = place.map_or("far away".to_owned(), |[x, y, z]| {

@@ -10,16 +10,16 @@ use octolux::run::{MOST_SPP, RenderOptions};
 use octolux::scene::{Effect, EstimatorKind, FilmSize, SamplerKind, Scene, available_memory};
 use octolux::settings::{AccelKind, Lanes, LightsAsked};
 
-/// The longest side of a picture in pixels, as in scene files.
+/// Maximum side of a picture in pixels, as in scene files.
 const LONGEST_SIDE: u32 = 65_536;
 
-/// The least that a pixel takes while it is rendered, as scene files are judged.
+/// Minimum memory of a pixel during rendering, as for scene files.
 const BYTES_PER_PIXEL: u64 = 40;
 
-/// How a choice of two is spelled: first that it is made.
+/// The spelling of on/off options.
 const SWITCH: [&str; 2] = ["on", "off"];
 
-/// The spelling of such a choice.
+/// The spelling of an on/off value.
 pub const fn switch(on: bool) -> &'static str {
     SWITCH[if on { 0 } else { 1 }]
 }
@@ -69,7 +69,7 @@ pub struct Options {
 }
 
 impl Options {
-    /// Every choice resolved: the command line before the scene before the defaults.
+    /// Resolves every option: the command line, then the scene, then the default.
     ///
     /// # Errors
     /// A `--size` that does not fit into memory.
@@ -78,7 +78,7 @@ impl Options {
         Ok(self.render_options().settings(scene))
     }
 
-    /// What is asked of a render.
+    /// The options as library options.
     pub fn render_options(&self) -> RenderOptions {
         RenderOptions {
             size: self.size,
@@ -97,7 +97,7 @@ impl Options {
 }
 
 impl Options {
-    /// What the user gave, as it could be typed again, with a space in front of each; the option `turned` is left out.
+    /// The given options as typed, each with a leading space; leaves out the option `turned`.
     pub fn given(&self, turned: &str) -> String {
         let text = |value: Option<&'static str>| value.map(str::to_owned);
         let size = self.size.map(|FilmSize { width, height }| format!("{width}x{height}"));
@@ -119,10 +119,10 @@ impl Options {
     }
 }
 
-/// Looks whether a picture of the size that the command line asks for fits into memory.
+/// Checks that a picture of the size on the command line fits into memory.
 ///
 /// # Errors
-/// One that does not.
+/// If it does not.
 pub fn check_size(size: Option<FilmSize>) -> Result<(), CliError> {
     let Some(FilmSize { width, height }) = size else {
         return Ok(());
@@ -136,7 +136,7 @@ pub fn check_size(size: Option<FilmSize>) -> Result<(), CliError> {
     Ok(())
 }
 
-/// A number of passes.
+/// Parses a number of passes.
 pub fn spp(text: &str) -> Result<u32, String> {
     match text.parse() {
         Ok(number @ 1..=MOST_SPP) => Ok(number),
@@ -144,7 +144,7 @@ pub fn spp(text: &str) -> Result<u32, String> {
     }
 }
 
-/// An exposure in stops.
+/// Parses an exposure in stops.
 pub fn stops(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(number) if number.abs() <= 64.0 => Ok(number),
@@ -174,7 +174,7 @@ fn lanes(text: &str) -> Result<Lanes, String> {
     }
 }
 
-/// A size of picture, `WIDTHxHEIGHT`.
+/// Parses a picture size, `WIDTHxHEIGHT`.
 pub fn size(text: &str) -> Result<FilmSize, String> {
     let side = |text: &str| {
         text.parse::<u32>()

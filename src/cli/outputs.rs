@@ -1,4 +1,4 @@
-//! Which files a render writes, known and checked before it starts.
+//! The output files of a render, determined and checked before it starts.
 
 use std::path::{Path, PathBuf};
 
@@ -7,24 +7,24 @@ use super::inputs::{Inputs, keeps_checkpoints};
 use octolux::film::{check_output, replace};
 use octolux::run::MOST_SPP;
 
-/// Stands for the scene's name in `--output` and `--stats`.
+/// The placeholder of the scene's name in `--output` and `--stats`.
 const NAME: &str = "{name}";
 
 /// The files of one scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Targets {
-    /// Pictures, each in the format of its ending.
+    /// Pictures, each in the format of its extension.
     pub pictures: Vec<PathBuf>,
     /// The figures of the render.
     pub stats: Option<PathBuf>,
-    /// The state of the render.
+    /// The checkpoint.
     pub checkpoint: Option<PathBuf>,
-    /// Pictures on the way.
+    /// Intermediate pictures.
     pub snapshots: Vec<PathBuf>,
 }
 
 impl Targets {
-    /// With the pictures that `--snapshots` may write.
+    /// Adds the pictures that `--snapshots` may write.
     #[must_use]
     pub fn with_snapshots(mut self, wanted: bool) -> Self {
         let pictures = self.pictures.iter().filter(|path| wanted && !is_sums(path));
@@ -42,10 +42,10 @@ impl Targets {
     }
 }
 
-/// The files of every scene, in the order of the scenes.
+/// The output files of every scene, in order.
 ///
 /// # Errors
-/// Two pictures of one name, a name that several scenes would share, or a file that could not be written.
+/// Two pictures with one name, a name shared by several scenes, or a file that could not be written.
 pub fn plan(
     scenes: &[PathBuf],
     outputs: &[PathBuf],
@@ -76,10 +76,10 @@ pub fn plan(
     Ok(targets)
 }
 
-/// Looks whether all these files can be written without taking the place of an input.
+/// Checks that all these files can be written without overwriting an input.
 ///
 /// # Errors
-/// The first that cannot, or would be written twice.
+/// The first that cannot be written, or would be written twice.
 pub fn look<'a>(targets: impl Iterator<Item = &'a Targets> + Clone, inputs: &Inputs) -> Result<(), CliError> {
     inputs.are_kept_by(targets.clone().flat_map(Targets::all))?;
     for target in targets {
@@ -97,7 +97,7 @@ pub fn look<'a>(targets: impl Iterator<Item = &'a Targets> + Clone, inputs: &Inp
     Ok(())
 }
 
-/// Where the picture after so many passes goes: `a.png` becomes `a_0016spp.png`.
+/// The path of a snapshot after so many passes: `a.png` becomes `a_0016spp.png`.
 pub fn snapshot(path: &Path, passes: u32) -> PathBuf {
     let mut name = path.file_stem().unwrap_or_default().to_owned();
     name.push(format!("_{passes:04}spp."));
@@ -105,9 +105,9 @@ pub fn snapshot(path: &Path, passes: u32) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// The files of one scene, names filled in.
+/// The output files of one scene, with names filled in.
 pub fn of_scene(scene: &Path, outputs: &[PathBuf], stats: Option<&Path>, checkpoint: Option<&Path>) -> Targets {
-    // A path without a name (`..`) is no scene, which the scene's own error will say.
+    // A path without a name (`..`) is no scene; loading it reports the error.
     let name = scene.file_stem().map_or("scene".into(), |name| name.to_string_lossy());
     let pictures = if outputs.is_empty() {
         vec![format!("{name}.exr").into(), format!("{name}.png").into()]
@@ -122,7 +122,7 @@ pub fn of_scene(scene: &Path, outputs: &[PathBuf], stats: Option<&Path>, checkpo
     }
 }
 
-/// Whether a file is one of sums, by its ending.
+/// Whether a file contains sums, by its extension.
 pub fn is_sums(path: &Path) -> bool {
     path.extension()
         .is_some_and(|ending| ending.eq_ignore_ascii_case("acc"))

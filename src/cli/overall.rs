@@ -1,4 +1,4 @@
-//! What several pictures of one command share: which are done, and how far all of them are.
+//! State shared by several pictures of one command: finished ones, and overall progress.
 
 use std::collections::HashSet;
 use std::path::PathBuf;
@@ -9,22 +9,22 @@ use super::CliError;
 use super::done::Done;
 use octolux::pipeline::Progress;
 
-/// What the pictures share.
+/// The shared state.
 #[derive(Debug)]
 pub struct TotalProgress {
     done: Option<Done>,
     again: bool,
-    /// Samples to render in all; pictures that are there, or fail, are taken off.
+    /// Total samples to render; existing and failed pictures are subtracted.
     total: AtomicU64,
     begun: Mutex<Vec<Arc<Progress>>>,
-    /// Pictures that were there already.
+    /// Pictures that existed already.
     there: AtomicUsize,
-    /// Notes that were told.
+    /// Notes already printed.
     told: Mutex<HashSet<String>>,
 }
 
 impl TotalProgress {
-    /// Of pictures with so many samples in all. `done` notes what is done, and `again` is whether to render it all the same.
+    /// For pictures with so many samples in all. `done` records finished pictures; `again` renders them anyway.
     pub fn new(done: Option<Done>, again: bool, samples: u64) -> Self {
         Self {
             done,
@@ -36,53 +36,53 @@ impl TotalProgress {
         }
     }
 
-    /// Has the samples of a render counted.
+    /// Counts the samples of a render.
     pub fn watch(&self, progress: Arc<Progress>) {
         self.list().push(progress);
     }
 
-    /// Whether these files are there as they would be rendered.
+    /// Whether these files exist and are up to date.
     pub fn is_done(&self, key: &str, files: &[PathBuf]) -> bool {
         let there = !self.again && self.done.as_ref().is_some_and(|done| done.holds(key, files));
         self.there.fetch_add(usize::from(there), Ordering::Relaxed);
         there
     }
 
-    /// Whether it is noted what is done: whether this is a batch.
+    /// Whether finished pictures are recorded, as in a batch.
     pub fn is_batch(&self) -> bool {
         self.done.is_some()
     }
 
-    /// How many pictures were there already.
+    /// Number of pictures that existed already.
     pub fn there(&self) -> usize {
         self.there.load(Ordering::Relaxed)
     }
 
-    /// Whether a note is told for the first time.
+    /// Whether a note is new, so that it is printed once.
     pub fn is_new(&self, note: &str) -> bool {
         let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
         told.insert(note.to_owned())
     }
 
-    /// Notes that they are.
+    /// Records that these files are finished.
     ///
     /// # Errors
-    /// Notes that cannot be written.
+    /// A record that cannot be written.
     pub fn note(&self, key: String, files: &[PathBuf]) -> Result<(), CliError> {
         self.done.as_ref().map_or(Ok(()), |done| done.note(key, files))
     }
 
-    /// How many renders have begun.
+    /// Number of renders that have begun.
     pub fn begun(&self) -> usize {
         self.list().len()
     }
 
-    /// Takes samples off that will not be rendered.
+    /// Subtracts samples that will not be rendered.
     pub fn forget(&self, samples: u64) {
         self.total.fetch_sub(samples, Ordering::Relaxed);
     }
 
-    /// Samples to render in all.
+    /// Total samples to render.
     pub fn total(&self) -> u64 {
         self.total.load(Ordering::Relaxed)
     }

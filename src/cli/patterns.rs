@@ -1,15 +1,15 @@
-//! Patterns for files, as a shell would expand them: `*` for any part of a name, `?` for one letter. Where the shell is kept from it
-//! by quotes, or there is none, as in a manifest.
+//! File patterns as in a shell: `*` for any part of a name, `?` for one character. For quoted patterns, and for manifests,
+//! which no shell expands.
 
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
 use super::CliError;
 
-/// The files that each path stands for: itself where it is there or is no pattern, else all that match, sorted.
+/// The files of each path: itself if it exists or is no pattern, otherwise all matches, sorted.
 ///
 /// # Errors
-/// A pattern that nothing matches.
+/// A pattern without a match.
 pub fn expand(paths: &[PathBuf]) -> Result<Vec<PathBuf>, CliError> {
     let mut all = Vec::new();
     for path in paths {
@@ -48,7 +48,7 @@ fn matches(pattern: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// What of a folder matches, sorted. As in a shell, a hidden name has to be asked for by its point.
+/// The matches in a folder, sorted. As in a shell, hidden names only match a pattern with a leading dot.
 fn in_folder(folder: &Path, pattern: &[char]) -> Vec<PathBuf> {
     let place = if folder.as_os_str().is_empty() {
         Path::new(".")
@@ -66,7 +66,7 @@ fn in_folder(folder: &Path, pattern: &[char]) -> Vec<PathBuf> {
     found
 }
 
-/// Whether a name fits: the last `*` takes as little as it can, and more where that does not do.
+/// Whether a name matches: the last `*` takes as little as possible, and more on backtracking.
 fn fits(name: &[char], pattern: &[char]) -> bool {
     let (mut at, mut asked, mut star) = (0, 0, None);
     while at < name.len() {

@@ -1,4 +1,4 @@
-//! One scene to its pictures: set up or taken up again, rendered block by block, written.
+//! Renders one scene to its pictures: setup or resume, render by blocks, write.
 
 mod writing;
 
@@ -25,12 +25,12 @@ use octolux::study::outliers::FirstSamples;
 pub struct Job<'a> {
     pub request: &'a Request,
     pub interrupt: &'a Interrupt,
-    /// What it shares with the other pictures of a batch.
+    /// State shared with the other pictures of a batch.
     pub overall: Option<&'a TotalProgress>,
 }
 
 impl<'a> Job<'a> {
-    /// Renders and writes; returns everything that went wrong.
+    /// Renders and writes; returns all errors.
     pub fn run(self) -> Vec<CliError> {
         let (render, mut run) = match self.set_up() {
             Ok(Some(set_up)) => set_up,
@@ -52,7 +52,7 @@ impl<'a> Job<'a> {
         kept.errors
     }
 
-    /// Loads the scene and builds what its render needs, or takes it up again; nothing where a batch has it already.
+    /// Loads the scene and prepares or resumes its run; `None` if a batch has already finished it.
     fn set_up(self) -> Result<Option<(Render<'a>, Run)>, CliError> {
         let (request, started) = (self.request, Instant::now());
         let scene = request.load()?;
@@ -97,7 +97,7 @@ impl<'a> Job<'a> {
         Ok(Some((render, run)))
     }
 
-    /// Takes up what the checkpoint holds, if it may.
+    /// Resumes from the checkpoint, if allowed.
     fn resume(self, path: &Path, prepared: &Prepared, goal: Goal) -> Result<Run, CliError> {
         if !self.request.resume {
             let what = format!("{}: a checkpoint is there already", path.display());
@@ -118,7 +118,7 @@ impl<'a> Job<'a> {
         Ok(run)
     }
 
-    /// Has the viewer tev show it, where it is there.
+    /// Connects to the viewer tev, if it is running.
     fn show(self, name: &str) -> Option<Feed> {
         let started = Feed::start(self.request.tev.as_deref()?, name);
         let warn = |error| report::warning(&format!("{error}: the render goes on without tev"));
@@ -133,7 +133,7 @@ impl<'a> Job<'a> {
             .overall
             .map(|_| format!("{}: ", self.request.scene.display()))
             .unwrap_or_default();
-        // Several pictures of a batch may be of one scene.
+        // Several pictures of a batch may share a scene.
         let tell = |note: &str| {
             let note = format!("{of}{note}");
             if self.overall.is_none_or(|overall| overall.is_new(&note)) {
@@ -152,7 +152,7 @@ impl<'a> Job<'a> {
         }
     }
 
-    /// Says before it is tried what would not fit.
+    /// Warns about insufficient memory before rendering.
     fn announce_memory(self, settings: Settings, goal: &Goal) -> Result<(), CliError> {
         let range = goal.range(settings.film);
         let passes = goal.spp().map_or(1, |_| range.end - range.start);
@@ -174,39 +174,39 @@ impl<'a> Job<'a> {
     }
 }
 
-/// A render under way: it observes its run.
+/// A running render: it observes its run.
 struct Render<'a> {
     name: String,
     writer: Writer<'a>,
     kept: RefCell<Kept>,
 }
 
-/// What changes on the way.
+/// The mutable state.
 struct Kept {
-    /// Whether the run is not one that was taken up again.
+    /// Whether the run was not resumed.
     fresh: bool,
     /// Passes at the last snapshot, or at the start.
     written_passes: u32,
     checkpoint: Option<Checkpoint>,
-    /// What later samples are held against.
+    /// The first samples, to be compared with later ones.
     first: Option<FirstSamples>,
-    /// Who shows it on the way.
+    /// The live viewer.
     tev: Option<Feed>,
     write_time: Duration,
-    /// Pictures that could not be written: no reason to keep back the others.
+    /// Errors of pictures; the others are still written.
     errors: Vec<CliError>,
 }
 
-/// Writes what there is of a run.
+/// Writes the outputs of a run.
 struct Writer<'a> {
     job: Job<'a>,
-    /// A hash of everything that decides the pictures.
+    /// A hash of everything that affects the pictures.
     key: String,
     load_time: Duration,
 }
 
 impl Render<'_> {
-    /// Shows the way to the goal until it is dropped.
+    /// Shows progress until it is dropped.
     fn bar(&self, run: &Run) -> Bar {
         if self.writer.job.overall.is_some() {
             return Bar::none();
@@ -233,7 +233,7 @@ impl Observer for Render<'_> {
     }
 
     fn look(&self, run: &Run) {
-        // A query that failed has spoilt the picture: nothing of it is kept.
+        // After a failed query the picture is wrong and nothing is written.
         if run.failure().is_some() {
             return;
         }

@@ -12,14 +12,14 @@ use octolux::run::Run;
 
 const TICK: Duration = Duration::from_millis(100);
 
-/// The bar as fine steps: indicatif counts in whole numbers, a time limit does not.
+/// Resolution of the bar: indicatif counts integers, while a time limit is continuous.
 const STEPS: f64 = 10_000.0;
 
-/// A bar that moves by itself until it is dropped; nothing at all where standard error is no terminal.
+/// A bar that updates itself until it is dropped; nothing if standard error is no terminal.
 pub struct Bar(Option<(Sender<()>, JoinHandle<()>)>);
 
 impl Bar {
-    /// Starts to watch a run.
+    /// Starts a bar for a run.
     pub fn start(name: &str, run: &Run, quiet: bool) -> Self {
         let started = Instant::now();
         let progress = run.progress().clone();
@@ -48,7 +48,7 @@ impl Bar {
         Self(None)
     }
 
-    /// Shows again and again what `look` returns: the share that is done, and words.
+    /// Repeatedly shows the result of `look`: the finished share, and a text.
     pub fn watch(name: &str, quiet: bool, look: impl Fn() -> (f64, String) + Send + 'static) -> Self {
         if quiet || !io::stderr().is_terminal() {
             return Self(None);
@@ -64,7 +64,7 @@ impl Bar {
         }
         bar.set_prefix(name.to_owned());
         report::above(Some(bar.clone()));
-        // A thread of its own, as a block of passes can take minutes.
+        // A separate thread, because a block of passes can take minutes.
         let (stop, stopped) = mpsc::channel();
         let ticker = thread::spawn(move || {
             while stopped.recv_timeout(TICK) == Err(RecvTimeoutError::Timeout) {
@@ -88,7 +88,7 @@ impl Drop for Bar {
     }
 }
 
-/// What the bar is on the way to.
+/// The goal that the bar shows.
 #[derive(Clone, Copy)]
 enum Goal {
     Passes(u32),
@@ -98,7 +98,7 @@ enum Goal {
 /// The counts at one moment.
 struct LoadOptions {
     samples: u64,
-    /// Of these, those of before a break.
+    /// Samples from before the run was resumed.
     resumed: u64,
     rays: u64,
     seconds: f64,
@@ -122,7 +122,7 @@ impl LoadOptions {
         let rate = self.rays as f64 / self.seconds.max(1e-9) * 1e-6;
         let left = match goal {
             Goal::Seconds(goal) => Some(goal - self.seconds),
-            // Too little to foretell from in the first moment.
+            // Too early for an estimate.
             Goal::Passes(_) => {
                 let done = share * (self.samples - self.resumed) as f64 / (self.samples as f64).max(1.0);
                 (done > 0.0).then(|| self.seconds * (1.0 - share) / done)

@@ -1,4 +1,4 @@
-//! How scenes are read, for every command that reads one.
+//! Common options for reading scenes.
 
 use std::path::Path;
 
@@ -33,10 +33,10 @@ impl LoadOptions {
         }
     }
 
-    /// Reads the scene at `path`, and turns its camera as the command line says.
+    /// Reads the scene at `path`, and applies the camera options.
     ///
     /// # Errors
-    /// What is wrong with it, and where.
+    /// An error of the scene, and its place.
     pub fn load(self, path: &Path) -> Result<Scene, CliError> {
         let scene = Scene::load_with(path, self.outside()).map_err(CliError::scene)?;
         let Self {
@@ -57,7 +57,7 @@ impl LoadOptions {
         turned.build().map_err(|error| CliError::change(&error))
     }
 
-    /// What the user gave, as it could be typed again, with a space in front of each.
+    /// The given options as typed, each with a leading space.
     pub fn given(self) -> String {
         let outside = self.allow_outside.then(|| " --allow-outside".to_owned());
         let place = |name: &str, at: Option<[f64; 3]>| at.map(|[x, y, z]| format!(" --{name}={x},{y},{z}"));

@@ -1,4 +1,4 @@
-//! `octolux reference`: the picture that the independent oracle sees, with its standard errors.
+//! `octolux reference`: the picture of the independent oracle, with its standard errors.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -50,7 +50,7 @@ pub struct Args {
 /// error.
 ///
 /// # Errors
-/// A scene that cannot be loaded; pictures that cannot be written, which is looked at before the render.
+/// A scene that cannot be loaded; pictures that cannot be written, which is checked before the render.
 pub fn run(args: &Args) -> Result<Exit, CliError> {
     let stderr_path = args.stderr.clone().unwrap_or_else(|| stderr_beside(&args.output));
     if stderr_path == args.output {
@@ -63,7 +63,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     let scene = args.reading.load(&args.scene)?;
     Inputs::of_scene(&scene).are_kept_by([args.output.as_path(), &stderr_path])?;
     let film = args.size.unwrap_or(scene.film());
-    // 0 stands for as many as the machine offers.
+    // 0 means as many as the machine has.
     let threads = ThreadPoolBuilder::new().num_threads(args.threads.unwrap_or(0)).build();
     let threads = threads.map_err(|error| CliError::failed(format!("cannot start the threads: {error}")))?;
     let bar = progress_bar(
@@ -90,7 +90,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     Ok(Exit::Well)
 }
 
-/// Refuses a picture that holds no numbers: what is written is taken for the truth.
+/// Rejects a picture with NaN or infinite values: it would be used as the truth.
 fn sound(path: &Path, picture: &Picture, content: &str) -> Result<(), CliError> {
     NotFinite::find(&picture.pixels, picture.width).map_or(Ok(()), |wrong| {
         let what = format!("{}: not written: {content}: {wrong}", path.display());
@@ -111,7 +111,7 @@ fn stderr_beside(picture: &Path) -> PathBuf {
     picture.with_file_name(name)
 }
 
-/// Hidden where nobody watches: `indicatif` draws on terminals only.
+/// `indicatif` draws on terminals only.
 fn progress_bar(quiet: bool, samples: u64) -> ProgressBar {
     if quiet {
         return ProgressBar::hidden();

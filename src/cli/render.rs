@@ -1,4 +1,4 @@
-//! `octolux render`: scenes to pictures.
+//! `octolux render`: renders scenes to pictures.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -115,10 +115,10 @@ pub struct Args {
 }
 
 impl Args {
-    /// Whether all options that were given go together, as far as the parser does not know it.
+    /// Checks combinations of options that the parser does not check.
     ///
     /// # Errors
-    /// Two that do not.
+    /// Two options that exclude each other.
     pub fn combined(&self) -> Result<(), CliError> {
         let with_time = [
             ("--adaptive", self.adaptive),
@@ -138,7 +138,7 @@ impl Args {
         Ok(())
     }
 
-    /// The request for each scene, with its files.
+    /// The request for each scene, with its output files.
     pub fn requests(&self, targets: Vec<outputs::Targets>) -> Vec<Request> {
         let options = RenderOptions {
             adaptive: self.adaptive,
@@ -167,10 +167,10 @@ impl Args {
     }
 }
 
-/// Renders every scene; the errors of each are told as they come.
+/// Renders every scene; the errors of each are reported as they occur.
 ///
 /// # Errors
-/// Only what stops all of them: files that could not be written later on.
+/// Only errors that concern all scenes: files that could not be written.
 pub fn run(args: &Args) -> Result<Exit, CliError> {
     if let Some(sample) = args.replay {
         return match &args.scenes[..] {

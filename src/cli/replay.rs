@@ -1,4 +1,4 @@
-//! `octolux render SCENE --replay X,Y,PASS`: one sample again, step by step.
+//! `octolux render SCENE --replay X,Y,PASS`: repeats one sample step by step.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use octolux::pipeline::{Asked, Beside, Found, Met, Prepared, Replay, Settings};
 use octolux::scene::Scene;
 use octolux::settings::Lanes;
 
-/// Reads `X,Y,PASS`.
+/// Parses `X,Y,PASS`.
 pub fn sample(text: &str) -> Result<[u32; 3], String> {
     let numbers: Result<Vec<u32>, _> = text.split(',').map(|number| number.trim().parse()).collect();
     let three = numbers.ok().and_then(|numbers| numbers.try_into().ok());
@@ -18,10 +18,10 @@ pub fn sample(text: &str) -> Result<[u32; 3], String> {
 /// Prints the sample; writes no picture.
 ///
 /// # Errors
-/// A scene that cannot be rendered so, a pixel beside the film.
+/// A scene that cannot be rendered with these settings, a pixel outside the film.
 pub fn run(path: &Path, options: &Options, sample: [u32; 3], json: bool) -> Result<Exit, CliError> {
     let scene = options.reading.load(path)?;
-    // One lane has the bits of all widths.
+    // A scalar kernel has the bits of all widths.
     let settings = Settings {
         lanes: Some(Lanes::One),
         threads: 1,
@@ -45,8 +45,8 @@ pub fn run(path: &Path, options: &Options, sample: [u32; 3], json: bool) -> Resu
     Ok(Exit::Well)
 }
 
-/// Refuses a sample that is no number, or of which a part was thrown away. Its steps are printed all the same: they show where it
-/// comes from.
+/// Rejects a sample that is NaN or infinite, or of which a part was rejected. Its steps are printed before, because they show
+/// the cause.
 fn sound(path: &Path, replay: &Replay) -> Result<(), CliError> {
     let thrown: u64 = replay.invalid.iter().sum();
     if thrown == 0 && replay.radiance.iter().chain(&replay.seen).all(|x| x.is_finite()) {
@@ -60,7 +60,7 @@ fn sound(path: &Path, replay: &Replay) -> Result<(), CliError> {
     Err(CliError::failed(what).with_help("the steps above show where; please report the scene"))
 }
 
-/// The steps in lines for people.
+/// The steps as text.
 pub fn text(replay: &Replay, scene: &Scene, kernel: &str) -> String {
     let [x, y, pass] = replay.sample;
     let mut lines = vec![
@@ -108,7 +108,7 @@ pub fn text(replay: &Replay, scene: &Scene, kernel: &str) -> String {
     lines.join("\n")
 }
 
-/// What a ray met, as people call it.
+/// The name of what a ray hit.
 fn met(scene: &Scene, met: &Met) -> String {
     let (geometry, primitive) = (met.geometry as usize, met.primitive as usize);
     if geometry < scene.meshes().len() {
@@ -118,7 +118,7 @@ fn met(scene: &Scene, met: &Met) -> String {
     }
 }
 
-/// A sphere, by its number among those that single precision tells apart.
+/// A sphere, by its index among those that are distinct in single precision.
 fn ball(scene: &Scene, number: usize) -> String {
     match number < scene.spheres().len() {
         true => names::sphere(scene, number),

@@ -1,7 +1,7 @@
-//! What standard error shows: errors with the lines of the scene that they are about, warnings and notes.
+//! Output on standard error: errors with the lines of the scene in question, warnings and notes.
 //!
-//! Colours only on a terminal and without `NO_COLOR`; lines of the box-drawing kind only on a terminal that says
-//! UTF-8, so that a log file stays plain ASCII around the scene's own text.
+//! Colours only on a terminal and without `NO_COLOR`; box-drawing characters only on a UTF-8 terminal, so a log file stays
+//! plain ASCII around the scene's own text.
 
 use std::fmt;
 use std::io::{self, IsTerminal, Write};
@@ -38,15 +38,15 @@ pub fn note(what: &str) {
     print(&format!("{} {what}\n", styled("note:", "1")));
 }
 
-/// The bar on standard error, if there is one: lines go above it.
+/// The bar on standard error, if any: lines are printed above it.
 static BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
 
-/// Has all lines from now on go above this bar; `None` where it is gone.
+/// Prints all further lines above this bar; `None` after it is gone.
 pub fn above(bar: Option<ProgressBar>) {
     *BAR.lock().unwrap_or_else(PoisonError::into_inner) = bar;
 }
 
-/// Writes with the bar out of the way.
+/// Writes with the bar suspended.
 fn beside_the_bar<R>(write: impl FnOnce() -> R) -> R {
     match &*BAR.lock().unwrap_or_else(PoisonError::into_inner) {
         Some(bar) => bar.suspend(write),
@@ -54,15 +54,15 @@ fn beside_the_bar<R>(write: impl FnOnce() -> R) -> R {
     }
 }
 
-/// Text for people. A standard error that is closed is no reason to stop a render.
+/// Prints text. A closed standard error is no reason to stop a render.
 pub fn print(text: &str) {
     let _ = beside_the_bar(|| io::stderr().write_all(text.as_bytes()));
 }
 
-/// One line of data on standard output. A reader that has gone (`octolux ... | head`) wants no more of it.
+/// Prints one line of data on standard output. Ignores a closed pipe (`octolux ... | head`).
 ///
 /// # Errors
-/// Everything else that standard output answers, such as a full disk.
+/// All other errors of standard output, such as a full disk.
 pub fn data(line: &str) -> Result<(), CliError> {
     let write = || {
         let mut out = io::stdout().lock();
@@ -79,7 +79,7 @@ pub fn data(line: &str) -> Result<(), CliError> {
 }
 
 fn colours() -> bool {
-    // https://no-color.org: any value but the empty one.
+    // https://no-color.org: any nonempty value.
     io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
 }
 
@@ -91,8 +91,8 @@ fn styled(words: &str, code: &str) -> String {
     }
 }
 
-/// Whether lines and blocks beyond ASCII can be drawn on standard error. The first of the three variables that is set
-/// decides, as in setlocale(3).
+/// Whether standard error can show characters beyond ASCII. The first of the three variables that is set decides, as in
+/// setlocale(3).
 pub fn unicode() -> bool {
     let locale = ["LC_ALL", "LC_CTYPE", "LANG"]
         .iter()
@@ -102,7 +102,7 @@ pub fn unicode() -> bool {
     io::stderr().is_terminal() && (locale.contains("UTF-8") || locale.contains("UTF8"))
 }
 
-/// The lines of source with the label under them; empty where the error has no place.
+/// The lines of source with the label below them; empty if the error has no place.
 fn snippet(error: &SceneError) -> String {
     let (Some(text), Some((span, label))) = (error.text(), error.place()) else {
         return String::new();
@@ -132,13 +132,13 @@ fn snippet(error: &SceneError) -> String {
     if handler.render_report(&mut text, &place).is_err() {
         return String::new();
     }
-    // The handler's first line is the message (here empty, as it stands above already).
+    // The handler's first line is the message (empty here, because it was printed before).
     text.split_once('\n')
         .map(|(_, lines)| format!("{}\n", lines.trim_end()))
         .unwrap_or_default()
 }
 
-/// A scene's error without its words: only where it is.
+/// A scene's error without its message: only its place.
 #[derive(Debug)]
 struct Place {
     source: NamedSource<String>,

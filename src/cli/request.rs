@@ -1,4 +1,4 @@
-//! What is asked of one picture, as a command line or a manifest says it.
+//! The request for one picture, from a command line or a manifest.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -10,38 +10,38 @@ use octolux::pipeline::{Prepared, Settings};
 use octolux::run::{DEFAULT_SPP, Goal, MOST_SPP, Record, RenderOptions, Shard};
 use octolux::scene::{Effects, FilmSize, Scene};
 
-/// One scene, how it is rendered, and where to.
+/// One scene, its options, and its outputs.
 #[derive(Clone, Debug)]
 pub struct Request {
     /// The scene file.
     pub scene: PathBuf,
-    /// How it is read.
+    /// Options for reading it.
     pub reading: LoadOptions,
-    /// What is asked of the render, samples and shard aside.
+    /// Options of the render, except samples and shard.
     pub options: RenderOptions,
-    /// Samples a pixel, whatever the scene says.
+    /// Samples per pixel, overriding the scene.
     pub spp: Option<u32>,
-    /// The shard that is wanted.
+    /// The shard to render.
     pub shard: Option<Shard>,
-    /// Effects that the kernel holds in any case.
+    /// Effects that are always compiled into the kernel.
     pub hold: Effects,
     /// The files to write.
     pub targets: Targets,
-    /// Whether each picture is also written after 1, 2, 4, … samples.
+    /// Whether to write each picture after 1, 2, 4, … samples, too.
     pub snapshots: bool,
-    /// Stops by which a PNG is brightened.
+    /// Exposure of PNGs in stops.
     pub exposure: f64,
-    /// How often the checkpoint is written.
+    /// Interval between checkpoints.
     pub every: Duration,
-    /// Whether to go on from it.
+    /// Whether to resume from the checkpoint.
     pub resume: bool,
-    /// Whether the checkpoint of a finished render stays.
+    /// Whether to keep the checkpoint of a finished render.
     pub keep: bool,
-    /// The viewer tev that shows it on the way, by its address.
+    /// Address of the viewer tev for live display.
     pub tev: Option<String>,
-    /// Whether the figures are printed.
+    /// Whether to print the figures.
     pub json: bool,
-    /// Whether nothing but errors is said.
+    /// Whether to print only errors.
     pub quiet: bool,
 }
 
@@ -49,17 +49,17 @@ impl Request {
     /// Reads the scene.
     ///
     /// # Errors
-    /// What is wrong with it, and where.
+    /// An error of the scene, and its place.
     pub fn load(&self) -> Result<Scene, CliError> {
         self.reading.load(&self.scene)
     }
 
-    /// Every choice resolved.
+    /// Resolves every option.
     pub fn settings(&self, scene: &Scene) -> Settings {
         self.options.settings(scene)
     }
 
-    /// What ends the render of a scene that asks for `scene_spp` samples.
+    /// The goal for a scene with `scene_spp` samples.
     pub fn goal(&self, scene_spp: Option<u32>) -> Goal {
         let spp = if self.options.time.is_some() {
             MOST_SPP
@@ -72,17 +72,17 @@ impl Request {
         }
     }
 
-    /// Samples a pixel where neither a time nor an error decides.
+    /// Samples per pixel if neither a time nor an error decides.
     pub fn samples(&self, scene_spp: Option<u32>) -> u32 {
         self.spp.or(scene_spp).unwrap_or(DEFAULT_SPP)
     }
 
-    /// The size of the picture of a scene that asks for `film`.
+    /// The size of the picture for a scene with `film`.
     pub fn film(&self, film: FilmSize) -> FilmSize {
         self.options.size.unwrap_or(film)
     }
 
-    /// Everything that decides the pictures, in words of a format of their own, for a hash of it.
+    /// Everything that affects the pictures as text in a stable format, for a hash.
     pub fn decisive_words(&self, prepared: &Prepared, goal: &Goal) -> String {
         let record = Record::new(prepared, goal);
         let bits = |number: Option<f64>| number.map_or("none".to_owned(), |number| number.to_bits().to_string());

@@ -54,7 +54,7 @@ fn number(text: &str) -> Result<u32, String> {
         .ok_or_else(|| format!("cases are numbered from 1 to {last}"))
 }
 
-/// A case that was run.
+/// The result of a case.
 #[derive(Serialize)]
 struct Outcome {
     case: u32,
@@ -73,7 +73,7 @@ struct Row {
     passed: bool,
 }
 
-/// Everything, with the circumstances.
+/// All results, with the circumstances.
 #[derive(Serialize)]
 struct Report<'a> {
     passed: bool,
@@ -87,7 +87,7 @@ struct Report<'a> {
     cases: &'a [Outcome],
 }
 
-/// Runs the cases that are asked for.
+/// Runs the selected cases.
 ///
 /// # Errors
 /// If standard output cannot be written to.
@@ -191,7 +191,7 @@ fn text(outcome: &Outcome, time: bool) -> String {
     lines.join("\n")
 }
 
-/// Refuses prices of which a figure is NaN.
+/// Rejects prices with a NaN.
 fn numbers(table: &[prices::Price]) -> Result<(), CliError> {
     let wrong = |row: &&prices::Price| {
         [row.nanoseconds, row.ratio, row.largest, row.rms]
@@ -204,7 +204,7 @@ fn numbers(table: &[prices::Price]) -> Result<(), CliError> {
     })
 }
 
-/// Whole numbers as such, NaN in words, others with three digits.
+/// Formats integers as such, NaN as a word, others with three digits.
 fn short(x: f64) -> String {
     if x.is_nan() {
         "no number".to_owned()

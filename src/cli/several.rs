@@ -1,4 +1,4 @@
-//! Several pictures of one command: small ones side by side, large ones one by one.
+//! Schedules several pictures of one command: small ones in parallel, large ones one after another.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, RwLock};
@@ -13,27 +13,27 @@ use super::request::Request;
 use super::{Exit, report};
 use octolux::scene::Scene;
 
-/// Pictures up to so many samples, some five seconds of one core, are rendered by one thread each, as many at once as there
-/// are threads: then no thread waits for another one, nor for a file. Beyond, all threads are for one picture.
+/// Maximum samples of a small picture, some five seconds of one core. Each small picture uses one thread, as many at once as
+/// there are threads, so no thread waits for another one or for a file. Larger pictures use all threads, one after another.
 const SMALL: u64 = 1 << 27;
 
-/// So that pictures side by side do not take more memory than a large one.
+/// Maximum pixels of a small picture, so that parallel pictures do not take more memory than a large one.
 const SMALL_PIXELS: u64 = 1 << 21;
 
 /// How the pictures are rendered.
 pub struct BatchScheduler<'a> {
-    /// What the bar calls them.
+    /// The name on the bar.
     pub name: &'static str,
     pub threads: usize,
     pub quiet: bool,
     pub interrupt: &'a Interrupt,
-    /// Where is noted what is done, and whether to do it again.
+    /// The record of finished pictures, and whether to render them again.
     pub done: Option<Done>,
     pub again: bool,
 }
 
 impl BatchScheduler<'_> {
-    /// Renders what is wanted; the errors of each picture are told as they come.
+    /// Renders all requests; the errors of each picture are reported as they occur.
     pub fn render(self, mut requests: Vec<Request>) -> Exit {
         let Self {
             name,
@@ -59,7 +59,7 @@ impl BatchScheduler<'_> {
                 let Some((request, size)) = requests.get(at).zip(sizes.get(at)).filter(|_| !interrupt.asked()) else {
                     return;
                 };
-                // Small pictures go together, a large one goes alone.
+                // Small pictures share the lock, a large one takes it exclusively.
                 let (_together, _alone) = if size.is_small() {
                     (Some(room.read()), None)
                 } else {
@@ -107,17 +107,17 @@ impl BatchScheduler<'_> {
     }
 }
 
-/// How much work a picture is.
+/// The amount of work of a picture.
 #[derive(Clone, Copy, Debug, Default)]
 struct Size {
     pixels: u64,
     samples: u64,
-    /// Something else than samples ends it: a time, an error.
+    /// Whether a time or an error ends it instead of samples.
     open_ended: bool,
 }
 
 impl Size {
-    /// By the head of its scene; nothing where that cannot be read, which its turn will tell.
+    /// From the head of its scene; defaults if that cannot be read, which is reported later.
     fn of(request: &Request) -> Self {
         let Ok((film, render)) = Scene::outline(&request.scene) else {
             return Self::default();
@@ -138,7 +138,7 @@ impl Size {
     }
 }
 
-/// Pictures that are finished, and the time that the samples of all others will take at the speed so far.
+/// Shows finished pictures, and the remaining time at the average speed.
 fn bar(name: &str, overall: &Arc<TotalProgress>, finished: &Arc<AtomicUsize>, pictures: usize, quiet: bool) -> Bar {
     let (overall, finished, started) = (overall.clone(), finished.clone(), Instant::now());
     Bar::watch(name, quiet, move || {

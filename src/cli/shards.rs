@@ -1,4 +1,4 @@
-//! `octolux shards`: which shards of a render are there.
+//! `octolux shards`: which shards of a render exist.
 
 use std::path::PathBuf;
 
@@ -30,7 +30,7 @@ pub struct Args {
     missing: bool,
 }
 
-/// Prints the shards on standard output, what is wrong with any file on standard error.
+/// Prints the shards on standard output, problems with files on standard error.
 ///
 /// # Errors
 /// A folder that cannot be read.

@@ -1,4 +1,4 @@
-//! The figures of a render: one JSON object, and the part of it that a picture keeps.
+//! The figures of a render as one JSON object, and the part stored with a picture.
 
 use std::path::Path;
 use std::time::Duration;
@@ -14,80 +14,80 @@ use octolux::scene::{EstimatorKind, FilmSize, SamplerKind};
 use octolux::study::outliers::Outliers;
 use octolux::{about, machine};
 
-/// What `--stats` writes. Names that end in `_s` are seconds of wall-clock time; `_per_s` are taken over `render_s`.
+/// The content of `--stats`. Names that end in `_s` are seconds of wall-clock time; `_per_s` are relative to `render_s`.
 #[derive(Clone, Debug, Serialize)]
 pub struct Stats {
-    /// The scene file as it was named.
+    /// The scene file as given.
     pub scene: String,
     pub width: u32,
     pub height: u32,
-    /// Passes that the picture holds, be it by `--spp`, `--time` or ctrl-c; the mean over pixels where they differ.
+    /// Passes in the picture, whether ended by `--spp`, `--time` or ctrl-c; the mean over pixels where they differ.
     pub spp: u32,
-    /// The fewest samples of a pixel.
+    /// Minimum samples of a pixel.
     pub spp_min: u32,
     pub spp_mean: f64,
-    /// The most.
+    /// Maximum samples of a pixel.
     pub spp_max: u32,
-    /// Samples go where error is.
+    /// Adaptive sampling.
     pub adaptive: bool,
-    /// Renders of different seeds whose mean the picture is.
+    /// Number of renders with different seeds whose mean is the picture.
     pub replicates: u32,
-    /// What `--target-error` asked for.
+    /// The error given by `--target-error`.
     pub target_error: Option<f64>,
-    /// The root of the mean variance of the pixels over the mean of the picture, from the spread of the replicates; `null` with
-    /// fewer than two of them.
+    /// The root of the pixels' mean variance over the mean of the picture, from the spread of the replicates; `null` with fewer
+    /// than two.
     pub error: Option<f64>,
-    /// Whether the error that was asked for is certain; otherwise the time was over first, or the render was stopped.
+    /// Whether the error is certain to be below the target; otherwise the time limit or a stop came first.
     pub target_reached: Option<bool>,
     pub estimator: EstimatorKind,
     pub sampler: SamplerKind,
     pub seed: u32,
     pub lanes: usize,
-    /// Rays that whoever answers them takes at a time: 1 where Embree has no packets of as many.
+    /// Rays per call of the intersector: 1 if Embree has no packets of this width.
     pub rays_together: usize,
     pub threads: usize,
     /// The kernel that the plan chose.
     pub kernel: String,
-    /// Whether Embree closed the edges between triangles; `null` where shapes were tested in a line.
+    /// Embree's robust mode; `null` with the brute-force intersector.
     pub robust: Option<bool>,
-    /// Whether shapes were left out for all rays of a tile at once; `null` where there were too many.
+    /// Culling per tile; `null` with too many shapes.
     pub cull: Option<bool>,
-    /// What the scene calls for.
+    /// The effects that the scene requires.
     pub needs: Vec<&'static str>,
     pub octolux_version: &'static str,
     pub commit: &'static str,
     pub target_features: &'static str,
     pub embree_version: String,
     pub cpu: String,
-    /// Ctrl-c came before the goal.
+    /// Whether ctrl-c came before the goal.
     pub interrupted: bool,
     /// Reading the scene and its meshes.
     pub load_s: f64,
     /// Building the accelerator.
     pub build_s: f64,
-    /// The first block of passes (one pass; two if adaptive), a part of `render_s`.
+    /// The first block of passes (one pass; two if adaptive), included in `render_s`.
     pub first_pass_s: f64,
-    /// Rendering alone.
+    /// Rendering only.
     pub render_s: f64,
-    /// Writing pictures, snapshots among them.
+    /// Writing pictures, including snapshots.
     pub write_s: f64,
     /// Pixels x passes.
     pub samples: u64,
     pub eye_rays: u64,
     pub shadow_rays: u64,
     pub samples_per_s: f64,
-    /// Rays that went through the accelerator.
+    /// Rays traced by the intersector.
     pub rays_per_s: f64,
-    /// Contributions that were thrown away, by cause. All zero, or there is a fault to report.
+    /// Rejected contributions, by cause. Anything but zero is a bug to report.
     pub invalid_samples: Invalid,
-    /// How much rests on few samples, the first of each pixel beside all others; `null` where that was not looked at: one pass
-    /// alone, a render taken up again, shards, replicates.
+    /// How much depends on few samples, comparing the first of each pixel with all others; `null` if not measured: a single
+    /// pass, a resumed render, shards, replicates.
     pub outliers: Option<Outliers>,
-    /// The most memory that the process has held so far; `null` where the system does not say.
+    /// Peak memory of the process; `null` where the system does not report it.
     pub peak_rss_bytes: Option<u64>,
 }
 
-/// Contributions that no picture may hold.
+/// Invalid contributions.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Invalid {
     pub nan: u64,
@@ -96,7 +96,7 @@ pub struct Invalid {
 }
 
 impl Invalid {
-    /// What the user has to hear, if anything.
+    /// A warning for the user, if necessary.
     pub fn warning(self, scene: &str) -> Option<String> {
         let Self { nan, inf, negative } = self;
         let total = nan + inf + negative;
@@ -109,7 +109,7 @@ impl Invalid {
     }
 }
 
-/// What the command measures itself.
+/// Times measured by the command.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Times {
     pub load: Duration,
@@ -117,7 +117,7 @@ pub struct Times {
 }
 
 impl Stats {
-    /// The figures of a run as it stands.
+    /// The figures of the current state of a run.
     pub fn new(scene: &Path, run: &Run, times: Times, interrupted: bool) -> Self {
         let (prepared, goal) = (run.prepared(), run.goal());
         let (settings, render_s) = (prepared.settings(), run.render_time().as_secs_f64());
@@ -132,7 +132,7 @@ impl Stats {
         let (spp_min, total, spp_max) = run.spread();
         let FilmSize { width, height } = settings.film;
         let spp_mean = total as f64 / (f64::from(width) * f64::from(height));
-        // JSON has no infinity: nothing was rendered in no time.
+        // JSON has no infinity: without render time the rate is 0.
         let per_s = |count: u64| {
             if render_s > 0.0 { count as f64 / render_s } else { 0.0 }
         };
@@ -191,7 +191,7 @@ impl Stats {
         }
     }
 
-    /// What the user has to hear of a picture that rests on few samples.
+    /// A warning for the user if the picture depends on few samples.
     pub fn speckles(&self) -> Option<String> {
         let outliers = self.outliers.filter(|outliers| outliers.firefly(self.spp_mean))?;
         let Outliers { share, light, kurtosis } = outliers;
@@ -209,7 +209,7 @@ impl Stats {
         ))
     }
 
-    /// What a picture keeps: everything that decides its pixels, and nothing that changes from run to run.
+    /// The attributes of a picture: everything that affects its pixels, and nothing that varies from run to run.
     pub fn attributes(&self, exposure: f64) -> Attributes {
         let text = |words: &str| Value::Text(words.to_owned());
         let settings = [
@@ -238,7 +238,7 @@ impl Stats {
     /// The object on one line.
     ///
     /// # Errors
-    /// None that is known: every value here has a form in JSON.
+    /// None expected: every value here can be written as JSON.
     pub fn json(&self) -> Result<String, CliError> {
         serde_json::to_string(self).map_err(|error| CliError::failed(format!("the figures: {error}")))
     }
@@ -246,7 +246,7 @@ impl Stats {
     /// The object in a file, one value a line.
     ///
     /// # Errors
-    /// What the system answers.
+    /// Errors of the system.
     pub fn write(&self, path: &Path) -> Result<(), CliError> {
         Ok(replace::replace(path, |file| {
             serde_json::to_writer_pretty(&mut *file, self)?;
@@ -254,7 +254,7 @@ impl Stats {
         })?)
     }
 
-    /// A few words for a list of pictures.
+    /// A short text for a list of pictures.
     pub fn short(&self) -> String {
         let Self { width, height, spp, .. } = self;
         let error = self
@@ -266,7 +266,7 @@ impl Stats {
         )
     }
 
-    /// One or two lines for people.
+    /// One or two lines of text.
     pub fn summary(&self) -> String {
         format!(
             "{}: {} x {}, {} spp{}, {}, {} in {:.2} s ({:.2} Msamples/s, {:.2} Mrays/s)",
@@ -287,7 +287,7 @@ impl Stats {
         ) + &self.target_error.map_or(String::new(), |asked| self.error_words(asked))
     }
 
-    /// What became of the error that was asked for.
+    /// The outcome of a target error.
     fn error_words(&self, asked: f64) -> String {
         let percent = |x: f64| format!("{:.3} %", 100.0 * x);
         let ended = if self.interrupted {

@@ -1,4 +1,4 @@
-//! `octolux study`: what accuracy costs in time.
+//! `octolux study`: the cost of accuracy.
 
 use std::fs;
 use std::io::Write;
@@ -60,7 +60,7 @@ pub struct Args {
     quiet: bool,
 }
 
-/// Studies, writes the report, and prints what was asked for.
+/// Runs the study, writes the report, and prints the requested results.
 ///
 /// # Errors
 /// A scene that cannot be loaded or rendered; files that cannot be written.
@@ -140,8 +140,8 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     Ok(Exit::Well)
 }
 
-/// How long the recommended command is expected to take, and what could as well be used.
-/// A study may be of a smaller film: a render takes as many times as long as it has more pixels.
+/// The expected time of the recommended command, and equivalent settings. The study may use a smaller film; the time is scaled
+/// by the number of pixels.
 fn expectation(study: &Study, error: f64, film: FilmSize) -> String {
     let Figure { value, low, high } = study.expected_seconds(error);
     let best = study.cheapest(error);
@@ -166,7 +166,7 @@ fn expectation(study: &Study, error: f64, film: FilmSize) -> String {
     )
 }
 
-/// `octolux render SCENE`, with the scene quoted where a shell would take it apart.
+/// `octolux render SCENE`, with the scene quoted for the shell if necessary.
 fn command(args: &Args) -> String {
     format!("octolux render {}", quoted(&args.scene.to_string_lossy()))
 }
@@ -198,7 +198,7 @@ fn circumstances(args: &Args, options: &cost::Options, lanes: usize, load: Optio
     }
 }
 
-/// What could not be written is told before the work, not after it.
+/// Check outputs before the work, not after it.
 fn check_folder(folder: &Path) -> Result<(), CliError> {
     if folder.exists() && !folder.is_dir() {
         let what = format!("{}: is a file, not a folder", folder.display());
@@ -225,8 +225,8 @@ fn write(folder: &Path, study: &Study, scene: &Scene, circumstances: &Circumstan
 mod tests {
     use super::*;
 
-    /// Knobs are options of `render`, and what an option offers but no knob turns would be missing from every report: new
-    /// estimators, samplers and accelerators have to come by themselves.
+    /// Settings are options of `render`. A value that no setting covers would be missing from every report: new estimators,
+    /// samplers and intersectors must appear automatically.
     #[test]
     fn knobs_turn_every_value_that_render_offers() {
         use clap::Args as _;
@@ -239,7 +239,7 @@ mod tests {
             threads: 2,
             ..octolux::pipeline::Settings::default()
         };
-        // `--robust` is a knob of Embree alone, `--cull` of few shapes.
+        // `--robust` only concerns Embree, `--cull` only few shapes.
         let variants = cost::knobs::variants(
             settings,
             (octolux::settings::AccelKind::Embree, octolux::settings::Lanes::Eight),
@@ -258,7 +258,7 @@ mod tests {
                 false => Vec::new(),
             };
             let left_out: Vec<_> = offered.iter().filter(|value| !turned(value.get_name())).collect();
-            // The defaults need no turning.
+            // The defaults need no options.
             assert_eq!(
                 left_out.len(),
                 usize::from(!offered.is_empty()),

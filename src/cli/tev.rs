@@ -1,4 +1,4 @@
-//! Pictures in the viewer tev, over its own protocol: an image is created once, and then its tiles are sent that have changed.
+//! Sends pictures to the viewer tev by its own protocol: an image is created once, then changed tiles are sent.
 
 use std::io;
 use std::net::{TcpStream, ToSocketAddrs as _};
@@ -11,13 +11,13 @@ use tev_client::{PacketCreateImage, PacketUpdateImage, TevClient};
 use super::report;
 use octolux::film::Picture;
 
-/// Where tev listens unless it was told otherwise.
+/// tev's default address.
 pub const HOME: &str = "127.0.0.1:14158";
 
 /// How long the end of a render waits for a tev that does not read.
 const STALL: Duration = Duration::from_secs(30);
 
-/// How often a render shows itself.
+/// Interval between pictures.
 const PAUSE: Duration = Duration::from_millis(250);
 
 const CHANNELS: [&str; 3] = ["R", "G", "B"];
@@ -25,10 +25,10 @@ const CHANNELS: [&str; 3] = ["R", "G", "B"];
 /// The side of a tile in pixels.
 const SIDE: u32 = 128;
 
-/// How long tev may take to answer.
+/// Timeout of tev's answer.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-/// Connects to tev; a write that `stalls` for so long fails.
+/// Connects to tev; a write that blocks for `stalls` fails.
 ///
 /// # Errors
 /// A sentence about an address that does not answer.
@@ -50,12 +50,12 @@ pub fn connect(address: &str, stalls: Option<Duration>) -> Result<TevClient, Str
     Err(last)
 }
 
-/// Sends the tiles that differ from what tev has.
+/// Sends the tiles that differ from the previous picture.
 ///
 /// # Errors
-/// What the network answers.
+/// Errors of the network.
 pub fn send(tev: &mut TevClient, name: &str, picture: &Picture, before: Option<&Picture>) -> io::Result<()> {
-    // A zero byte would end the name.
+    // A zero byte would terminate the name.
     let name = &name.replace('\0', " ");
     let same_size = |old: &&Picture| (old.width, old.height) == (picture.width, picture.height);
     let before = before.filter(same_size);
@@ -103,7 +103,7 @@ fn tile(picture: &Picture, [x, y, width, height]: [u32; 4]) -> Vec<f32> {
     (y..y + height).flat_map(row).collect()
 }
 
-/// A render that shows itself: it never waits for tev, which gets the newest picture when it has taken the one before.
+/// A live feed of a render: it never waits for tev, which gets the newest picture once it has taken the previous one.
 pub struct Feed {
     pictures: SyncSender<Picture>,
     sender: JoinHandle<()>,
@@ -111,7 +111,7 @@ pub struct Feed {
 }
 
 impl Feed {
-    /// Connects; a picture is due at once.
+    /// Connects; the first picture is due at once.
     ///
     /// # Errors
     /// A sentence about an address that does not answer.
@@ -137,19 +137,19 @@ impl Feed {
         self.due
     }
 
-    /// Shows a picture if one is due and tev has taken the one before.
+    /// Sends a picture if one is due and tev has taken the previous one.
     pub fn show(&mut self, picture: impl FnOnce() -> Picture) {
         if Instant::now() < self.due {
             return;
         }
         match self.pictures.try_send(picture()) {
             Ok(()) | Err(TrySendError::Full(_)) => self.due = Instant::now() + PAUSE,
-            // A day: longer than it matters.
+            // A day: long enough to disable it.
             Err(TrySendError::Disconnected(_)) => self.due = Instant::now() + Duration::from_secs(86_400),
         }
     }
 
-    /// Shows the last picture, and waits until all of it is there.
+    /// Sends the last picture, and waits until tev has received all of it.
     pub fn finish(self, picture: Picture) {
         let _ = self.pictures.send(picture);
         drop(self.pictures);

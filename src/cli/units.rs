@@ -1,13 +1,13 @@
-//! Times, shares and angles, written alike for every option.
+//! Parsers of times, shares and angles, common to all options.
 
-/// A year: far beyond what anybody waits for, and far below where the clock's own numbers end.
+/// A year: far longer than any wait, and far below the range of the clock.
 const MOST_SECONDS: f64 = 3.2e7;
 
-/// Errors that can be asked for: what `f32` pictures can show, and what is noise alone.
+/// Range of target errors: below it `f32` pictures have no precision, above it there is only noise.
 const LEAST_ERROR: f64 = 1e-6;
 const MOST_ERROR: f64 = 100.0;
 
-/// A time in seconds: `10`, `10s`, `5m`, `1h` or `1m30s`.
+/// Parses a time in seconds: `10`, `10s`, `5m`, `1h` or `1m30s`.
 pub fn time(text: &str) -> Result<f64, String> {
     let refused =
         || "a time is a positive number of seconds, or has units, such as 10, 10s, 5m, 1h or 1m30s".to_owned();
@@ -20,7 +20,7 @@ pub fn time(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Hours, minutes and seconds, each at most once and in this order.
+/// Parses hours, minutes and seconds, each at most once and in this order.
 fn with_units(text: &str) -> Option<f64> {
     let (mut rest, mut sum) = (text, 0.0);
     for (unit, seconds) in [('h', 3600.0), ('m', 60.0), ('s', 1.0)] {
@@ -33,7 +33,7 @@ fn with_units(text: &str) -> Option<f64> {
     (rest.is_empty() && !text.is_empty()).then_some(sum)
 }
 
-/// A relative error: `0.02` or `2%`.
+/// Parses a relative error: `0.02` or `2%`.
 pub fn error(text: &str) -> Result<f64, String> {
     let number = match text.strip_suffix('%') {
         Some(percent) => percent.trim_end().parse::<f64>().map(|percent| percent / 100.0),
@@ -47,7 +47,7 @@ pub fn error(text: &str) -> Result<f64, String> {
     }
 }
 
-/// An angle of view.
+/// Parses a field of view.
 pub fn degrees(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(number) if number > 0.0 && number < 180.0 => Ok(number),

@@ -1,4 +1,4 @@
-//! `octolux verify`: proofs on the user's own scene.
+//! `octolux verify`: verification of the user's own scene.
 
 use std::fs;
 use std::io;
@@ -120,7 +120,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     Ok(if failed { Exit::Failed } else { Exit::Well })
 }
 
-/// What could not be written is told before the work, not after it.
+/// Check outputs before the work, not after it.
 fn check_targets(args: &Args) -> Result<(), CliError> {
     if let Some(path) = &args.stats {
         if path.extension().is_none_or(|ending| ending != "json") {
@@ -138,14 +138,14 @@ fn check_targets(args: &Args) -> Result<(), CliError> {
                 folder.display()
             )));
         } else {
-            // It is created only if something fails; whether it could be shows its own folder.
+            // The folder is created only after a failure; check whether its parent is writable.
             replace::check(folder).map_err(|error| CliError::bad_path(&error))?;
         }
     }
     Ok(())
 }
 
-/// What fails is known only afterwards: no input may have a name that evidence could have.
+/// Failures are known only afterwards, so no input may have the name of a possible evidence file.
 fn keeps_inputs(args: &Args, scene: &Scene) -> Result<(), CliError> {
     let inputs = Inputs::of_scene(scene);
     inputs.are_kept_by(args.stats.as_deref())?;

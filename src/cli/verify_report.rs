@@ -1,4 +1,4 @@
-//! What `octolux verify` prints: a table for people, an object for programs.
+//! The output of `octolux verify`: a table for people, an object for programs.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use octolux::scene::{Features, Scene};
 use octolux::study::verify::{FALSE_ALARMS, Options, Report, Row, Verdict};
 use octolux::{about, machine};
 
-/// Every figure with the circumstances under which it was found.
+/// Every figure with the circumstances of its measurement.
 #[derive(Serialize)]
 pub struct Circumstances<'a> {
     scene: String,
@@ -37,7 +37,7 @@ pub struct Circumstances<'a> {
 }
 
 impl<'a> Circumstances<'a> {
-    /// Gathers them.
+    /// Collects them.
     pub fn new(path: &Path, scene: &Scene, options: Options, report: &'a Report) -> Self {
         Self {
             scene: path.to_string_lossy().into_owned(),
@@ -64,15 +64,15 @@ impl<'a> Circumstances<'a> {
         }
     }
 
-    /// On one line.
+    /// The report as JSON on one line.
     ///
     /// # Errors
-    /// None that is known: numbers that are not finite become `null`.
+    /// None expected: numbers that are not finite become `null`.
     pub fn json(&self) -> Result<String, CliError> {
         serde_json::to_string(self).map_err(|error| CliError::failed(format!("the figures: {error}")))
     }
 
-    /// One value a line.
+    /// The report as JSON, one value per line.
     ///
     /// # Errors
     /// As [`json`](Self::json).
@@ -82,7 +82,7 @@ impl<'a> Circumstances<'a> {
     }
 }
 
-/// The rows in columns, what is not a pass in sentences, and a summary.
+/// The rows in columns, sentences for rows that did not pass, and a summary.
 pub fn table(path: &Path, options: Options, report: &Report) -> String {
     let head = ["check", "compared", "figure", "bound", "verdict"].map(str::to_owned);
     let body = report.rows.iter().map(|row| {

@@ -1,37 +1,37 @@
-//! Where the samples of an adaptive render go: from the noise that pilot passes showed to the samples of each pixel.
+//! Allocates the samples of an adaptive render: from the noise of pilot passes to the sample count of each pixel.
 //!
-//! **How many.** With `n_i` samples the mean of pixel `i` has the variance `s_i^2 / n_i`, and relMSE, the mean over
-//! pixels of `(x - r)^2 / (r^2 + e)`, is expected to be `sum(v_i / n_i) / N` where `v_i = s_i^2 / (r_i^2 + e)`. Under
-//! `sum(n_i) = B` Lagrange's condition is `v_i / n_i^2 = const`: so `n_i` is proportional to `sqrt(v_i)`, the relative
-//! standard deviation. (Neyman 1934 allocates to strata alike.) Colours add up in `v_i`. Noise is measured on few
-//! samples, so `v` is averaged over a window before the root is taken.
+//! **Optimum.** With `n_i` samples the mean of pixel `i` has the variance `s_i^2 / n_i`, and relMSE, the mean over pixels of
+//! `(x - r)^2 / (r^2 + e)`, has the expectation `sum(v_i / n_i) / N` where `v_i = s_i^2 / (r_i^2 + e)`. Under `sum(n_i) = B`
+//! Lagrange's condition is `v_i / n_i^2 = const`: so `n_i` is proportional to `sqrt(v_i)`, the relative standard deviation.
+//! (Neyman 1934 allocates to strata alike.) `v_i` sums over colours. Noise is measured from few samples, so `v` is averaged
+//! over a window before the root is taken.
 //!
-//! **Without bias.** If a pixel's own pilot samples decided how many it gets, pixels that look dark by bad luck would be
-//! left as they are, and those that were lucky corrected: pooled means would be too dark. So the film is coloured like
-//! a chessboard, and the samples of black pixels follow from the noise of white ones alone, and the other way round: the
-//! window leaves out the pixel's own colour, and each colour has its fixed share of the budget. Pixels draw independent
-//! numbers (given the tables that they share, by their digital shifts), hence a pixel's number of samples is independent
-//! of every one of its samples, and the mean of pilot and later samples together is unbiased, exactly: a window that
-//! leaves out the pixel alone would still let it act on itself through the total, and through its neighbours' shares.
+//! **Without bias.** If a pixel's own pilot samples decided its sample count, pixels that are too dark by chance would stay so,
+//! while too bright ones would be corrected: means over all samples would be too dark. Therefore the film is coloured like a
+//! chessboard, and the sample counts of black pixels follow from the noise of white ones alone, and vice versa: the window
+//! leaves out the pixel's own colour, and each colour has a fixed share of the budget. Pixels use independent random numbers
+//! (digital shifts of shared tables), hence a pixel's sample count is independent of all of its samples, and the mean of pilot
+//! and later samples together is exactly unbiased. A window that only leaves out the pixel itself would not suffice: the pixel
+//! would still act on itself through the total, and through its neighbours' shares.
 //!
-//! **Edges.** A pixel with an edge in it is noisy as edges are, not as what lies beside it, and the noise of its neighbours on the edge
-//! says so. So pixels listen to those of their own [`Kind`] alone. What kind a pixel is follows from rays whose random numbers no
-//! render takes: it says nothing of any sample, and the mean stays unbiased. What seldom shows itself, such as a sliver of a bright
-//! surface in a dark pixel, is mostly missed by all pilot samples of a window: edges get no less than the average.
+//! **Edges.** The noise of a pixel with an edge resembles that of its neighbours on the edge, not that of the surfaces beside
+//! it. So the window only includes pixels of the same [`Kind`]. The kind comes from rays whose random numbers no render uses:
+//! it is independent of all samples, so the mean stays unbiased. Rare features, such as a sliver of a bright surface in a dark
+//! pixel, are mostly missed by all pilot samples of a window: edges get at least the average.
 //!
-//! Numbers are even: passes 2k and 2k + 1 are a pair of techniques.
+//! Sample counts are even: passes 2k and 2k + 1 are a pair of techniques.
 //!
-//! **What it is worth.** It sees what the pilot sees. `mis` on Veach's scene gains a factor of 6 at 64 spp, `light` 3; but
-//! where light is found so seldom that 16 passes miss most of it, samples follow the few finds and error grows: `brdf` there
-//! from a relMSE of 20 to 41, `uniform` from 92 to 312. Averaging `v` over neighbours is better than averaging variances
-//! and means apart (0.00053 and 0.00061), and its root better than averaging roots (0.00069): a window of 3 x 3 pixels
-//! gives 0.0020, 5 x 5 0.00061, 7 x 7 0.00053, 9 x 9 0.00059.
+//! **Gain.** It depends on what the pilot sees. `mis` on Veach's scene gains a factor of 6 at 64 spp, `light` 3. But where 16
+//! passes miss most of the light because it is rarely found, samples follow the few finds and the error grows: `brdf` there
+//! from a relMSE of 20 to 41, `uniform` from 92 to 312. Averaging `v` over neighbours is better than averaging variances and
+//! means separately (0.00053 and 0.00061), and its root better than averaging roots (0.00069): a window of 3 x 3 pixels gives
+//! 0.0020, 5 x 5 0.00061, 7 x 7 0.00053, 9 x 9 0.00059.
 
 use rayon::prelude::*;
 
 use crate::scene::FilmSize;
 
-/// What a few passes showed of a pixel.
+/// Statistics of a pixel over a few passes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Noise {
     /// The mean.
@@ -40,38 +40,38 @@ pub struct Noise {
     pub variance: [f64; 3],
 }
 
-/// What is in a pixel.
+/// The content of a pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Kind {
     /// One smooth surface, or none.
     #[default]
     Plain,
-    /// It or a neighbour shows another surface.
+    /// The pixel or a neighbour shows another surface.
     Edge,
-    /// The same, and one of them shines.
+    /// The same, and one of the surfaces emits light.
     Rim,
 }
 
-/// The `e` of relMSE: what is much darker than its root, 0.01, is not worth a small relative error.
+/// The `e` of relMSE: pixels much darker than its root, 0.01, do not need a small relative error.
 const DARK: f64 = 1e-4;
 
-/// Pixels to each side of the window's middle.
+/// Half width of the window in pixels.
 const REACH: u32 = 3;
 
-/// The same for edges, which are thin: as many neighbours of their kind are farther away.
+/// The same for edges, which are thin: it takes a larger window to contain as many neighbours of their kind.
 const REACH_OF_EDGES: u32 = 5;
 
-/// Edges get the average at least while no more than one pixel of so many is one.
+/// Edges get at least the average while at most one pixel in this many is an edge.
 const EDGES: usize = 8;
 
-/// No pixel gets more than so many times the average.
+/// Maximum samples of a pixel, relative to the average.
 const MOST: u64 = 64;
 
-/// No pixel gets less than the average over this, whatever the pilot saw of its neighbours: so no variance is more than four
-/// times that of uniform passes. At 1024 spp on Veach's scene an eighth and a quarter make the same relMSE.
+/// Every pixel gets at least the average divided by this, whatever the pilot saw of its neighbours: so no variance exceeds four
+/// times that of uniform passes. At 1024 spp on Veach's scene an eighth and a quarter give the same relMSE.
 const FLOOR: u32 = 4;
 
-/// Passes that every pixel gets before the rest is allocated, of `spp` on average; all of them where there are few.
+/// Number of uniform passes before the rest is allocated, of `spp` on average; all of them if there are few.
 ///
 /// A quarter of them, but 16 where that is no more than half, and 64 at most. relMSE on Veach's scene, 768 x 512, without
 /// the reference's own 3e-5: at 64 spp 0.00078 after 8 passes, 0.00050 after 16, 0.00049 after 24, 0.00052 after 32 (and
@@ -84,8 +84,8 @@ pub fn pilot(spp: u32) -> u32 {
     }
 }
 
-/// Samples of each pixel, row by row, `spp` on average: together `spp` times the pixels exactly, less one if that is odd.
-/// `noise` comes from [`pilot`] passes, which count; `kinds` must not depend on any sample.
+/// Samples of each pixel, row by row, `spp` on average: together exactly `spp` times the pixels, less one if that is odd.
+/// `noise` comes from [`pilot`] passes, which are included in the counts; `kinds` must not depend on any sample.
 pub fn allocate(size: FilmSize, noise: &[Noise], kinds: &[Kind], spp: u32) -> Vec<u32> {
     let weights = smooth(size, &noise.iter().map(relative_variance).collect::<Vec<_>>(), kinds);
     let width = size.width as usize;
@@ -114,12 +114,12 @@ pub fn allocate(size: FilmSize, noise: &[Noise], kinds: &[Kind], spp: u32) -> Ve
     samples
 }
 
-/// Samples of a block, of those before it. A few large blocks are best, since each leaves in every tile a chunk that is not full; but a
-/// render that its time ends should have all pixels alike far.
+/// Size of a block relative to the samples before it. A few large blocks are best, since each leaves a partly filled chunk in
+/// every tile; but a render stopped by its time limit should have progressed equally in all pixels.
 const BLOCK: u64 = 3;
 
-/// The pass at which a block that begins at pass `first` ends, where pixels take part in `goals` passes: an even number of passes later,
-/// two at least, and no more than have three times the samples so far.
+/// The end of a block that begins at pass `first`, where pixels take part in `goals` passes: an even number of passes later, at
+/// least two, and with at most three times the samples so far.
 pub fn next_stop(goals: impl Iterator<Item = u32>, first: u32) -> u32 {
     let (mut before, mut active, mut ends) = (0, 0_u64, Vec::new());
     for goal in goals {
@@ -148,8 +148,8 @@ fn relative_variance(noise: &Noise) -> f64 {
     channels.map(|(mean, variance)| variance / (mean * mean + DARK)).sum()
 }
 
-/// The root of the mean of `values` over the pixels of the other colour and of its kind in the window around each pixel; of all kinds
-/// if it has none of its own there.
+/// For each pixel, the root of the mean of `values` over the pixels of the other chessboard colour and of its kind in the
+/// window around it; over all kinds if there are none of its kind.
 fn smooth(size: FilmSize, values: &[f64], kinds: &[Kind]) -> Vec<f64> {
     let (width, height) = (size.width, size.height);
     let pixel = |x: u32, y: u32| {
@@ -175,17 +175,17 @@ fn smooth(size: FilmSize, values: &[f64], kinds: &[Kind]) -> Vec<f64> {
     smoothed
 }
 
-/// Divides `total` in proportion to the weights, each share within its own `least` and `most`: `clamp(scale * weight)` with the one
-/// scale that spends everything, rounded so that the shares so far are true to one at any place. The total must be enough for the
-/// least of all, and no more than `most` for each.
+/// Divides `total` in proportion to the weights, with each share clamped to its own `least` and to `most`: `clamp(scale *
+/// weight)` with the one scale that spends exactly `total`. Shares are rounded so that every prefix sum is accurate to one.
+/// `total` must be at least the sum of `least`, and at most `most` times the number of shares.
 fn apportion(weights: &[f64], total: u64, least: &[u64], most: u64) -> Vec<u64> {
     let mean = weights.iter().sum::<f64>() / weights.len() as f64;
-    // So that no pixel is out of reach of any scale, and pixels without any noise share alike.
+    // Keeps every pixel within reach of a finite scale, and makes pixels without noise share equally.
     let sure = if mean > 0.0 { mean * 1e-4 } else { 1.0 };
     let low: Vec<f64> = least.iter().map(|&least| least as f64).collect();
     let high = most as f64;
     let share = |scale: f64, weight: f64, low: f64| (scale * weight.max(sure)).clamp(low, high);
-    // Eight sums side by side, which the compiler makes a vector of.
+    // Eight parallel sums, which the compiler vectorizes.
     let spent = |scale: f64| {
         let ((eights, rest), (lows, low)) = (weights.as_chunks::<8>(), low.as_chunks::<8>());
         let mut sums = [0.0; 8];
@@ -198,7 +198,7 @@ fn apportion(weights: &[f64], total: u64, least: &[u64], most: u64) -> Vec<u64> 
         sums.iter().sum::<f64>() + rest.sum::<f64>()
     };
     let (mut below, mut above) = (0.0, high / sure);
-    // Right if there were no bounds; the floor makes it less.
+    // Right without bounds; the floor makes it less.
     let mut scale = total as f64 / (mean.max(sure) * weights.len() as f64);
     for _ in 0..100 {
         let off = spent(scale) - total as f64;
@@ -266,7 +266,7 @@ mod tests {
         }
     }
 
-    /// What makes the mean unbiased: nothing that a pixel saw changes its own number, by no way.
+    /// The reason why the mean is unbiased: a pixel's samples do not affect its own count in any way.
     #[test]
     fn a_pixel_has_no_say_in_its_own_samples() {
         let size = FilmSize { width: 23, height: 18 };
@@ -287,7 +287,8 @@ mod tests {
 
     #[test]
     fn samples_follow_the_relative_deviation() {
-        // Left: a deviation of 1 at a mean of 1; right: 3. The root of a mean far from the border is the value itself.
+        // Left: a deviation of 1 at a mean of 1; right: 3. Far from the border between them the smoothed value equals the
+        // value.
         let size = FilmSize { width: 64, height: 32 };
         let pixel = |i: u32| Noise {
             mean: [1.0; 3],
@@ -328,7 +329,7 @@ mod tests {
 
     #[test]
     fn a_block_has_up_to_three_times_the_samples_before_it() {
-        // 16 samples each; two pixels go on to 18, one to 40: 3 + 3 + 1 + 1 … further ones, of at most 144.
+        // 16 samples each; two pixels continue to 18, one to 40: 3 + 3 + 1 + 1 … further ones, of at most 144.
         let goals = || [18, 18, 40].into_iter();
         assert_eq!(next_stop(goals(), 16), 40);
         assert_eq!(next_stop(goals(), 40), 40);

@@ -1,16 +1,16 @@
-//! Sums while a chunk is rendered.
+//! Sums over a chunk during rendering.
 
-/// Four numbers a pixel, of which the last is always 0: then a contribution is one addition of four lanes, not three of one.
+/// Four numbers per pixel, the last always 0: a contribution is then one 4-lane addition instead of three scalar ones.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ChunkSum(pub Vec<[f64; 4]>);
 
 impl ChunkSum {
-    /// Zero for `pixels` pixels.
+    /// Zeros for `pixels` pixels.
     pub fn new(pixels: usize) -> Self {
         Self(vec![[0.0; 4]; pixels])
     }
 
-    /// Adds one contribution, with a 0 behind it.
+    /// Adds one contribution, whose fourth number is 0.
     #[inline(always)]
     pub fn add(&mut self, pixel: usize, radiance: &[f32; 4]) {
         let sum = &mut self.0[pixel];

@@ -1,4 +1,4 @@
-//! The one error of picture files.
+//! The error type of picture files.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -21,7 +21,7 @@ impl PictureError {
         }
     }
 
-    /// What was tried, and what the system answered.
+    /// The failed action, and the system's error.
     pub(super) fn io(path: &Path, tried: &str, error: &io::Error) -> Self {
         Self::new(path, format!("{tried}: {error}"))
     }
@@ -31,12 +31,12 @@ impl PictureError {
         self
     }
 
-    /// The file, as it was named.
+    /// The file as given.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// What would do, where there is something to say.
+    /// A remedy, if one is known.
     pub fn remedy(&self) -> Option<&'static str> {
         self.help
     }

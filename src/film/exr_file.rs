@@ -1,4 +1,4 @@
-//! OpenEXR: linear radiance in 32-bit floats, with every setting that made it.
+//! OpenEXR: linear radiance in 32-bit floats, with all settings of the render.
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
@@ -9,15 +9,15 @@ use exr::prelude::*;
 
 use super::{Attributes, Picture, PictureError, Value};
 
-/// Deflate packs at most 1 to 1032; a header that promises more pixels than that for the size of its file is wrong,
-/// and is not allowed to fill the memory.
+/// Deflate compresses at most 1 to 1032. A header that claims more pixels for the size of its file is invalid, and must not
+/// cause a large allocation.
 const MOST_PIXELS_A_BYTE: u64 = 1032;
 
-/// One part, scan lines, `B G R` in f32 and `samples.N` where samples differ, lossless: ZIP of 16 lines. The samples are
-/// f32 too, exact up to 2^24: many readers take no picture of two types of numbers.
+/// Writes one part, scan lines, `B G R` in f32 and `samples.N` where samples differ, with lossless ZIP of 16 lines. The samples
+/// are f32 too, exact up to 2^24: many readers reject mixed number types.
 ///
-/// A grainy picture of 768 x 512 takes 53 ms and 3.6 MB with ZIP16 (36 ms and 3.8 MB line by line, 72 ms and 3.5 MB with
-/// PIZ, 6 ms and 4.7 MB as it is; 2 cores): nearly as small as can be, and every reader has it, small ones too.
+/// A noisy picture of 768 x 512 takes 53 ms and 3.6 MB with ZIP16 (36 ms and 3.8 MB with ZIP1, 72 ms and 3.5 MB with PIZ, 6 ms
+/// and 4.7 MB uncompressed; 2 cores): nearly the smallest, and supported by every reader.
 pub(super) fn write(file: &mut BufWriter<&File>, picture: &Picture, attributes: &Attributes) -> io::Result<()> {
     let width = picture.width as usize;
     let index = |at: Vec2<usize>| at.y() * width + at.x();
@@ -66,9 +66,9 @@ pub(super) fn write(file: &mut BufWriter<&File>, picture: &Picture, attributes: 
     sort_attributes(file.get_ref())
 }
 
-/// Puts the attributes of the one header in the order of their names: the crate keeps them in a hash map, and files of the same
-/// picture would differ. Each is a name, the name of its type, both ended by 0, the length of its value and the value; an empty
-/// name ends them.
+/// Sorts the attributes of the single header by name. The crate keeps them in a hash map, so files of the same picture would
+/// differ otherwise. Each is a name and the name of its type, both zero-terminated, the length of its value, and the value; an
+/// empty name ends the list.
 fn sort_attributes(mut file: &File) -> io::Result<()> {
     const MAGIC_AND_VERSION: u64 = 8;
     file.seek(SeekFrom::Start(MAGIC_AND_VERSION))?;
@@ -158,7 +158,7 @@ fn attribute(value: &Value) -> AttributeValue {
     }
 }
 
-/// UTF-8 as it is: the format asks for bytes, the crate's own conversion would refuse a name such as `水.toml`.
+/// UTF-8 bytes: the format stores bytes, while the crate's own conversion would refuse a name such as `水.toml`.
 fn text(words: &str) -> Text {
     Text::from_slice_unchecked(words.as_bytes())
 }

@@ -1,7 +1,7 @@
-//! Pictures: what comes out, and the files that hold them.
+//! Pictures and their files.
 //!
-//! [`write_picture`] and [`read_picture`] choose the format by the file's ending; each format has one file here and
-//! knows nothing of files that stand half-written: [`replace`] sees to that.
+//! [`write_picture`] and [`read_picture`] choose the format by the file's extension. Each format has one module here;
+//! [`replace`] makes writing atomic for all of them.
 
 pub mod allocation;
 mod chunk_sum;
@@ -27,20 +27,20 @@ pub use png_file::encode as srgb;
 pub use sums::{Film, TILE, Tile, leaf_passes};
 pub use tree::{Node, TileSum, Tree};
 
-/// What a picture file says about its own making.
+/// Metadata of a picture file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Attributes {
-    /// Names with their values; an EXR file keeps them all, as `octolux.NAME`. Names have at most 23 letters, so that
-    /// even readers of the first version of the format take them.
+    /// Names with their values; an EXR file stores them as `octolux.NAME`. Names have at most 23 letters, so that even readers
+    /// of the first version of the format accept them.
     pub settings: Vec<(String, Value)>,
-    /// Stops by which a PNG is brightened (2 to that power); EXR and NPY keep the radiances as they are.
+    /// Exposure of a PNG in stops (factors of 2); EXR and NPY store unchanged radiances.
     pub exposure: f64,
-    /// Samples of each pixel, row by row, where they differ; an EXR file keeps them as the layer `samples`.
+    /// Samples of each pixel, row by row, where they differ; an EXR file stores them as the layer `samples`.
     pub samples: Option<Vec<u32>>,
 }
 
 impl Attributes {
-    /// Names with their values, and no exposure.
+    /// Names with their values, with exposure 0.
     pub fn new<N: Into<String>>(settings: impl IntoIterator<Item = (N, Value)>) -> Self {
         Self {
             settings: settings.into_iter().map(|(name, value)| (name.into(), value)).collect(),
@@ -54,11 +54,11 @@ impl Attributes {
 pub enum Value {
     /// Words, in UTF-8.
     Text(String),
-    /// A number; a whole one in the range of `i32` becomes an integer in the file.
+    /// A number; an integer in the range of `i32` is stored as an integer.
     Number(f64),
 }
 
-/// The formats, by the ending of the file's name.
+/// The formats by file extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Format {
     Exr,
@@ -77,11 +77,11 @@ impl Format {
     }
 }
 
-/// Writes a picture whole or not at all: `.exr` (linear, f32, with its attributes), `.png` (8 bit, sRGB curve) or
+/// Writes a picture atomically: `.exr` (linear, f32, with its attributes), `.png` (8 bit, sRGB curve) or
 /// `.npy` (`height x width x 3`, f32).
 ///
 /// # Errors
-/// A sentence about an ending that is none of these or a file that cannot be written; the old file then still stands.
+/// A sentence about an unknown extension or a file that cannot be written; an older file is then kept.
 pub fn write_picture(path: &Path, picture: &Picture, attributes: &Attributes) -> Result<(), PictureError> {
     let format = Format::of(path).ok_or_else(|| unknown_ending(path))?;
     replace::replace(path, |file| match format {
@@ -91,10 +91,10 @@ pub fn write_picture(path: &Path, picture: &Picture, attributes: &Attributes) ->
     })
 }
 
-/// Reads a picture from `.npy` (f32 or f64) or `.exr` (`R G B` in any type of channel; others are left aside).
+/// Reads a picture from `.npy` (f32 or f64) or `.exr` (`R G B` with any channel type; other channels are ignored).
 ///
 /// # Errors
-/// A sentence about a file that is missing, empty, cut short or no picture of that kind.
+/// A sentence about a file that is missing, empty, truncated or no picture of that kind.
 pub fn read_picture(path: &Path) -> Result<Picture, PictureError> {
     match Format::of(path) {
         Some(Format::Exr) => exr_file::read(path),
@@ -107,10 +107,10 @@ pub fn read_picture(path: &Path) -> Result<Picture, PictureError> {
     }
 }
 
-/// Looks before a render whether its picture can be written to `path` afterwards.
+/// Checks before a render whether its picture can be written to `path` afterwards.
 ///
 /// # Errors
-/// A sentence about the ending, the folder (missing, not writable) or what already stands there.
+/// A sentence about the extension, the folder (missing, not writable) or an existing file.
 pub fn check_output(path: &Path) -> Result<(), PictureError> {
     if Format::of(path).is_none() {
         return Err(unknown_ending(path));

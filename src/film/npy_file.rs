@@ -1,4 +1,4 @@
-//! NumPy's format: `height x width x 3`, C order, row 0 on top; written in little-endian f32.
+//! NumPy's format: `height x width x 3`, C order, top row first; written in little-endian f32.
 
 use std::fs::File;
 use std::io::{self, BufReader, Write};

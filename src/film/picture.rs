@@ -1,6 +1,6 @@
 //! A finished picture in memory.
 
-/// Linear RGB radiance, row 0 on top.
+/// Linear RGB radiance, top row first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
     /// Pixels in a row.

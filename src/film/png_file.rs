@@ -1,4 +1,4 @@
-//! PNG: 8 bits a channel behind the sRGB curve, to look at.
+//! PNG for viewing: 8 bits per channel with the sRGB curve.
 
 use std::io::{self, Write};
 
@@ -7,7 +7,7 @@ use image::{ExtendedColorType, ImageEncoder, ImageError};
 
 use super::Picture;
 
-/// `exposure` in stops: radiance is multiplied by 2 to that power before the curve.
+/// `exposure` is in stops: radiance is multiplied by 2 to that power before the curve.
 pub(super) fn write(file: impl Write, picture: &Picture, exposure: f64) -> io::Result<()> {
     let gain = exposure.exp2() as f32;
     let bytes: Vec<u8> = picture
@@ -16,7 +16,8 @@ pub(super) fn write(file: impl Write, picture: &Picture, exposure: f64) -> io::R
         .iter()
         .map(|&radiance| encode(radiance * gain))
         .collect();
-    // A grainy 768 x 512 takes 20 ms at level 3 and 80 ms at the default, for 6 % less: a first picture should not wait.
+    // A noisy 768 x 512 picture takes 20 ms at level 3 and 80 ms at the default, which is 6 % smaller: speed matters more for a
+    // first picture.
     PngEncoder::new_with_quality(file, CompressionType::Level(3), FilterType::Adaptive)
         .write_image(&bytes, picture.width, picture.height, ExtendedColorType::Rgb8)
         .map_err(|error| match error {
@@ -25,8 +26,7 @@ pub(super) fn write(file: impl Write, picture: &Picture, exposure: f64) -> io::R
         })
 }
 
-/// The curve of IEC 61966-2-1, rounded to the nearest of 256 steps. NaN and anything below 0 are black, anything
-/// above 1 is white.
+/// The curve of IEC 61966-2-1, rounded to the nearest of 256 steps. NaN and negative values become black, values above 1 white.
 pub fn encode(linear: f32) -> u8 {
     let curve = if linear <= 0.003_130_8 {
         12.92 * linear
@@ -43,7 +43,7 @@ mod tests {
 
     #[test]
     fn the_curve_passes_through_its_known_points() {
-        // Mid grey is 0.2140 linear for 127.5 / 255; 0.18 is the photographer's grey card.
+        // Mid grey is 0.2140 linear for 127.5 / 255; 0.18 is a photographic grey card.
         assert_eq!([0.0, 1.0, 0.18, 0.5, 0.003].map(encode), [0, 255, 118, 188, 10]);
     }
 

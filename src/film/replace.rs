@@ -1,7 +1,7 @@
-//! Files that are written whole or not at all.
+//! Atomic replacement of files.
 //!
-//! The bytes go to a temporary file in the same folder (a rename across file systems would copy), are synced, and take
-//! the name in one step. Whoever looks sees the old file or the new one.
+//! The bytes go to a temporary file in the same folder (a rename across file systems would copy), which is synced and then
+//! renamed. Readers see the old file or the new one.
 
 use std::fs::{self, File, Permissions};
 use std::io::{self, BufWriter, Write};
@@ -12,18 +12,18 @@ use tempfile::{Builder, NamedTempFile};
 
 use super::PictureError;
 
-/// Temporary files that stand right now, for [`abandon_all`].
+/// Existing temporary files, for [`abandon_all`].
 static PENDING: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 fn pending() -> MutexGuard<'static, Vec<PathBuf>> {
-    // A list of paths is whole at any time: poison says nothing about it.
+    // A list of paths is always consistent, so poisoning does not matter.
     PENDING.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Puts what `fill` writes in the place of `path`.
+/// Atomically replaces `path` by what `fill` writes.
 ///
 /// # Errors
-/// A sentence with what the system or `fill` answered; `path` is then as it was, and no temporary file is left.
+/// A sentence with the error of the system or of `fill`; `path` is then unchanged, and no temporary file is left.
 pub fn replace(path: &Path, fill: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>) -> Result<(), PictureError> {
     let target = behind_links(path);
     let failed = |error: io::Error| PictureError::io(path, "cannot be written", &error);
@@ -33,16 +33,15 @@ pub fn replace(path: &Path, fill: impl FnOnce(&mut BufWriter<&File>) -> io::Resu
     drop(buffer);
     temporary.file.as_file().sync_all().map_err(failed)?;
     temporary.become_file(&target).map_err(failed)?;
-    // Makes the new name itself last through a power cut. Not every file system can; the file stands either way.
+    // Makes the rename survive a power cut. Not every file system supports this; the file exists either way.
     let _ = File::open(folder(&target)).and_then(|folder| folder.sync_all());
     Ok(())
 }
 
-/// Looks whether [`replace`] could write `path`: its folder is there and takes files, and no folder or device stands
-/// in its place.
+/// Checks whether [`replace`] could write `path`: its folder exists and is writable, and `path` is no folder or device.
 ///
 /// # Errors
-/// A sentence about the first of these that does not hold.
+/// A sentence about the first violated condition.
 pub fn check(path: &Path) -> Result<(), PictureError> {
     if path.file_name().is_none() {
         return Err(PictureError::new(path, "is a folder, not a file"));
@@ -69,22 +68,22 @@ pub fn check(path: &Path) -> Result<(), PictureError> {
         }
         _ => {}
     }
-    // Permission bits do not tell (root, ACLs, read-only mounts): try.
+    // Permission bits are not sufficient (root, ACLs, read-only mounts), so create a file.
     let probe = Temporary::beside(&behind_links(path)).map(drop);
     probe.map_err(|error| PictureError::io(path, "its folder cannot be written to", &error))
 }
 
-/// Removes every temporary file and lets nobody create another: for a process that is about to exit at once.
+/// Removes all temporary files and blocks the creation of others: for a process that is about to exit.
 pub fn abandon_all() {
     let pending = pending();
     for path in pending.iter() {
         let _ = fs::remove_file(path);
     }
-    // Kept for good: a writer that wants to start now waits for the exit.
+    // Never unlocked: a writer that wants to start now waits for the exit.
     std::mem::forget(pending);
 }
 
-/// Through a symbolic link the file that it points to is replaced, not the link.
+/// Resolves symbolic links, so that the target is replaced and not the link.
 fn behind_links(path: &Path) -> PathBuf {
     fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())
 }
@@ -102,7 +101,7 @@ struct Temporary {
     pending: Pending,
 }
 
-/// An entry in the list of temporary files, for as long as it lives.
+/// An entry in the list of temporary files, removed when dropped.
 struct Pending(PathBuf);
 
 impl Drop for Pending {
@@ -115,10 +114,10 @@ impl Temporary {
     fn beside(path: &Path) -> io::Result<Self> {
         let mut builder = Builder::new();
         builder.prefix(".octolux-").suffix(".tmp");
-        // tempfile asks for 0600; a picture is as readable as any new file (the system takes the umask off).
+        // tempfile creates files with mode 0600; use the default mode of new files (the system applies the umask).
         #[cfg(unix)]
         builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666));
-        // Locked until the file is in the list, so that none is missed.
+        // Locked until the file is in the list, so that [`abandon_all`] misses none.
         let mut list = pending();
         let file = builder.tempfile_in(folder(path))?;
         list.push(file.path().to_owned());

@@ -1,7 +1,7 @@
 //! The film: sums of radiance in `f64`, tile by tile.
 //!
-//! A tile is rendered in chunks of passes. The sum of a chunk starts from 0 and takes contributions in one order; chunks
-//! are added in the order of their passes to the leaves of a [`Tree`]. So no number of threads can change a bit, and no
+//! A tile is rendered in chunks of passes. The sum of a chunk starts from 0 and adds contributions in a fixed order; chunks are
+//! added in the order of their passes to the leaves of a [`Tree`]. So the bits do not depend on the number of threads, nor on a
 //! division of the passes between processes.
 
 use std::ops::Range;
@@ -12,35 +12,35 @@ use super::tree::{TileSum, Tree};
 use super::{Noise, Picture};
 use crate::scene::FilmSize;
 
-/// Pixels along a side of a tile. With 16 passes a tile makes streams of 4096 rays, which stay in the second cache.
+/// Side of a tile in pixels. With 16 passes a tile makes streams of 4096 rays, which fit into the L2 cache.
 pub const TILE: u32 = 16;
 
-/// A part of the film: its pixels in the order in which packets take them.
+/// A part of the film: its pixels in packet order.
 #[derive(Clone, Debug)]
 pub struct Tile {
     corner: [u32; 2],
-    /// The pixels from the corner on. Tiles of one size share them.
+    /// The pixels relative to the corner, shared by tiles of the same size.
     offsets: Arc<[[u32; 2]]>,
     number: u32,
     /// Passes of a leaf of the tree.
     leaf: u32,
     sums: Tree,
-    /// The pass that comes next.
+    /// The next pass.
     passes: u32,
-    /// Of each pixel, the passes that it takes part in; empty where all take part in all.
+    /// Number of passes that each pixel takes part in; empty where all take part in all.
     goals: Vec<u32>,
-    /// Of each pixel, the squares of its sums over pairs of passes; empty where nobody asks for noise.
+    /// Squared sums over pairs of passes, per pixel; empty unless noise is measured.
     squares: TileSum,
 }
 
 impl Tile {
-    /// Column and row of each pixel, in blocks of 4 x 2 so that eight neighbours make a packet.
+    /// Column and row of each pixel, in blocks of 4 x 2, so that eight neighbours form a packet.
     pub fn pixels(&self) -> impl Iterator<Item = [u32; 2]> + Clone {
         let [left, top] = self.corner;
         self.offsets.iter().map(move |[x, y]| [left + x, top + y])
     }
 
-    /// Column and row of each pixel, counted from the first one.
+    /// Column and row of each pixel, relative to the first one.
     pub fn offsets(&self) -> &[[u32; 2]] {
         &self.offsets
     }
@@ -52,27 +52,27 @@ impl Tile {
         [self.corner, [left + x, top + y]]
     }
 
-    /// How many pixels it has.
+    /// Number of pixels.
     pub fn area(&self) -> usize {
         self.offsets.len()
     }
 
-    /// Which tile it is, row by row.
+    /// Index of the tile, row by row.
     pub fn number(&self) -> u32 {
         self.number
     }
 
-    /// Empty sums for a chunk, all pixels in each slot: one for all passes, or while noise is measured one for each pair.
+    /// Zero sums for a chunk, all pixels in each slot: one slot for all passes, or one per pair while noise is measured.
     pub fn empty_sum(&self, passes: u32) -> ChunkSum {
         ChunkSum::new(self.area() * self.slots(passes))
     }
 
-    /// Sums that a pixel has in a chunk: one, or while noise is measured one for each pair of passes.
+    /// Slots of a chunk: one, or one per pair of passes while noise is measured.
     fn slots(&self, passes: u32) -> usize {
         if self.measures_noise() { passes as usize / 2 } else { 1 }
     }
 
-    /// Adds the sums of further passes, which must not go beyond the end of a leaf.
+    /// Adds the sums of further passes, which must not cross the end of a leaf.
     pub fn add(&mut self, chunk: &ChunkSum, passes: u32) {
         for slot in chunk.0.chunks_exact(self.area()) {
             self.sums.add(slot);
@@ -85,7 +85,7 @@ impl Tile {
         self.skip(passes);
     }
 
-    /// Notes passes in which no pixel takes part any more.
+    /// Skips passes in which no pixel takes part.
     pub fn skip(&mut self, passes: u32) {
         if passes > 0 {
             self.passes += passes;
@@ -93,23 +93,23 @@ impl Tile {
         }
     }
 
-    /// Whether sums over pairs of passes are wanted.
+    /// Whether noise is measured from pairs of passes.
     pub fn measures_noise(&self) -> bool {
         !self.squares.0.is_empty()
     }
 
-    /// Of each pixel, the passes that it takes part in; empty where all take part in all.
+    /// Number of passes that each pixel takes part in; empty where all take part in all.
     pub fn goals(&self) -> &[u32] {
         &self.goals
     }
 
-    /// Samples that each pixel has: it took part in all passes that there are, up to its goal.
+    /// Samples of each pixel: all passes so far, up to its goal.
     fn samples(&self) -> impl Fn(usize) -> u32 {
         let passes = self.sums.passes(self.leaf);
         move |pixel| self.goals.get(pixel).map_or(passes, |&goal| goal.min(passes))
     }
 
-    /// Mean and variance of a pixel, as its pairs of passes show them.
+    /// Mean and variance of a pixel, estimated from pairs of passes.
     fn noise(&self, pixel: usize) -> Noise {
         let pairs = f64::from(self.passes / 2);
         let mut noise = Noise::default();
@@ -121,7 +121,7 @@ impl Tile {
         noise
     }
 
-    /// The pass that comes next; where none was left out, the passes that the tile has.
+    /// The next pass; if none was skipped, the number of passes of the tile.
     pub fn passes(&self) -> u32 {
         self.passes
     }
@@ -131,12 +131,12 @@ impl Tile {
         &self.sums
     }
 
-    /// The squares of sums over pairs of passes.
+    /// The squared sums over pairs of passes.
     pub(super) fn squares(&self) -> &TileSum {
         &self.squares
     }
 
-    /// Puts back what a file has kept.
+    /// Restores the state from a file.
     pub(super) fn restore(&mut self, passes: u32, sums: Tree, goals: Vec<u32>, squares: TileSum) {
         if !goals.is_empty() || !squares.0.is_empty() {
             self.leaf = u32::MAX;
@@ -152,17 +152,17 @@ pub struct Film {
     tiles: Vec<Tile>,
 }
 
-/// The most passes of a leaf, for the memory that tables of random numbers take.
+/// Maximum passes of a leaf, which limits the memory of random number tables.
 pub(super) const MOST_LEAF: u32 = 4096;
 
-/// Passes of a leaf, and of a block between two barriers: 16, and more for small films, so that threads stay busy.
+/// Passes of a leaf, and of a block between two barriers: 16, and more for small films, to keep threads busy.
 pub fn leaf_passes(FilmSize { width, height }: FilmSize) -> u32 {
     let pixels = u64::from(width) * u64::from(height);
     ((1 << 18) / pixels).clamp(16, MOST_LEAF.into()).next_power_of_two() as u32
 }
 
 impl Film {
-    /// A film with nothing on it.
+    /// An empty film.
     pub fn new(size: FilmSize) -> Self {
         let shape = |width: u32, height: u32| -> Arc<[[u32; 2]]> {
             let rows = (0..height).step_by(2);
@@ -202,8 +202,8 @@ impl Film {
         }
     }
 
-    /// The bytes that a film and its picture take while so many passes are rendered: 24 a pixel and node, 20 for the picture, its
-    /// first samples and what is written; where they are adaptive 24 for the squares and 120 for noise, kinds, weights and goals.
+    /// Memory of a film and its picture for the given number of passes, in bytes: 24 per pixel and node, 20 per pixel for the picture, its
+    /// first samples and output; if adaptive, also 24 for the squares and 120 for noise, kinds, weights and goals.
     pub fn bytes(size: FilmSize, passes: u32, adaptive: bool) -> u64 {
         let pixels = u64::from(size.width) * u64::from(size.height);
         let nodes = passes.div_ceil(leaf_passes(size)).max(1).ilog2() + 1;
@@ -216,12 +216,12 @@ impl Film {
         self.size
     }
 
-    /// Begins at another pass than 0, at the start of a leaf. To be called before the first.
+    /// Begins at the given pass, the start of a leaf. Call before the first pass.
     pub fn begin_at(&mut self, pass: u32) {
         self.tiles.iter_mut().for_each(|tile| tile.passes = pass);
     }
 
-    /// The passes that all tiles have: from the first that one of them holds to the first that one lacks.
+    /// The passes of the film: from the first pass of any tile to the first that a tile lacks.
     pub fn passes(&self) -> Range<u32> {
         let first = |tile: &Tile| tile.passes - tile.sums.passes(tile.leaf).min(tile.passes);
         let firsts = self.tiles.iter().map(first);
@@ -229,7 +229,7 @@ impl Film {
         firsts.min().unwrap_or(0)..ends.min().unwrap_or(0)
     }
 
-    /// The tile of a pixel, cut down to that pixel; `None` beside the film.
+    /// The tile of a pixel, cut down to that pixel; `None` outside the film.
     pub fn pixel(&self, x: u32, y: u32) -> Option<Tile> {
         let of = |tile: &&Tile| tile.pixels().any(|pixel| pixel == [x, y]);
         let mut tile = self.tiles.iter().find(of)?.clone();
@@ -242,16 +242,16 @@ impl Film {
         &self.tiles
     }
 
-    /// The tiles, to be added to.
+    /// Mutable access to the tiles.
     pub fn tiles_mut(&mut self) -> &mut [Tile] {
         &mut self.tiles
     }
 
-    /// Measures noise over pairs of passes: blocks and chunks must then be even. To be called before the first pass.
+    /// Enables measuring noise from pairs of passes: blocks and chunks must then be even. Call before the first pass.
     pub fn measure_noise(&mut self) {
         for tile in &mut self.tiles {
             tile.squares = TileSum::new(tile.area());
-            // Chunks will end where streams are full. Nobody divides an adaptive render: it is one leaf.
+            // Chunks then end where streams are full. An adaptive render is never split between processes, so it is one leaf.
             tile.leaf = u32::MAX;
         }
     }
@@ -261,21 +261,21 @@ impl Film {
         self.tiles.first().is_some_and(Tile::measures_noise)
     }
 
-    /// The noise of each pixel, row by row; at least four passes must be there.
+    /// The noise of each pixel, row by row; needs at least four passes.
     pub fn noise(&self) -> Vec<Noise> {
         self.rows(|tile| |pixel| tile.noise(pixel))
     }
 
-    /// Takes the sums of another film of the same size, with none of whose passes it overlaps.
+    /// Merges the sums of another film of the same size whose passes do not overlap.
     pub fn absorb(&mut self, other: Self) {
         for (tile, other) in self.tiles.iter_mut().zip(other.tiles) {
             tile.sums.absorb(other.sums);
         }
     }
 
-    /// The fewest samples of a pixel, all samples, and the most.
+    /// Minimum, total and maximum samples of the pixels.
     pub fn spread(&self) -> (u32, u64, u32) {
-        // Where all take part in all, one pixel tells of all.
+        // Where all pixels take part in all passes, one pixel represents the tile.
         let tiles = self.tiles.iter().flat_map(|tile| {
             let told = if tile.goals.is_empty() { 1 } else { tile.area() };
             (0..told).map(tile.samples()).map(move |n| (n, tile.area() / told))
@@ -285,7 +285,7 @@ impl Film {
         })
     }
 
-    /// Sets how many passes each pixel, row by row, takes part in; measures noise no more.
+    /// Sets how many passes each pixel, row by row, takes part in; ends the measurement of noise.
     pub fn set_goals(&mut self, goals: &[u32]) {
         let width = self.size.width as usize;
         for tile in &mut self.tiles {
@@ -297,7 +297,7 @@ impl Film {
         }
     }
 
-    /// The most samples that a pixel will get, once that is decided.
+    /// Maximum samples of a pixel, once goals are set.
     pub fn most_samples(&self) -> Option<u32> {
         self.tiles.iter().flat_map(|tile| &tile.goals).max().copied()
     }
@@ -307,7 +307,7 @@ impl Film {
         self.rows(Tile::samples)
     }
 
-    /// The mean radiance of each pixel; 0 where there is no pass yet. Pixels may have different numbers of samples.
+    /// The mean radiance of each pixel; 0 without passes. Pixels may have different sample counts.
     pub fn picture(&self) -> Picture {
         let FilmSize { width, height } = self.size;
         let pixels = self.rows(|tile| {
@@ -321,7 +321,7 @@ impl Film {
         Picture { width, height, pixels }
     }
 
-    /// Something of every pixel, row by row.
+    /// Collects a value of every pixel, row by row.
     fn rows<'a, T: Clone + Default, F: Fn(usize) -> T>(&'a self, of: impl Fn(&'a Tile) -> F) -> Vec<T> {
         let width = self.size.width as usize;
         let mut all = vec![T::default(); width * self.size.height as usize];
@@ -375,7 +375,7 @@ mod tests {
         tile.add(&chunk, 4);
         let noise = film.noise();
         assert_eq!(noise[0], Noise::default());
-        // Pairs of 2 and 6: a mean of 2 a pass, a variance of 8 a pair, 4 a pass.
+        // Pairs of 2 and 6: a mean of 2 per pass, a variance of 8 per pair, 4 per pass.
         assert_eq!((noise[1].mean, noise[1].variance), ([2.0, 0.0, 2.0], [4.0, 0.0, 4.0]));
         film.set_goals(&[4, 6, 8]);
         film.tiles_mut()[0].skip(3);

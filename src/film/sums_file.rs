@@ -1,9 +1,9 @@
-//! Sums in a file, to the bit: the checkpoint of a render, or what one shard of it adds.
+//! Files of exact sums: the checkpoint of a render, or the part of one shard.
 //!
-//! `OCTOSUMS`, then in little-endian numbers: the format's version; the length of a JSON object about the render, and the
-//! object; width and height; tile by tile what [`Tile`] keeps; where the object says so, further films of the same form and
-//! pictures (width and height, then `f32` row by row); at last the CRC-32 (IEEE) of everything before it. A CRC
-//! finds every flipped byte, and a cut file lacks it.
+//! Layout: `OCTOSUMS`, then in little-endian numbers: the format's version; the length of a JSON object about the render, and
+//! the object; width and height; tile by tile the state of [`Tile`]; if the object says so, further films of the same form and
+//! pictures (width and height, then `f32` row by row); finally the CRC-32 (IEEE) of everything before it. A CRC detects every
+//! flipped byte, and a truncated file lacks it.
 
 use std::fs::File;
 use std::io::{self, BufReader, Read, Write};
@@ -19,27 +19,27 @@ use crate::scene::FilmSize;
 
 const MAGIC: &[u8; 8] = b"OCTOSUMS";
 
-/// Counts up with every change of the format. There is no reader for older ones: sums are for days, not for years.
+/// Incremented with every change of the format. Older versions cannot be read: sums are kept for days, not for years.
 const VERSION: u32 = 1;
 
-/// More than any object about a render takes, in bytes.
+/// Upper limit of the JSON object in bytes.
 const LONGEST_ABOUT: u32 = 1 << 20;
 
 /// The longest side of a film, as in scene files.
 const LONGEST_SIDE: u32 = 65_536;
 
-/// What a tile takes in the file without any sums: five numbers of 32 bits.
+/// Size in the file of a tile without sums: five numbers of 32 bits.
 const LEAST_TILE: u64 = 20;
 
-/// Writes the sums of `film` and what `about` says whole or not at all.
+/// Writes the sums of `film` and `about` atomically.
 ///
 /// # Errors
-/// What the system answers; an older file then still stands.
+/// Errors of the system; an older file is then kept.
 pub fn write(path: &Path, about: &impl Serialize, film: &Film) -> Result<(), PictureError> {
     write_all(path, about, &[film], &[])
 }
 
-/// Writes the sums of several films, one at least, and pictures.
+/// Writes the sums of several films, at least one, and pictures.
 ///
 /// # Errors
 /// As for [`write()`].
@@ -74,7 +74,7 @@ pub fn write_all(
 /// Reads what [`write()`] wrote.
 ///
 /// # Errors
-/// A sentence about a file that is missing, of another kind or version, cut short or damaged.
+/// A sentence about a file that is missing, of another kind or version, truncated or damaged.
 pub fn read<A: DeserializeOwned>(path: &Path) -> Result<(A, Film), PictureError> {
     let (about, films, _) = read_all(path, |_| [1, 0])?;
     let film = films
@@ -84,7 +84,7 @@ pub fn read<A: DeserializeOwned>(path: &Path) -> Result<(A, Film), PictureError>
     Ok((about, film))
 }
 
-/// Reads what [`write_all`] wrote: as many films and pictures as what is said about them tells.
+/// Reads what [`write_all`] wrote: the numbers of films and pictures come from the description.
 ///
 /// # Errors
 /// As for [`read`].
@@ -104,7 +104,7 @@ pub fn read_all<A: DeserializeOwned>(
     Ok((about, films, pictures))
 }
 
-/// Reads what a file says about its render, and the CRC of its sums, having looked at all of it.
+/// Reads the description of a render, and the CRC of its sums, after checking the whole file.
 ///
 /// # Errors
 /// As for [`read`].
@@ -114,7 +114,7 @@ pub fn read_about<A: DeserializeOwned>(path: &Path) -> Result<(A, u32), PictureE
     Ok((about, crc))
 }
 
-/// Whether a file is one that [`write()`] has written, whole or not.
+/// Whether a file was written by [`write()`], complete or not.
 pub fn is_one(path: &Path) -> bool {
     let mut magic = [0; MAGIC.len()];
     let is_file = std::fs::metadata(path).is_ok_and(|found| found.is_file());
@@ -158,11 +158,11 @@ fn open<A: DeserializeOwned>(path: &Path) -> Result<(Checked<impl Read>, A), Pic
     Ok((from, about))
 }
 
-/// A stream of bytes whose CRC is kept.
+/// A stream of bytes with a running CRC.
 struct Checked<F> {
     file: F,
     crc: crc32fast::Hasher,
-    /// Bytes of a file that is read which are still to come.
+    /// Bytes not yet read.
     left: u64,
 }
 
@@ -188,13 +188,13 @@ impl<F: Write> Checked<F> {
             .try_for_each(|number| self.write_all(&number.to_le_bytes()))
     }
 
-    /// As they stand in memory: every processor that runs Octolux is little-endian.
+    /// Written as in memory: every processor that runs Octolux is little-endian.
     fn put(&mut self, sums: &TileSum) -> io::Result<()> {
         self.write_all(bytemuck::cast_slice(sums.0.as_flattened()))
     }
 }
 
-/// Next pass; nodes, passes of the open leaf, goals, squares: how many there are, then what they are.
+/// Writes the next pass; then nodes, passes of the open leaf, goals, squares: each count before its values.
 fn write_tile<F: Write>(to: &mut Checked<F>, tile: &Tile) -> io::Result<()> {
     let (tree, goals, squares) = (tile.sums(), tile.goals(), tile.squares());
     let (open, open_passes) = tree.open();
@@ -266,7 +266,7 @@ impl<F: Read> Checked<F> {
     fn film(&mut self) -> io::Result<Film> {
         let FilmSize { width, height } = self.size()?;
         let tiles = u64::from(width.div_ceil(TILE)) * u64::from(height.div_ceil(TILE));
-        // Before anything is allocated on the word of a file.
+        // Check before allocating by sizes from a file.
         if tiles * LEAST_TILE > self.left {
             return Err(io::ErrorKind::UnexpectedEof.into());
         }
@@ -316,7 +316,7 @@ impl<F: Read> Checked<F> {
         Ok(())
     }
 
-    /// Reads to the checksum and compares; returns that of what was read here.
+    /// Skips to the checksum and verifies it; returns the checksum of the part read before.
     fn skip(&mut self) -> io::Result<u32> {
         let mut sums = crc32fast::Hasher::new();
         let mut buffer = vec![0; 1 << 18];

@@ -1,19 +1,19 @@
-//! Sums over passes, added up as one tree whoever does it.
+//! Sums over passes in one fixed order, independent of who adds them.
 //!
-//! Addition rounds, so the order of the terms decides the bits. Passes are divided into *leaves* of a fixed number of
-//! passes; inside a leaf they are added chunk after chunk, and two neighbours of which the left one has an even number
-//! make their parent, level upon level. A node is thus the same sum whichever process computes it, and a render that is
-//! divided between processes at the ends of leaves is put together to the bits of a render in one piece.
+//! Addition rounds, so the order of the terms affects the bits. Passes are divided into *leaves* of a fixed number of passes.
+//! Within a leaf chunks are added in order; two neighbouring nodes of which the left one has an even index are added to their
+//! parent, level by level. A node is thus the same sum whichever process computes it, and a render that is split between
+//! processes at the ends of leaves combines to the bits of an undivided render.
 //!
-//! Who goes through the leaves in order holds the nodes that a binary counter has ones for: at most one a level, so
-//! pictures in memory grow with the logarithm of the passes. Rounding errors do so too (pairwise summation, Higham 1993).
+//! Traversing the leaves in order keeps one node per set bit of a binary counter, at most one per level, so memory grows with
+//! the logarithm of the passes. So do rounding errors (pairwise summation, Higham 1993).
 
 /// One sum per pixel of a tile.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TileSum(pub Vec<[f64; 3]>);
 
 impl TileSum {
-    /// Zero for `pixels` pixels.
+    /// Zeros for `pixels` pixels.
     pub fn new(pixels: usize) -> Self {
         Self(vec![[0.0; 3]; pixels])
     }
@@ -24,14 +24,14 @@ impl TileSum {
 pub struct Node {
     /// Its height: a leaf is on level 0.
     pub level: u32,
-    /// Which of its level, from the left.
+    /// Its index on its level, from the left.
     pub index: u32,
     /// The sums of every pixel.
     pub sums: TileSum,
 }
 
 impl Node {
-    /// Its leaves, as a range of 64 bits so that no level can overflow it.
+    /// Its leaves, as a 64-bit range that cannot overflow on any level.
     pub fn leaves(&self) -> std::ops::Range<u64> {
         let (first, end) = (u64::from(self.index), u64::from(self.index) + 1);
         first << self.level..end << self.level
@@ -41,15 +41,15 @@ impl Node {
 /// The sums of a tile.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tree {
-    /// What is finished, from left to right: no two of these have a parent in common.
+    /// Finished nodes from left to right; no two of them have the same parent.
     nodes: Vec<Node>,
-    /// The leaf that is being added to; empty if there is none.
+    /// The unfinished leaf; empty if there is none.
     open: TileSum,
     open_passes: u32,
 }
 
 impl Tree {
-    /// Of finished nodes and passes of a leaf behind them.
+    /// From finished nodes and the passes of an unfinished leaf.
     pub fn new(nodes: Vec<Node>, open: TileSum, open_passes: u32) -> Self {
         Self {
             nodes,
@@ -63,12 +63,12 @@ impl Tree {
         &self.nodes
     }
 
-    /// The sums of the leaf that is not finished, and its passes.
+    /// The sums of the unfinished leaf, and its passes.
     pub fn open(&self) -> (&TileSum, u32) {
         (&self.open, self.open_passes)
     }
 
-    /// Adds the sums of each pixel over passes of the leaf at hand, as [`ChunkSum`](super::ChunkSum) has them.
+    /// Adds the sums of each pixel over passes of the current leaf, in the format of [`ChunkSum`](super::ChunkSum).
     pub fn add(&mut self, sums: &[[f64; 4]]) {
         if self.open.0.is_empty() {
             self.open = TileSum::new(sums.len());
@@ -80,8 +80,8 @@ impl Tree {
         }
     }
 
-    /// Counts what [`Self::add`] was given: `passes` passes that end at pass `end`, of leaves of `leaf` passes. A leaf
-    /// that is full becomes a node.
+    /// Counts the passes given to [`Self::add`]: `passes` passes that end at pass `end`, in leaves of `leaf` passes. A full
+    /// leaf becomes a node.
     pub fn count(&mut self, passes: u32, end: u32, leaf: u32) {
         self.open_passes += passes;
         if end.is_multiple_of(leaf) {
@@ -92,7 +92,7 @@ impl Tree {
         }
     }
 
-    /// Takes a node that overlaps with none, and joins neighbours into parents for as long as there are any.
+    /// Adds a node that overlaps no other, and merges neighbours into parents while there are any.
     pub fn insert(&mut self, mut node: Node) {
         let mut at = self.nodes.partition_point(|n| n.leaves().start < node.leaves().start);
         loop {
@@ -119,7 +119,7 @@ impl Tree {
         self.nodes.insert(at, node);
     }
 
-    /// Takes everything that another one has. Their leaves must not overlap, and at most one has passes behind.
+    /// Merges another tree. Their leaves must not overlap, and at most one may have an unfinished leaf.
     pub fn absorb(&mut self, other: Self) {
         for node in other.nodes {
             self.insert(node);
@@ -129,7 +129,7 @@ impl Tree {
         }
     }
 
-    /// The sum of a pixel: nodes from left to right, then the passes behind them.
+    /// The sum of a pixel: nodes from left to right, then the unfinished leaf.
     pub fn total(&self, pixel: usize) -> [f64; 3] {
         let parts = self.nodes.iter().map(|node| &node.sums).chain([&self.open]);
         let mut total = [0.0; 3];
@@ -141,7 +141,7 @@ impl Tree {
         total
     }
 
-    /// Passes that it holds, of leaves of `leaf` passes.
+    /// Number of passes, with leaves of `leaf` passes.
     pub fn passes(&self, leaf: u32) -> u32 {
         let leaves = self.nodes.iter().map(|node| 1 << node.level).sum::<u32>();
         leaves * leaf + self.open_passes
@@ -152,7 +152,7 @@ impl Tree {
 mod tests {
     use super::*;
 
-    /// Numbers whose sums round.
+    /// Numbers whose sums need rounding.
     fn leaf(index: u32) -> Node {
         let sum = 1.0 / f64::from(3 * index + 1);
         let sums = TileSum(vec![[sum, -sum, sum * sum]]);
@@ -169,7 +169,7 @@ mod tests {
     fn any_order_and_any_division_of_leaves_makes_the_same_bits() {
         for leaves in 1..70 {
             let whole = tree(0..leaves);
-            // 17 has no factor in common with any number of leaves below 70 but its multiples.
+            // 17 is coprime to any number of leaves below 70 except its multiples.
             if leaves % 17 != 0 {
                 assert_eq!(tree((0..leaves).map(|i| i * 17 % leaves)), whole, "{leaves} leaves");
             }
@@ -185,7 +185,7 @@ mod tests {
         }
     }
 
-    /// What the test above would not see if the order made no difference.
+    /// Shows that order matters; otherwise the test above would prove nothing.
     #[test]
     fn another_order_of_addition_makes_other_bits() {
         let one_by_one = (0..64).map(|i| leaf(i).sums.0[0][0]).sum::<f64>();

@@ -1,4 +1,4 @@
-//! The models of reflection: value, sampling and density, straight from their formulas.
+//! BRDF models: value, sampling and density, directly from their formulas.
 
 use std::f64::consts::PI;
 
@@ -13,13 +13,13 @@ use crate::scene::Bsdf;
 pub struct Shading {
     /// The reflection model.
     pub bsdf: Bsdf,
-    /// To the eye.
+    /// Unit direction to the viewer.
     pub wo: DVec3,
     /// Shading normal, on the same side as `ng`.
     pub n: DVec3,
     /// Geometric normal, on the side of `wo`.
     pub ng: DVec3,
-    /// What a texture shows; the colours of `bsdf` are multiplied by it already.
+    /// The texture value; the colours of `bsdf` already include it.
     pub tint: DVec3,
 }
 
@@ -60,9 +60,9 @@ impl Shading {
         Mirrors::new(self.n, self.wo, roughness)
     }
 
-    /// A direction drawn with the density [`density`](Self::density): a cosine lobe around the normal, or a power
-    /// of the cosine around the mirror direction, or the reflection about a visible normal. A blend tosses a fair coin between two of
-    /// them, as does a body below a coat. It may point below the surface.
+    /// A direction drawn with the density [`density`](Self::density): a cosine lobe around the normal, a power of the cosine
+    /// around the mirror direction, or the reflection about a visible normal. A blend and a coated material choose between two
+    /// of them with probability 1/2. The direction may point below the surface.
     pub fn sample(&self, rng: &mut impl Rng) -> DVec3 {
         let (axis, exponent) = match self.bsdf {
             Bsdf::Diffuse { .. } => (self.n, 1.0),
@@ -75,7 +75,7 @@ impl Shading {
             } if metallic == 1.0 || rng.random() => return self.mirrors(roughness).sample(rng),
             Bsdf::Ggx { .. } => (self.n, 1.0),
         };
-        // cos = u^(1 / (exponent + 1)), and 1 - cos^2 without the cancellation that narrow lobes would suffer.
+        // cos = u^(1 / (exponent + 1)), and 1 - cos^2 without the cancellation that narrow lobes cause.
         let log_cos = (1.0 - rng.random::<f64>()).ln() / (exponent + 1.0);
         around(axis, log_cos.exp(), (-(2.0 * log_cos).exp_m1()).sqrt(), rng.random())
     }
@@ -100,8 +100,8 @@ impl Shading {
         }
     }
 
-    /// The lobe of Phong's model normalised over the sphere, sr⁻¹. In `f64` the power of a dot product is exact to
-    /// about `alpha` 2e-16.
+    /// The lobe of Phong's model normalised over the sphere, sr⁻¹. In `f64` the power of a dot product is accurate to about
+    /// `alpha` 2e-16.
     fn lobe(&self, alpha: f64, wi: DVec3) -> f64 {
         (alpha + 1.0) / (2.0 * PI) * self.mirror().dot(wi).clamp(0.0, 1.0).powf(alpha)
     }
@@ -166,7 +166,7 @@ mod tests {
                 assert!((point.density(wi) - expected).abs() <= 1e-9 * peak, "{bsdf:?}");
             }
             let count = f64::from(count);
-            // Standard deviations of u and u^2: sqrt(1/12) and sqrt(4/45). Four of them.
+            // Four standard deviations of u and u^2: sqrt(1/12) and sqrt(4/45).
             assert!(
                 (first / count - 0.5).abs() < 4.0 * (1.0 / 12.0 / count).sqrt(),
                 "{bsdf:?}"

@@ -1,16 +1,16 @@
-//! A tree of boxes: what makes a mesh of a million triangles possible, and no more than that.
+//! A simple bounding volume hierarchy, sufficient for meshes of a million triangles.
 
 use super::geometry::{Bounds, Meeting, Ray, Shape};
 
 /// A leaf holds at most this many shapes.
 const LEAF: usize = 4;
 
-/// Shapes sorted into a binary tree by their centres, halved along the longest side at every level: the depth is
-/// log2(n / LEAF), whatever the scene.
+/// Shapes sorted into a binary tree by their centres, split at the median of the longest side at every level: the depth is
+/// log2(n / LEAF) for any scene.
 #[derive(Debug)]
 pub struct Bvh {
     nodes: Vec<Node>,
-    /// Indices of shapes, so ordered that a leaf's are neighbours.
+    /// Indices of shapes, ordered so that those of a leaf are contiguous.
     order: Vec<u32>,
 }
 
@@ -28,7 +28,7 @@ enum Content {
 }
 
 impl Bvh {
-    /// Sorts the shapes.
+    /// Builds the hierarchy.
     pub fn new(shapes: &[Shape]) -> Self {
         let bounds: Vec<Bounds> = shapes.iter().map(Shape::bounds).collect();
         let mut order: Vec<u32> = (0..shapes.len() as u32).collect();
@@ -37,10 +37,9 @@ impl Bvh {
         Self { nodes, order }
     }
 
-    /// The index and meeting of the shape that the ray meets first, nearer than `far`, leaving `except` out.
+    /// The index and hit of the shape that the ray hits first, nearer than `far`, without `except`.
     ///
-    /// Of shapes that are as near as each other to the error of a distance, one that looks at the ray wins, then the first in the
-    /// scene.
+    /// Of shapes at equal distance, within the rounding error, a front face wins, then the first in the scene.
     pub fn nearest(&self, shapes: &[Shape], ray: &Ray, far: f64, except: Option<u32>) -> Option<(u32, Meeting)> {
         let inverse = ray.direction.recip();
         let enter = |node: u32, far| self.nodes[node as usize].bounds.enter(ray.origin, inverse, far);
@@ -60,7 +59,7 @@ impl Bvh {
                             && let Some(meeting) = shapes[index as usize].meet(ray, far)
                             && best.is_none_or(|first| wins(shapes, ray, (index, meeting), first))
                         {
-                            // What is a little farther may still be as near.
+                            // Hits slightly farther may still count as equally near.
                             far = (meeting.distance + error(&shapes[index as usize], &meeting)).min(end);
                             best = Some((index, meeting));
                         }
@@ -83,7 +82,7 @@ impl Bvh {
 
 impl Bvh {
     /// Calls `visit` with the index of every shape whose box, grown by `margin` on all sides, the ray enters before `far` and
-    /// before the last distance that `visit` has answered.
+    /// before the last distance that `visit` returned.
     pub fn near(&self, ray: &Ray, far: f64, margin: &dyn Fn(&Bounds) -> f64, visit: &mut dyn FnMut(u32) -> f64) {
         let (inverse, mut limit) = (ray.direction.recip(), far);
         let mut todo = vec![0];
@@ -112,12 +111,12 @@ impl Bvh {
     }
 }
 
-/// How far a distance may be off.
+/// The rounding error of a distance.
 fn error(shape: &Shape, meeting: &Meeting) -> f64 {
     shape.offset() + 1e-12 * meeting.distance
 }
 
-/// Whether a meeting comes before another one.
+/// Whether a hit takes precedence over another one.
 fn wins(shapes: &[Shape], ray: &Ray, (index, new): (u32, Meeting), (first, old): (u32, Meeting)) -> bool {
     let (shape, other) = (&shapes[index as usize], &shapes[first as usize]);
     if (new.distance - old.distance).abs() > error(shape, &new).max(error(other, &old)) {
@@ -127,7 +126,7 @@ fn wins(shapes: &[Shape], ray: &Ray, (index, new): (u32, Meeting), (first, old):
     (looks_away(shape, &new), index) < (looks_away(other, &old), first)
 }
 
-/// Appends the subtree of `order`, whose first element is number `first` of the whole.
+/// Appends the subtree of `order`, whose first element has index `first` in the whole.
 fn build(bounds: &[Bounds], order: &mut [u32], first: u32, nodes: &mut Vec<Node>) {
     let of = |index: &u32| &bounds[*index as usize];
     let around = order.iter().fold(Bounds::EMPTY, |sum, index| sum.union(*of(index)));
@@ -167,8 +166,8 @@ mod tests {
         scale * (2.0 * DVec3::new(rng.random(), rng.random(), rng.random()) - 1.0)
     }
 
-    /// Triangles and spheres of very different sizes; every fourth triangle lies in a plane of the axes, so that
-    /// boxes without thickness occur.
+    /// Triangles and spheres of very different sizes; every fourth triangle lies in an axis-aligned plane, which gives boxes
+    /// without thickness.
     fn shapes(rng: &mut Pcg64, count: usize) -> Vec<Shape> {
         (0..count)
             .map(|i| {

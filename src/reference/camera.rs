@@ -11,7 +11,7 @@ use crate::scene::{Camera, FilmSize, Fov, Lens};
 pub struct Pinhole {
     origin: DVec3,
     forward: DVec3,
-    /// From the middle of the picture to its right and upper edge, on a plane at distance 1.
+    /// From the centre of the picture to its right and upper edge, on a plane at distance 1.
     right: DVec3,
     up: DVec3,
     width: f64,
@@ -20,7 +20,7 @@ pub struct Pinhole {
 }
 
 impl Pinhole {
-    /// Resolves the angle of view for a film: pixels are square, whichever side the angle is given for.
+    /// Resolves the field of view for a film: pixels are square, whichever side the angle is for.
     pub fn new(camera: &Camera, film: FilmSize) -> Self {
         let (width, height) = (f64::from(film.width), f64::from(film.height));
         let forward = (camera.target - camera.origin).normalize();
@@ -42,8 +42,8 @@ impl Pinhole {
         }
     }
 
-    /// A ray through a point drawn uniformly in the pixel whose upper left corner is `(x, y)` and, where there is a lens, through a
-    /// point drawn uniformly on it (by throwing away what falls outside of the disk in its square).
+    /// A ray through a uniform random point of the pixel whose upper left corner is `(x, y)` and, if there is a lens, through a
+    /// uniform random point on it (by rejection from its bounding square).
     pub fn eye(&self, x: f64, y: f64, rng: &mut impl Rng) -> Ray {
         let pinhole = self.ray(x + rng.random::<f64>(), y + rng.random::<f64>());
         let Some(Lens { radius, focus }) = self.lens else {
@@ -73,8 +73,8 @@ impl Pinhole {
         }
     }
 
-    /// Where a point of the scene lies on the film, in pixels as for [`ray`](Self::ray), be it inside or not; `None`
-    /// behind the camera.
+    /// The position of a scene point on the film, in pixels as for [`ray`](Self::ray), inside or outside; `None` behind the
+    /// camera.
     pub fn project(&self, point: DVec3) -> Option<[f64; 2]> {
         let away = point - self.origin;
         let depth = away.dot(self.forward);

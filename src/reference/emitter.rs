@@ -1,4 +1,4 @@
-//! Emitters: how the light strategy draws a point of one, and with which density.
+//! Emitters: light sampling and its density.
 
 use std::f64::consts::PI;
 
@@ -8,7 +8,7 @@ use rand::{Rng, RngExt};
 use super::brdf::around;
 use super::geometry::{Ray, Shape};
 
-/// A sphere or a mesh that emits, from both sides.
+/// An emitting sphere or mesh; both sides emit.
 #[derive(Debug)]
 pub struct Emitter {
     /// Radiance, the same in every direction.
@@ -23,14 +23,14 @@ enum Extent {
         center: DVec3,
         radius: f64,
     },
-    /// Triangles number `first` onwards, with the sums of their areas up to and including each.
+    /// Triangles from index `first`, with cumulative areas.
     Mesh {
         first: u32,
         area_sums: Vec<f64>,
     },
 }
 
-/// A point of an emitter, drawn for a shading point. It lights that point if no shape but `index` is nearer.
+/// A point on an emitter, sampled for a shading point. It is visible if no shape except `index` is nearer.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSample {
     /// Unit, from the shading point.
@@ -44,7 +44,7 @@ pub struct LightSample {
 }
 
 impl Emitter {
-    /// The emitter made of the given shapes, which are numbered from `first`: one sphere, or triangles.
+    /// The emitter made of the given shapes, whose indices start at `first`: one sphere, or triangles.
     pub fn new(le: DVec3, first: u32, shapes: &[Shape]) -> Self {
         let extent = match *shapes {
             [Shape::Sphere { center, radius }] => Extent::Sphere {
@@ -66,8 +66,8 @@ impl Emitter {
         Self { le, extent }
     }
 
-    /// Draws a direction from `point` to the emitter: uniform in the cone that a sphere subtends (over all directions
-    /// from inside it), uniform over the area of a mesh. `None` where a mesh is met edge-on or has no area.
+    /// Samples a direction from `point` to the emitter: uniform in the cone that a sphere subtends (over all directions from
+    /// inside it), uniform over the area of a mesh. `None` where a mesh is seen edge-on or has no area.
     pub fn sample(&self, point: DVec3, shapes: &[Shape], rng: &mut impl Rng) -> Option<LightSample> {
         match self.extent {
             Extent::Sphere { index, center, radius } => {
@@ -76,11 +76,11 @@ impl Emitter {
                 let spread = spread(apart, radius);
                 let below = rng.random::<f64>() * spread; // 1 - cos of the polar angle
                 let (cos, sin) = (1.0 - below, (below * (2.0 - below)).sqrt());
-                // At the centre itself any axis serves.
+                // At the centre itself any axis works.
                 let wi = around(to_center.try_normalize().unwrap_or(DVec3::Z), cos, sin, rng.random());
                 let half_chord = ((radius - apart * sin).max(0.0) * (radius + apart * sin)).sqrt();
-                // The sphere is not intersected anew: its rim would be missed by a rounding. Seen from outside this
-                // is the nearer root, from inside the only one.
+                // The sphere is not intersected again, because rounding would make rays to its silhouette miss. Seen from
+                // outside this is the nearer root, from inside the only one.
                 let distance = if apart < radius {
                     apart * cos + half_chord
                 } else {
@@ -117,8 +117,8 @@ impl Emitter {
         }
     }
 
-    /// Density of [`sample`](Self::sample), sr⁻¹, at the point where a ray first meets the emitter: on its shape
-    /// `shape`, at `distance`.
+    /// Density of [`sample`](Self::sample), sr⁻¹, at the point where a ray first hits the emitter: on its shape `shape`, at
+    /// `distance`.
     pub fn density(&self, ray: &Ray, shape: &Shape, distance: f64) -> f64 {
         match (&self.extent, shape) {
             (&Extent::Sphere { center, radius, .. }, _) => {
@@ -133,8 +133,8 @@ impl Emitter {
     }
 }
 
-/// `1 - cos` of the half-angle that a sphere of this radius subtends at distance `apart` from its centre, without
-/// cancellation however small it is; 2, the whole sphere of directions, from inside.
+/// `1 - cos` of the half-angle that a sphere of this radius subtends at distance `apart` from its centre, without cancellation
+/// for small spheres; 2, the whole sphere of directions, from inside.
 fn spread(apart: f64, radius: f64) -> f64 {
     if apart < radius {
         return 2.0;
@@ -144,7 +144,7 @@ fn spread(apart: f64, radius: f64) -> f64 {
     sin * sin / (1.0 + cos)
 }
 
-/// A density per area as one per solid angle: times distance² / |cos| at the emitter. Infinite when met edge-on.
+/// Converts an area density to solid angle: times distance² / |cos| at the emitter. Infinite when seen edge-on.
 fn area_to_solid_angle(density: f64, distance: f64, normal: DVec3, wi: DVec3) -> f64 {
     density * distance * distance / normal.normalize().dot(wi).abs()
 }
@@ -161,7 +161,7 @@ mod tests {
         (shapes, Emitter::new(DVec3::ONE, 0, &shapes))
     }
 
-    /// A sample's distance is where its ray meets the sphere, from far away, from near by and from inside.
+    /// A sample's distance equals that of the ray's intersection with the sphere, from far away, from close by and from inside.
     #[test]
     fn samples_of_a_sphere_lie_on_it() {
         let mut rng = Pcg64::seed_from_u64(1);
@@ -190,8 +190,8 @@ mod tests {
         assert!((1.0 / sample.density / (PI * 1e-14) - 1.0).abs() < 1e-12);
     }
 
-    /// The mean of 1 / density over samples of a closed surface, each counted once for either side: a cube around the
-    /// point covers 4 pi steradians, once.
+    /// The mean of 1 / density over samples of a closed surface, each counted once for either side: a cube around the point
+    /// covers 4 pi steradians exactly once.
     #[test]
     fn samples_of_a_cube_cover_the_sphere_of_directions() {
         let corner = |i: u32| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) * 2.0 - 1.0;

@@ -1,10 +1,10 @@
 //! The oracle's estimator: two samples with the balance heuristic.
 //!
-//! Every pass draws one direction from the BRDF and, for every emitter, one point of it. Both kinds of sample are
-//! divided by the sum of the two densities, the balance heuristic of Veach and Guibas, "Optimally Combining Sampling
-//! Techniques for Monte Carlo Rendering", 1995: no contribution exceeds what the better of the two would give, so
-//! that standard errors from moderate numbers of samples can be trusted. The renderer's own `mis` draws one sample
-//! from the average of the densities; the two share an expectation and nothing else.
+//! Every pass samples one direction from the BRDF and one point of every emitter. Both kinds of sample are divided by the sum
+//! of the two densities, the balance heuristic of Veach and Guibas, "Optimally Combining Sampling Techniques for Monte Carlo
+//! Rendering", 1995: no contribution exceeds that of the better technique, so standard errors from moderate numbers of samples
+//! are reliable. The renderer's own `mis` takes one sample from the average of the densities; the two only share an
+//! expectation.
 
 use glam::DVec3;
 use rand::Rng;
@@ -14,7 +14,7 @@ use super::geometry::Ray;
 use super::lamp::{Lamp, arrival};
 use super::world::{Sight, World};
 
-/// One estimate of the radiance that arrives along an eye ray.
+/// One estimate of the radiance along a camera ray.
 pub fn radiance(world: &World, eye: &Ray, rng: &mut impl Rng) -> DVec3 {
     match world.look(eye) {
         None => world.beyond(eye.direction),
@@ -34,7 +34,7 @@ pub fn radiance(world: &World, eye: &Ray, rng: &mut impl Rng) -> DVec3 {
     }
 }
 
-/// The share of emitter number `index` that a point drawn on it brings.
+/// The contribution of a point sampled on emitter `index`.
 fn by_light(world: &World, index: usize, shading: &Shading, point: DVec3, rng: &mut impl Rng) -> DVec3 {
     let emitter = &world.emitters()[index];
     let Some(sample) = emitter.sample(point, world.shapes(), rng) else {
@@ -51,7 +51,7 @@ fn by_light(world: &World, index: usize, shading: &Shading, point: DVec3, rng: &
     value / (sample.density + shading.density(sample.wi))
 }
 
-/// All that a delta light brings, or the share of a disk in the sky that a direction drawn from it does.
+/// The full contribution of a delta light, or that of a direction sampled in a sun's disk.
 fn by_lamp(world: &World, lamp: &Lamp, shading: &Shading, point: DVec3, rng: &mut impl Rng) -> DVec3 {
     let (direction, distance, value) = match lamp {
         Lamp::Delta(light) => {
@@ -63,7 +63,7 @@ fn by_lamp(world: &World, lamp: &Lamp, shading: &Shading, point: DVec3, rng: &mu
         }
         Lamp::Disk(disk) => {
             let direction = disk.sample(rng);
-            // What is drawn in the disk is in it, whatever rounding says at its rim.
+            // A direction sampled in the disk counts as inside, even if rounding puts it beyond the edge.
             let density = disk.density_inside() + shading.density(direction);
             (
                 direction,
@@ -82,7 +82,7 @@ fn by_lamp(world: &World, lamp: &Lamp, shading: &Shading, point: DVec3, rng: &mu
     value
 }
 
-/// The share of the environment that a direction drawn from it brings.
+/// The contribution of a direction sampled from the environment.
 fn by_sky(world: &World, shading: &Shading, point: DVec3, rng: &mut impl Rng) -> DVec3 {
     let Some((sky, direction)) = world.sky().and_then(|sky| Some((sky, sky.sample(rng)?))) else {
         return DVec3::ZERO;
@@ -98,7 +98,7 @@ fn by_sky(world: &World, shading: &Shading, point: DVec3, rng: &mut impl Rng) ->
     value / (sky.density(direction) + shading.density(direction))
 }
 
-/// The share of whichever emitter a direction drawn from the BRDF meets first.
+/// The contribution of the emitter that a direction sampled from the BRDF hits first.
 fn by_brdf(world: &World, shading: &Shading, point: DVec3, rng: &mut impl Rng) -> DVec3 {
     let wi = shading.sample(rng);
     let value = shading.value_cos(wi);

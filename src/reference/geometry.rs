@@ -1,11 +1,11 @@
-//! Rays, spheres and triangles in `f64`, and where they meet.
+//! Rays, spheres and triangles in `f64`, and their intersections.
 
 use glam::DVec3;
 
-/// A half-line. Distances along it are true lengths, because `direction` is unit.
+/// A ray. Distances along it are lengths, because `direction` is unit.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
-    /// Where it starts.
+    /// Its start.
     pub origin: DVec3,
     /// Unit.
     pub direction: DVec3,
@@ -21,11 +21,11 @@ pub enum Shape {
         /// Above 0.
         radius: f64,
     },
-    /// A flat triangle by its corners.
+    /// A triangle given by its corners.
     Triangle([DVec3; 3]),
 }
 
-/// Where a ray meets a shape.
+/// A ray's hit on a shape.
 #[derive(Clone, Copy, Debug)]
 pub struct Meeting {
     /// Distance from the ray's origin, above 0.
@@ -44,7 +44,7 @@ pub struct Bounds {
 }
 
 impl Shape {
-    /// The first meeting at a distance in `(0, far)`, if there is one.
+    /// The first hit at a distance in `(0, far)`, if any.
     pub fn meet(&self, ray: &Ray, far: f64) -> Option<Meeting> {
         let (distance, weights) = match *self {
             Shape::Sphere { center, radius } => (meet_sphere(center, radius, ray)?, [0.0; 2]),
@@ -67,8 +67,7 @@ impl Shape {
         }
     }
 
-    /// The point that a meeting stands for, recomputed on the surface itself: its error no longer grows with the
-    /// length of the ray.
+    /// The point of a hit, recomputed on the surface itself: its error does not grow with the length of the ray.
     pub fn point(&self, ray: &Ray, meeting: &Meeting) -> DVec3 {
         match *self {
             Shape::Sphere { center, radius } => {
@@ -89,17 +88,17 @@ impl Shape {
         }
     }
 
-    /// How far a ray must start from the surface to be surely off it, on the chosen side.
+    /// How far from the surface, on the chosen side, a ray must start to be certainly off it.
     ///
-    /// With coordinates up to M, [`point`](Self::point) and the meeting of a ray with a surface through that point
-    /// are a dozen roundings of 2⁻⁵³ M, about 1e-15 M. A thousand times that also covers thin triangles, and moves a
-    /// picture by no more than 1e-12 of the scene's size.
+    /// With coordinates up to M, [`point`](Self::point) and the intersection of a ray with a surface through that point take a
+    /// dozen roundings of 2⁻⁵³ M, about 1e-15 M. A thousand times that also covers thin triangles, and shifts a picture by no
+    /// more than 1e-12 of the scene's size.
     pub fn offset(&self) -> f64 {
         let Bounds { min, max } = self.bounds();
         1e-12 * min.abs().max(max.abs()).max_element()
     }
 
-    /// Area of a triangle; surface of a sphere.
+    /// Area of a triangle or of a sphere's surface.
     pub fn area(&self) -> f64 {
         match *self {
             Shape::Sphere { radius, .. } => 4.0 * std::f64::consts::PI * radius * radius,
@@ -108,8 +107,8 @@ impl Shape {
     }
 }
 
-/// The nearest root above 0. The discriminant comes from the distance between centre and line, not from a difference
-/// of two large squares (Hearn and Baker; Haines et al., "Precision Improvements for Ray/Sphere Intersection", 2019).
+/// The nearest root above 0. The discriminant uses the distance between centre and line, not a difference of two large squares
+/// (Hearn and Baker; Haines et al., "Precision Improvements for Ray/Sphere Intersection", 2019).
 fn meet_sphere(center: DVec3, radius: f64, ray: &Ray) -> Option<f64> {
     let to_center = center - ray.origin;
     let along = to_center.dot(ray.direction);
@@ -118,7 +117,7 @@ fn meet_sphere(center: DVec3, radius: f64, ray: &Ray) -> Option<f64> {
         return None;
     }
     let half_chord = ((radius - beside) * (radius + beside)).sqrt();
-    // Of the two roots `along -+ half_chord`, one is a sum without cancellation; their product gives the other.
+    // One of the two roots `along -+ half_chord` is a sum without cancellation; their product gives the other.
     let apart = to_center.length();
     let product = (apart - radius) * (apart + radius);
     let (near, far) = if along >= 0.0 {
@@ -131,8 +130,8 @@ fn meet_sphere(center: DVec3, radius: f64, ray: &Ray) -> Option<f64> {
     [near, far].into_iter().find(|&root| root > 0.0)
 }
 
-/// Möller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997. In `f64` a ray slips between two
-/// neighbours with a probability near 1e-16, which no picture shows. Degenerate triangles are never met.
+/// Möller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997. In `f64` a ray passes between two adjacent
+/// triangles with a probability near 1e-16, which is invisible. Degenerate triangles are never hit.
 fn meet_triangle(corners: &[DVec3; 3], ray: &Ray) -> Option<(f64, [f64; 2])> {
     let (edge1, edge2) = (corners[1] - corners[0], corners[2] - corners[0]);
     let p = ray.direction.cross(edge2);
@@ -154,7 +153,7 @@ fn meet_triangle(corners: &[DVec3; 3], ray: &Ray) -> Option<(f64, [f64; 2])> {
 }
 
 impl Bounds {
-    /// The box around nothing.
+    /// The empty box.
     pub const EMPTY: Self = Self {
         min: DVec3::INFINITY,
         max: DVec3::NEG_INFINITY,
@@ -168,20 +167,20 @@ impl Bounds {
         }
     }
 
-    /// The middle of the box.
+    /// The centre of the box.
     pub fn center(&self) -> DVec3 {
         0.5 * (self.min + self.max)
     }
 
-    /// The distance at which a ray enters the box, if it does so before `far`. `inverse` is 1 / direction.
+    /// The distance at which a ray enters the box, if before `far`. `inverse` is 1 / direction.
     pub fn enter(&self, origin: DVec3, inverse: DVec3, far: f64) -> Option<f64> {
         let (mut enter, mut leave) = (0.0_f64, far);
         for axis in 0..3 {
             let a = (self.min[axis] - origin[axis]) * inverse[axis];
             let b = (self.max[axis] - origin[axis]) * inverse[axis];
-            // `f64::min` and `max` drop the NaN of 0 * inf, a ray that runs inside a face: such a face does not limit.
+            // `f64::min` and `max` drop the NaN of 0 * inf, from a ray within the plane of a face: such a face does not limit.
             enter = enter.max(a.min(b));
-            // Three roundings stand between a slab and its distance: 1 + 2 gamma(3) (pbrt, 4th ed., eq. 6.41).
+            // A slab distance has three roundings: 1 + 2 gamma(3) (pbrt, 4th ed., eq. 6.41).
             leave = leave.min(a.max(b) * (1.0 + 8.0 * f64::EPSILON));
         }
         (enter <= leave).then_some(enter)

@@ -1,4 +1,4 @@
-//! Lights that are no shapes: delta lights, and disks in the sky.
+//! Lights without shape: delta lights and suns.
 
 use std::f64::consts::PI;
 
@@ -8,25 +8,25 @@ use rand::{Rng, RngExt};
 use super::brdf::around;
 use crate::scene::Light;
 
-/// A surface nearer to a light than this part of the distance does not block it: a light may lie in a surface.
+/// Surfaces nearer to a light than this part of the distance do not block it, because a light may lie in a surface.
 const GAP: f64 = 1.0 / 65536.0;
 
-/// Radians below which a disk is a single direction: the scene format says so.
+/// Angular radius in radians below which a sun is a delta light, as the scene format defines.
 const SINGLE: f64 = 1e-6;
 
 /// A light of the scene.
 #[derive(Debug)]
 pub enum Lamp {
-    /// Its light comes from one direction at each point.
+    /// At each point, its light comes from a single direction.
     Delta(Light),
-    /// A disk in the sky.
+    /// A sun.
     Disk(Disk),
 }
 
-/// A disk of uniform radiance, infinitely far away.
+/// A disk of uniform radiance at infinity.
 #[derive(Debug)]
 pub struct Disk {
-    /// To its middle; unit.
+    /// Unit direction to its centre.
     middle: DVec3,
     /// Its angular radius in radians.
     radius: f64,
@@ -34,19 +34,19 @@ pub struct Disk {
     pub le: DVec3,
 }
 
-/// Light that arrives from one direction.
+/// Light that arrives from a single direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arrival {
     /// To the light; unit.
     pub wi: DVec3,
-    /// Shapes nearer than this block it.
+    /// Shapes nearer than this occlude it.
     pub distance: f64,
-    /// Irradiance on a surface that faces the light.
+    /// Irradiance on a perpendicular surface.
     pub irradiance: DVec3,
 }
 
 impl Lamp {
-    /// What the scene says.
+    /// From the scene's light.
     pub fn new(light: &Light) -> Self {
         match *light {
             Light::Directional {
@@ -67,7 +67,7 @@ impl Lamp {
     }
 }
 
-/// The light of a delta light at `point`; `None` where there is none.
+/// The light of a delta light at `point`; `None` if there is none.
 pub fn arrival(light: &Light, point: DVec3) -> Option<Arrival> {
     let (position, intensity) = match *light {
         Light::Directional {
@@ -95,7 +95,7 @@ pub fn arrival(light: &Light, point: DVec3) -> Option<Arrival> {
             ..
         } => {
             let axis = unit(direction);
-            // The angle by its tangent, which has its digits near the axis and far from it.
+            // The angle from its tangent is accurate near the axis and far from it.
             let angle = axis.cross(-wi).length().atan2(axis.dot(-wi));
             let [inner, outer] = [inner_angle, outer_angle].map(f64::to_radians);
             if angle <= inner {
@@ -103,7 +103,7 @@ pub fn arrival(light: &Light, point: DVec3) -> Option<Arrival> {
             } else if angle >= outer {
                 0.0
             } else {
-                // cos a - cos b = 2 sin((a + b) / 2) sin((b - a) / 2): nothing cancels.
+                // cos a - cos b = 2 sin((a + b) / 2) sin((b - a) / 2), without cancellation.
                 let less = |a: f64, b: f64| 2.0 * ((a + b) / 2.0).sin() * ((b - a) / 2.0).sin();
                 let x = less(angle, outer) / less(inner, outer);
                 x * x * (3.0 - 2.0 * x)
@@ -135,7 +135,7 @@ impl Disk {
         if self.holds(wi) { self.density_inside() } else { 0.0 }
     }
 
-    /// The same for directions that are known to be in the disk.
+    /// The same for directions known to be in the disk.
     pub fn density_inside(&self) -> f64 {
         1.0 / (2.0 * PI * self.spread())
     }
@@ -150,7 +150,7 @@ impl Disk {
     }
 }
 
-/// Of a length that may be any but 0.
+/// Normalizes a vector of any length except 0.
 fn unit(v: DVec3) -> DVec3 {
     (v / v.abs().max_element()).normalize()
 }

@@ -1,5 +1,5 @@
-//! Rough surfaces of small mirrors, in the forms of the textbooks: Trowbridge and Reitz's distribution by its tangent, Smith's
-//! masking by `Lambda`, Heitz's sampling of visible normals by an ellipsoid, Fresnel's equations with complex numbers.
+//! Microfacet surfaces, in textbook forms: Trowbridge and Reitz's distribution by its tangent, Smith's masking by `Lambda`,
+//! Heitz's sampling of visible normals by an ellipsoid, Fresnel's equations with complex numbers.
 
 use std::f64::consts::PI;
 use std::ops::{Add, Div, Mul, Sub};
@@ -10,7 +10,7 @@ use rand::{Rng, RngExt};
 /// Reflectance of a dielectric coat at normal incidence.
 pub const COAT: f64 = 0.04;
 
-/// Small mirrors about the normal `n`, seen from `wo`, which is turned to its side.
+/// Microfacets about the normal `n`, seen from `wo`, which is turned to its side.
 #[derive(Clone, Copy, Debug)]
 pub struct Mirrors {
     n: DVec3,
@@ -19,7 +19,7 @@ pub struct Mirrors {
 }
 
 impl Mirrors {
-    /// Mirrors of this roughness, seen from `wo` or from where the plane of `n` mirrors it to.
+    /// Microfacets of this roughness, seen from `wo`, or from its mirror image if it is below the plane of `n`.
     pub fn new(n: DVec3, wo: DVec3, roughness: f64) -> Self {
         let height = n.dot(wo);
         Self {
@@ -29,7 +29,7 @@ impl Mirrors {
         }
     }
 
-    /// Cosine of where they are seen from.
+    /// Cosine of the view direction.
     pub fn cos_o(&self) -> f64 {
         self.n.dot(self.wo)
     }
@@ -58,12 +58,12 @@ impl Mirrors {
         (self.wo + wi).normalize()
     }
 
-    /// Cosine between `wi` and the mirrors that reflect it.
+    /// Cosine between `wi` and the microfacets that reflect it.
     pub fn cos_half(&self, wi: DVec3) -> f64 {
         self.half(wi).dot(wi)
     }
 
-    /// `f cos` of perfect mirrors, sr⁻¹.
+    /// `f cos` of perfectly reflecting microfacets, sr⁻¹.
     pub fn value_cos(&self, wi: DVec3) -> f64 {
         let (cos_o, cos_i) = (self.cos_o(), self.n.dot(wi));
         if cos_o <= 0.0 || cos_i <= 0.0 {
@@ -83,7 +83,8 @@ impl Mirrors {
         self.distribution(self.half(wi)) * g1 / (4.0 * cos_o)
     }
 
-    /// Draws a direction: the reflection about a normal that is seen (Heitz 2018, "Sampling the GGX Distribution of Visible Normals").
+    /// Samples a direction: the reflection about a visible normal (Heitz 2018, "Sampling the GGX Distribution of Visible
+    /// Normals").
     pub fn sample(&self, rng: &mut impl Rng) -> DVec3 {
         let x = self.n.any_orthonormal_vector();
         let y = self.n.cross(x);
@@ -105,7 +106,7 @@ pub fn schlick(cosine: f64) -> f64 {
     (1.0 - cosine).max(0.0).powi(5)
 }
 
-/// What of `1 - s` a body sees through a coat of this roughness, to either side.
+/// The part of `1 - s` that the base transmits through a coat of this roughness, for one direction.
 pub fn through(cosine: f64, roughness: f64) -> f64 {
     let alpha = roughness * roughness;
     1.0 - schlick(cosine) / (1.0 + 4.0 * alpha + 15.0 * alpha * alpha)
@@ -174,8 +175,8 @@ mod tests {
 
     use super::*;
 
-    /// By quadrature over the sphere the density is 1; the weight of a drawn direction is `G2 / G1`, at most 1; and the mean of the
-    /// weights is the albedo by quadrature, within 5 standard errors.
+    /// By quadrature over the sphere the density integrates to 1; the weight of a sampled direction is `G2 / G1`, at most 1;
+    /// and the mean of the weights is the albedo by quadrature, within 5 standard errors.
     #[test]
     fn visible_normals_are_sampled_with_their_density() {
         let mut rng = Pcg64::seed_from_u64(8);

@@ -1,12 +1,12 @@
-//! The oracle: an independent program that says what a picture should be.
+//! The oracle: an independent reference renderer.
 //!
-//! It follows one ray at a time in `f64`, with its own intersections, formulas and random numbers, and shares nothing
-//! with the renderer but the scene's data and the type of a picture. Where the two agree, they agree for no common
-//! reason; a test reads these sources to keep it so. It is slow, and it tells how exact it is: every pixel comes with
-//! the standard error of its mean.
+//! It traces one ray at a time in `f64`, with its own intersections, formulas and random numbers, and shares nothing with the
+//! renderer except the scene's data and the type of a picture. So agreement of the two cannot come from a shared mistake; a
+//! test checks the independence in these sources. It is slow, and it reports its accuracy: every pixel comes with the standard
+//! error of its mean.
 //!
-//! Faces of emitters that overlap in one plane are a matter of chance, here as in any ray tracer (the same triangle twice is left
-//! out when a scene is read).
+//! Which of two overlapping emitter faces in one plane is hit is arbitrary, as in any ray tracer (exact duplicates of triangles
+//! are removed when a scene is read).
 
 mod brdf;
 mod bvh;
@@ -34,26 +34,26 @@ use camera::Pinhole;
 use statistics::Moments;
 use world::World;
 
-/// A converging picture with its own statement of how far it has come.
+/// A picture with its standard errors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reference {
     /// Pixels in a row.
     pub width: u32,
     /// Rows.
     pub height: u32,
-    /// Samples of every pixel.
+    /// Samples per pixel.
     pub spp: u32,
     /// Mean radiance of each pixel, linear RGB, row by row from the top.
     pub picture: Vec<[f64; 3]>,
-    /// Standard error of each value of `picture`: the deviation of its samples over the root of their number. Zero
+    /// Standard error of each value of `picture`: the standard deviation of its samples over the root of their number. Zero
     /// where all samples agree; infinite after a single one.
     pub stderr: Vec<[f64; 3]>,
 }
 
-/// Renders `spp` independent samples of every pixel, uniform over the pixel's square, on the threads of the current
-/// rayon pool. The result depends on `scene`, `film`, `spp` and `seed` alone, never on the threads.
+/// Renders `spp` independent samples of every pixel, uniform over the pixel's square, on the threads of the current rayon pool.
+/// The result only depends on `scene`, `film`, `spp` and `seed`, not on the threads.
 ///
-/// `progress` hears, from any thread, how many samples (pixels x passes) are done.
+/// `progress` is called, from any thread, with the number of finished samples (pixels x passes).
 ///
 /// # Panics
 /// If `spp` is 0.
@@ -84,8 +84,8 @@ pub fn render(scene: &Scene, film: FilmSize, spp: u32, seed: u64, progress: &(dy
     }
 }
 
-/// The random numbers of one pixel. The seed goes through a mixing function (SplitMix64: Steele, Lea, Flood,
-/// OOPSLA 2014), so that pixel 1 of seed 0 and pixel 0 of seed 1 have nothing in common.
+/// The random numbers of one pixel. The seed goes through a mixing function (SplitMix64: Steele, Lea, Flood, OOPSLA 2014), so
+/// that pixel 1 of seed 0 and pixel 0 of seed 1 are unrelated.
 fn stream(seed: u64, pixel: u64) -> Pcg64 {
     let z = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -136,7 +136,7 @@ impl Reference {
 
 #[cfg(test)]
 mod tests {
-    /// The worth of an oracle is that it repeats no mistake of the program it judges.
+    /// The oracle is only useful if it repeats no mistake of the renderer.
     #[test]
     fn the_oracle_shares_only_the_scene_and_the_picture() {
         let sources = concat!(env!("CARGO_MANIFEST_DIR"), "/src/reference");
@@ -145,7 +145,7 @@ mod tests {
             let path = entry.unwrap().path();
             let text = std::fs::read_to_string(&path).unwrap();
             for (number, line) in text.lines().enumerate() {
-                // Spelled in two parts, so that this line does not find itself.
+                // Split in two parts, so that the search does not find this line.
                 for used in line.split(concat!("crate", "::")).skip(1) {
                     let allowed = used.starts_with("scene::") || used.starts_with("film::Picture");
                     assert!(allowed, "{}:{}: {line}", path.display(), number + 1);

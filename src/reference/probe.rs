@@ -1,8 +1,8 @@
-//! What any estimator could meet: directions that bring light, with the density that each strategy has there.
+//! Probes: directions that bring light, with their density under each technique.
 //!
-//! An estimator that draws `wi` with density `p` counts `F / p` where the integrand is `F`. The oracle's own samples
-//! carry `F / (p_light + p_brdf)`, so that from them one can say what every other strategy would have met, and how
-//! seldom: this is how `study::verify` knows the tails of an estimator that its few samples never reached.
+//! An estimator that samples `wi` with density `p` contributes `F / p` for the integrand `F`. The oracle's samples contribute
+//! `F / (p_light + p_brdf)`, so they tell which events any other estimator has, and how rare these are: so `study::verify`
+//! knows the tails of an estimator that its own few samples never reached.
 
 use glam::DVec3;
 use rand_pcg::Pcg64;
@@ -21,39 +21,39 @@ use crate::scene::{FilmSize, Scene};
 pub struct Found {
     /// The pixel, row by row from the top.
     pub pixel: u32,
-    /// What the oracle counts for it: over samples, its mean is the pixel's radiance.
+    /// The oracle's contribution: its mean over samples is the pixel's radiance.
     pub radiance: [f64; 3],
-    /// Where it came from.
+    /// The light path.
     pub way: Way,
 }
 
-/// How light comes to the eye.
+/// A light path to the camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Way {
-    /// The emitter itself is seen.
+    /// The emitter is seen directly.
     Seen,
-    /// By one reflection of a delta light, which no estimator has to find.
+    /// One reflection of a delta light, which every estimator finds.
     Certain {
-        /// Number of the emitter, as below.
+        /// Index of the emitter, as below.
         emitter: usize,
         /// Cosine of the direction with the shading normal.
         cosine: f64,
     },
-    /// By one reflection.
+    /// One reflection.
     Reflected {
-        /// Number of the emitter: spheres that emit in the order of the scene, then meshes that do, then the environment, then lights that
-        /// are no shapes.
+        /// Index of the emitter: emitting spheres in scene order, then emitting meshes, then the environment, then lights
+        /// without shape.
         emitter: usize,
-        /// Density of the direction if drawn from the emitter, sr⁻¹.
+        /// Density of the direction under light sampling, sr⁻¹.
         light: f64,
-        /// Density of the direction if drawn from the BRDF, sr⁻¹.
+        /// Density of the direction under BRDF sampling, sr⁻¹.
         brdf: f64,
         /// Cosine of the direction with the shading normal, (0, 1].
         cosine: f64,
     },
 }
 
-/// A scene ready to be probed.
+/// A scene prepared for probes.
 #[derive(Debug)]
 pub struct Probe<'s> {
     world: World<'s>,
@@ -62,7 +62,7 @@ pub struct Probe<'s> {
 }
 
 impl<'s> Probe<'s> {
-    /// Sorts the scene.
+    /// Prepares the scene.
     pub fn new(scene: &'s Scene, film: FilmSize) -> Self {
         Self {
             world: World::new(scene),
@@ -71,7 +71,7 @@ impl<'s> Probe<'s> {
         }
     }
 
-    /// How many emitters there are, dark ones too.
+    /// Number of emitters, including dark ones.
     pub fn emitters(&self) -> usize {
         self.first_lamp() + self.world.lamps().len()
     }
@@ -80,7 +80,7 @@ impl<'s> Probe<'s> {
         self.world.emitters().len() + usize::from(self.world.sky().is_some())
     }
 
-    /// Where a point of the scene lies on the film, in pixels; `None` behind the camera.
+    /// The position of a scene point on the film, in pixels; `None` behind the camera.
     pub fn project(&self, point: DVec3) -> Option<[f64; 2]> {
         self.camera.project(point)
     }
@@ -95,7 +95,7 @@ impl<'s> Probe<'s> {
     }
 
     fn sample(&self, pixel: usize, seed: u64) -> Vec<Found> {
-        // Numbers of their own: the oracle's pictures use the even seeds' streams as they are.
+        // Separate random numbers: the oracle's pictures use the streams of plain seeds.
         let mut rng = stream(seed ^ 0x5bd1_e995_0000_0000, pixel as u64);
         let width = self.film.width as usize;
         let (x, y) = ((pixel % width) as f64, (pixel / width) as f64);
@@ -231,7 +231,7 @@ impl<'s> Probe<'s> {
         }
     }
 
-    /// What comes from beyond the shapes along a direction of the BRDF.
+    /// Light from beyond all shapes along a BRDF direction.
     fn beyond(&self, wi: DVec3, value: DVec3, shading: &Shading) -> Vec<(DVec3, Way)> {
         let of_sky = self
             .world
@@ -249,7 +249,7 @@ impl<'s> Probe<'s> {
     }
 }
 
-/// By a direction of density `light` if drawn from the emitter.
+/// A reflection in a direction of density `light` under light sampling.
 fn reflected(emitter: usize, light: f64, shading: &Shading, wi: DVec3) -> Way {
     Way::Reflected {
         emitter,
@@ -259,7 +259,7 @@ fn reflected(emitter: usize, light: f64, shading: &Shading, wi: DVec3) -> Way {
     }
 }
 
-/// What the oracle counts for light that comes so: by the balance heuristic.
+/// The oracle's contribution of a light path, by the balance heuristic.
 fn weighed(value: DVec3, way: Way) -> (DVec3, Way) {
     match way {
         Way::Reflected { light, brdf, .. } => (value / (light + brdf), way),
@@ -273,7 +273,7 @@ mod tests {
     use super::*;
     use std::path::Path;
 
-    /// The probe finds the light that the oracle finds.
+    /// The probe finds the same light as the oracle.
     #[test]
     fn its_mean_is_the_oracles() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/tests/two-lights.toml");

@@ -1,4 +1,4 @@
-//! What lies beyond the scene, as the oracle draws and sees it.
+//! The environment: the oracle's sampling and evaluation.
 
 use std::f64::consts::{PI, TAU};
 
@@ -10,20 +10,20 @@ use crate::scene::{Environment, LatLong};
 /// The environment of a scene.
 #[derive(Debug)]
 pub enum Sky<'s> {
-    /// The same from everywhere, drawn over the whole sphere.
+    /// Constant radiance, sampled over the whole sphere.
     Constant(DVec3),
-    /// A picture, drawn texel by texel: with the sums of brightness times solid angle up to and including each.
+    /// A picture, sampled by texel: with cumulative sums of brightness times solid angle.
     Picture(&'s LatLong, Vec<f64>),
 }
 
 impl<'s> Sky<'s> {
-    /// Sums up the brightness of a picture.
+    /// Computes the cumulative sums of a picture.
     pub fn new(environment: &'s Environment) -> Self {
         match environment {
             Environment::Constant(le) => Self::Constant(*le),
             Environment::Picture(picture) => {
                 let texels = (0..picture.texels.len()).map(|index| {
-                    // The largest value that interpolation can reach in the texel: none of its light is left out.
+                    // The maximum that interpolation can reach in the texel, so that no light is missed.
                     let (row, column) = (index / picture.width as usize, index % picture.width as usize);
                     let near = (-1..=1).flat_map(|y| (-1..=1).map(move |x| (row as i64 + y, column as i64 + x)));
                     let brightest = near
@@ -40,7 +40,7 @@ impl<'s> Sky<'s> {
         }
     }
 
-    /// Radiance from a direction.
+    /// Radiance of a direction.
     pub fn radiance(&self, wi: DVec3) -> DVec3 {
         match self {
             Self::Constant(le) => *le,
@@ -55,7 +55,7 @@ impl<'s> Sky<'s> {
         }
     }
 
-    /// Draws a direction; `None` where the picture is black.
+    /// Samples a direction; `None` if the picture is black.
     pub fn sample(&self, rng: &mut impl Rng) -> Option<DVec3> {
         match self {
             Self::Constant(_) => {
@@ -90,7 +90,7 @@ impl<'s> Sky<'s> {
                 let index = row * picture.width as usize + column;
                 let weight = sums[index] - if index == 0 { 0.0 } else { sums[index - 1] };
                 let total = sums[sums.len() - 1];
-                // A black picture is never drawn from; 0 / 0 would say NaN.
+                // A black picture is never sampled; 0 / 0 would be NaN.
                 if total > 0.0 {
                     weight / total / solid_angle(picture, row)
                 } else {
@@ -101,7 +101,7 @@ impl<'s> Sky<'s> {
     }
 }
 
-/// The place of a direction in the picture, in texels from its top left corner: its middle looks along -z, its top is +y.
+/// The position of a direction in the picture, in texels from its top left corner: its centre is -z, its top is +y.
 fn place(picture: &LatLong, wi: DVec3) -> (f64, f64) {
     let local = picture.to_scene.transpose() * wi.normalize();
     let turn = local.x.atan2(-local.z) / TAU + 0.5;
@@ -109,14 +109,14 @@ fn place(picture: &LatLong, wi: DVec3) -> (f64, f64) {
     (turn * f64::from(picture.width), down * f64::from(picture.height))
 }
 
-/// A texel; columns go round, rows end at the poles.
+/// A texel; columns wrap around, rows are clamped at the poles.
 fn texel(picture: &LatLong, x: i64, y: i64) -> DVec3 {
     let (width, height) = (i64::from(picture.width), i64::from(picture.height));
     let index = y.clamp(0, height - 1) * width + x.rem_euclid(width);
     DVec3::from_array(picture.texels.at(index as usize).map(f64::from))
 }
 
-/// Steradians of a texel in a row.
+/// Solid angle of a texel in a row, in steradians.
 fn solid_angle(picture: &LatLong, row: usize) -> f64 {
     let cos = |edge: usize| (PI * edge as f64 / f64::from(picture.height)).cos();
     TAU / f64::from(picture.width) * (cos(row) - cos(row + 1))

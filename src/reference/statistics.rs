@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-/// Running moments by Welford's recurrence (Technometrics 4, 1962): the variance is never a difference of two sums,
-/// so that equal samples have a variance of exactly 0.
+/// Running moments by Welford's recurrence (Technometrics 4, 1962): the variance is never a difference of two sums, so equal
+/// samples have a variance of exactly 0.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Moments {
     count: f64,
@@ -13,7 +13,7 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// Takes one sample in.
+    /// Adds a sample.
     pub fn add(&mut self, sample: DVec3) {
         self.count += 1.0;
         let before = sample - self.mean;
@@ -26,7 +26,7 @@ impl Moments {
         self.mean
     }
 
-    /// Standard error of the mean; infinite below two samples.
+    /// Standard error of the mean; infinite with fewer than two samples.
     pub fn standard_error(&self) -> DVec3 {
         if self.count < 2.0 {
             return DVec3::INFINITY;

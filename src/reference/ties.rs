@@ -1,9 +1,11 @@
-//! Rays that single precision cannot answer in one way: they meet two shapes at one distance, or the edge of one.
+//! Ties: rays whose result single precision cannot determine, because they hit two shapes at the same distance, or the edge of
+//! one.
 //!
-//! A renderer that works in `f32` knows a point no better than a few roundings of its coordinates. Where a ray meets two faces
-//! closer together than that, or passes the edge of a shape by less, which shape it names is a matter of its last bits: packets,
-//! single rays and other intersectors may differ, and none is wrong. Here this is decided in `f64`, from the scene's own
-//! coordinates: every shape that the ray may meet is given an interval of distances, and a tie is what the intervals leave open.
+//! A renderer in `f32` knows a point only to a few roundings of its coordinates. Where a ray hits two faces closer together
+//! than that, or passes the edge of a shape within that distance, the reported shape depends on the last bits: packets, single
+//! rays and other intersectors may differ, and none is wrong. This module decides it in `f64`, from the scene's own
+//! coordinates: every shape that the ray may hit gets an interval of distances, and a tie is a case that the intervals leave
+//! undecided.
 
 use glam::DVec3;
 use rand_pcg::Pcg64;
@@ -14,37 +16,37 @@ use super::stream;
 use super::world::{Sight, World};
 use crate::scene::{FilmSize, Scene};
 
-/// How far a coordinate may be off, relative to the largest one about, seen from the camera: 16 roundings of 2⁻²⁴. Corners,
+/// Error of a coordinate, relative to the largest one involved, measured from the camera: 16 roundings of 2⁻²⁴. Corners,
 /// normals, edges and distances take about ten.
 const BOUND: f64 = 16.0 / (1 << 24) as f64;
 
 /// A ray of the renderer: positions are relative to the camera.
 #[derive(Clone, Copy, Debug)]
 pub struct Segment {
-    /// Where it starts.
+    /// Its start.
     pub origin: DVec3,
     /// Its direction, of any length.
     pub direction: DVec3,
-    /// Where it ends, in lengths of `direction`.
+    /// Its end, in lengths of `direction`.
     pub end: f64,
 }
 
-/// Two bodies between which a ray is undecided: spheres by their number in the scene, then meshes; the same twice where it is the
-/// edge of one.
+/// Two bodies between which a ray is undecided: spheres by their index in the scene, then meshes; the same twice for the edge
+/// of one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Tie(pub usize, pub usize);
 
-/// What a ray may meet, and between which distances.
+/// A shape that a ray may hit, and the interval of distances.
 #[derive(Clone, Copy, Debug)]
 struct Candidate {
     shape: u32,
     low: f64,
     high: f64,
-    /// Whether it is surely met, and not only its edge.
+    /// Whether it is certainly hit, and not only at its edge.
     sure: bool,
 }
 
-/// A scene in which ties are looked for.
+/// A scene prepared for finding ties.
 #[derive(Debug)]
 pub struct Ties<'s> {
     world: World<'s>,
@@ -54,7 +56,7 @@ pub struct Ties<'s> {
 }
 
 impl<'s> Ties<'s> {
-    /// Sorts the scene.
+    /// Prepares the scene.
     pub fn new(scene: &'s Scene, film: FilmSize) -> Self {
         Self {
             world: World::new(scene),
@@ -64,7 +66,7 @@ impl<'s> Ties<'s> {
         }
     }
 
-    /// Whether a sample of the renderer is a tie: its camera ray, or one of the rays that go on from what this meets.
+    /// Whether a sample of the renderer is a tie: its camera ray, or one of the rays from its hit point.
     pub fn of_sample(&self, eye: Segment, onward: &[Segment]) -> Option<Tie> {
         self.of(eye, None).or_else(|| {
             let left = self.first(&self.ray(eye));
@@ -72,8 +74,8 @@ impl<'s> Ties<'s> {
         })
     }
 
-    /// A tie of two faces that lie in one another, on the way of one sample of a pixel by the oracle: to what the pixel shows, to
-    /// every emitter from there, and along its BRDF. Edges are left out: no area of the picture rests on them.
+    /// A tie of two coincident faces on one oracle sample of a pixel: on the camera ray, on rays from the hit point to every
+    /// emitter, or along its BRDF direction. Edges are ignored, because they cover no area of the picture.
     pub fn of_pixel(&self, pixel: usize, seed: u64) -> Option<Tie> {
         let mut rng: Pcg64 = stream(seed ^ 0x71e5_0000_0000, pixel as u64);
         let width = self.film.width as usize;
@@ -101,7 +103,7 @@ impl<'s> Ties<'s> {
         })
     }
 
-    /// Whether the two look different: of faces that lie in one another and do the same, either will do.
+    /// Whether the two look different: of coincident faces with the same surface, either is right.
     fn matters(&self, Tie(a, b): Tie) -> bool {
         a == b || !self.world.same_surface(a, b)
     }
@@ -122,7 +124,8 @@ impl<'s> Ties<'s> {
         self.world.nearest(ray).map(|(shape, _)| shape)
     }
 
-    /// The tie of a ray that starts on shape `left` and ends at `end`, if it is one; and whether both of its shapes are surely met.
+    /// The tie of a ray that starts on shape `left` and ends at `end`, if any; and whether both of its shapes are certainly
+    /// hit.
     fn along(&self, ray: &Ray, end: f64, left: Option<u32>) -> Option<(Tie, bool)> {
         let mut found: Vec<Candidate> = Vec::new();
         let mut nearest = f64::INFINITY;
@@ -140,11 +143,11 @@ impl<'s> Ties<'s> {
             });
         let body = |candidate: &Candidate| self.world.body(candidate.shape);
         let limit = nearest.min(end);
-        // Those that are surely met come first.
+        // Certain hits come first.
         found.sort_by_key(|candidate| !candidate.sure);
         let mut met = found.iter().filter(|candidate| candidate.low <= limit);
         let first = met.next()?;
-        // The start of the ray, an edge, or a second shape.
+        // An undecided case: the start of the ray, an edge, or a second shape.
         let open = |candidate: &&Candidate| !candidate.sure || candidate.low <= 0.0;
         match (met.next(), open(&first)) {
             (Some(second), _) => {
@@ -159,7 +162,7 @@ impl<'s> Ties<'s> {
         }
     }
 
-    /// How far a point of what is in the box may be off.
+    /// The error of points in the box.
     fn error(&self, ray: &Ray, bounds: &Bounds) -> f64 {
         let most = |v: DVec3| (v - self.camera).abs().max_element();
         BOUND * most(bounds.min).max(most(bounds.max)).max(most(ray.origin))
@@ -181,7 +184,7 @@ impl<'s> Ties<'s> {
     }
 }
 
-/// Between which distances a ray may meet a sphere, and whether it surely does.
+/// The interval of distances at which a ray may hit a sphere, and whether it certainly does.
 fn sphere(ray: &Ray, center: DVec3, radius: f64, error: f64) -> Option<(f64, f64, bool)> {
     let to_center = center - ray.origin;
     let along = to_center.dot(ray.direction);
@@ -200,11 +203,11 @@ fn sphere(ray: &Ray, center: DVec3, radius: f64, error: f64) -> Option<(f64, f64
     Some((low, high, true))
 }
 
-/// Between which distances a ray may meet a triangle, and whether it surely does.
+/// The interval of distances at which a ray may hit a triangle, and whether it certainly does.
 fn triangle(ray: &Ray, [a, b, c]: [DVec3; 3], error: f64) -> Option<(f64, f64, bool)> {
     let normal = (b - a).cross(c - a).try_normalize()?;
     let (slope, above) = (normal.dot(ray.direction), normal.dot(a - ray.origin));
-    // A plane that the ray runs along is met anywhere or nowhere: what counts is how far it is beside.
+    // A ray parallel to the plane may hit it anywhere or nowhere: its distance from the plane decides.
     let reach = error / slope.abs().max(1e-9);
     let distance = above / slope;
     if !distance.is_finite() {
@@ -223,7 +226,7 @@ mod tests {
 
     use super::*;
 
-    /// A camera above a floor of two meshes that share the line x = 0, under a second floor that lies in the right one.
+    /// A camera above a floor of two meshes that share the line x = 0, below a second floor that coincides with the right one.
     fn scene() -> Scene {
         let floor = |vertices: &str, material: &str| {
             format!("[[meshes]]\nmaterial = \"{material}\"\nvertices = {vertices}\nfaces = [[0, 1, 2, 3]]\n")
@@ -250,7 +253,7 @@ mod tests {
     fn faces_that_touch_or_lie_in_one_another_are_ties_and_nothing_else_is() {
         let scene = scene();
         let ties = Ties::new(&scene, scene.film());
-        // Body 0 is the lamp.
+        // Body 0 is the light.
         assert_eq!(ties.of_sample(at([0.0, 0.0, 0.3]), &[]), Some(Tie(1, 2)));
         assert_eq!(ties.of_sample(at([1e-7, 0.0, 0.3]), &[]), Some(Tie(1, 2)));
         assert_eq!(ties.of_sample(at([1e-4, 0.0, 0.3]), &[]), None);
@@ -262,7 +265,7 @@ mod tests {
     fn shadow_rays_tie_at_rims_and_not_where_they_leave_their_surface() {
         let scene = scene();
         let ties = Ties::new(&scene, scene.film());
-        // From a point just off the floor to the lamp of radius 1, 9 above: into its middle, and along its rim.
+        // From a point just above the floor to the light of radius 1 at height 9: at its centre, and along its silhouette.
         let from = |aside: f64| Segment {
             origin: DVec3::new(-1.0, -5.0 + 1e-6, 0.3),
             direction: DVec3::new(1.0 + aside, 9.0, -0.3),

@@ -1,4 +1,4 @@
-//! A scene as the oracle sees it: numbered shapes, what each does, and the tree over them.
+//! A scene in the oracle's form: indexed shapes, their surfaces, and the hierarchy over them.
 
 use glam::{DVec2, DVec3};
 
@@ -10,7 +10,7 @@ use super::lamp::Lamp;
 use super::sky::Sky;
 use crate::scene::{Bsdf, MaterialId, Scene, Surface, Wrap};
 
-/// Shapes, their finishes, and the emitters among them.
+/// Shapes, their surfaces, and the emitters.
 #[derive(Debug)]
 pub struct World<'s> {
     scene: &'s Scene,
@@ -38,31 +38,31 @@ enum Finish {
     Emits { emitter: usize },
 }
 
-/// What a ray sees.
+/// What a ray hits.
 #[derive(Debug)]
 pub enum Sight<'w> {
-    /// The back of a surface whose front alone reflects: nothing comes from there.
+    /// The back of a one-sided surface: no light comes from there.
     Back,
     /// A surface that reflects.
     Reflector {
         /// The surface there.
         shading: Shading,
-        /// The point, moved off the surface to the side of the eye: rays of light start here.
+        /// The point, offset from the surface to the viewer's side: shadow rays start here.
         point: DVec3,
     },
     /// A surface that emits.
     Emitter {
         /// Which.
         emitter: &'w Emitter,
-        /// The shape of it that was met.
+        /// The shape of it that was hit.
         shape: &'w Shape,
-        /// How far away.
+        /// The distance.
         distance: f64,
     },
 }
 
 impl<'s> World<'s> {
-    /// Numbers the shapes of the scene and sorts them.
+    /// Assigns indices to the shapes and builds the hierarchy.
     pub fn new(scene: &'s Scene) -> Self {
         let spheres = scene.spheres().iter().map(|sphere| {
             let shape = Shape::Sphere {
@@ -113,17 +113,17 @@ impl<'s> World<'s> {
         &self.emitters
     }
 
-    /// What lies beyond the shapes, if it emits.
+    /// The environment, if it emits.
     pub fn sky(&self) -> Option<&Sky<'s>> {
         self.sky.as_ref()
     }
 
-    /// Lights that are no shapes.
+    /// Lights without shape.
     pub fn lamps(&self) -> &[Lamp] {
         &self.lamps
     }
 
-    /// The radiance that comes from beyond the shapes.
+    /// The radiance from beyond the shapes.
     pub fn beyond(&self, direction: DVec3) -> DVec3 {
         let of_sky = self.sky.as_ref().map_or(DVec3::ZERO, |sky| sky.radiance(direction));
         let of_lamps = self.lamps.iter().map(|lamp| match lamp {
@@ -133,12 +133,12 @@ impl<'s> World<'s> {
         of_sky + of_lamps.sum::<DVec3>()
     }
 
-    /// All shapes, by number.
+    /// All shapes, by index.
     pub fn shapes(&self) -> &[Shape] {
         &self.shapes
     }
 
-    /// The first thing along the ray.
+    /// The first hit along the ray.
     pub fn look(&self, ray: &Ray) -> Option<Sight<'_>> {
         let (index, meeting) = self.tree.nearest(&self.shapes, ray, f64::INFINITY, None)?;
         let shape = &self.shapes[index as usize];
@@ -193,18 +193,18 @@ impl<'s> World<'s> {
         })
     }
 
-    /// The shape that a ray meets first.
+    /// The shape that a ray hits first.
     pub fn nearest(&self, ray: &Ray) -> Option<(u32, Meeting)> {
         self.tree.nearest(&self.shapes, ray, f64::INFINITY, None)
     }
 
-    /// Calls `visit` with every shape whose box, grown by `margin`, the ray enters before `far` and before the last distance that
-    /// `visit` has answered.
+    /// Calls `visit` with every shape whose box, grown by `margin`, the ray enters before `far` and before the last distance
+    /// that `visit` returned.
     pub fn near(&self, ray: &Ray, far: f64, margin: &dyn Fn(&Bounds) -> f64, visit: &mut dyn FnMut(u32) -> f64) {
         self.tree.near(ray, far, margin, visit);
     }
 
-    /// Whether two bodies do the same with light wherever they are met.
+    /// Whether two bodies have the same surface at every point.
     pub fn same_surface(&self, a: usize, b: usize) -> bool {
         let plain = |body: &Body| {
             let mesh = body.mesh.map(|mesh| &self.scene.meshes()[mesh]);
@@ -220,23 +220,23 @@ impl<'s> World<'s> {
         }
     }
 
-    /// Whether any shape is met nearer than `far`.
+    /// Whether any shape is hit nearer than `far`.
     pub fn nearer(&self, ray: &Ray, far: f64) -> bool {
         self.tree.nearest(&self.shapes, ray, far, None).is_some()
     }
 
-    /// Whether any shape but number `except` is met nearer than `far`.
+    /// Whether any shape except `except` is hit nearer than `far`.
     pub fn blocked(&self, ray: &Ray, far: f64, except: u32) -> bool {
         self.tree.nearest(&self.shapes, ray, far, Some(except)).is_some()
     }
 
-    /// The sphere of a shape by its number in the scene, or its mesh, counted on from there.
+    /// The index of the sphere or mesh that a shape belongs to: spheres first, then meshes.
     pub fn body(&self, index: u32) -> usize {
         self.starts.partition_point(|&start| start <= index) - 1
     }
 
-    /// What the texture of a mesh or sphere shows: the mean of the texels whose middles are around the point, each weighted by the
-    /// area of the unit square about the point that falls to it. 1 where there is no texture.
+    /// The texture value of a mesh or sphere: the mean of the texels around the point, weighted by their overlap with a unit
+    /// square around it. 1 without a texture.
     fn tint(&self, material: MaterialId, body: usize, index: u32, meeting: &Meeting, outward: DVec3) -> DVec3 {
         let Some(texture) = &self.scene.material(material).texture else {
             return DVec3::ONE;
@@ -250,7 +250,7 @@ impl<'s> World<'s> {
                 let [v, w] = meeting.weights;
                 ((1.0 - v - w) * a + v * b + w * c, [texture.wrap; 2])
             }
-            // Longitude from -z by way of -x, +z and +x; latitude from -y to +y, where the picture ends.
+            // Longitude from -z through -x, +z and +x; latitude from -y to +y, the top of the picture.
             None => {
                 let east = outward.x.atan2(outward.z) / std::f64::consts::TAU;
                 let north = outward.y.clamp(-1.0, 1.0).acos() / std::f64::consts::PI;
@@ -274,7 +274,7 @@ impl<'s> World<'s> {
         sum
     }
 
-    /// The vertex normals of a smooth mesh, interpolated; `None` on everything flat, and where they cancel.
+    /// The interpolated vertex normal of a smooth mesh; `None` for flat meshes, and where the normals cancel.
     fn smooth_normal(&self, body: usize, index: u32, meeting: &Meeting) -> Option<DVec3> {
         let mesh = &self.scene.meshes()[self.bodies[body].mesh?];
         let corners = mesh.triangles[(index - self.starts[body]) as usize];
@@ -284,8 +284,8 @@ impl<'s> World<'s> {
         ((1.0 - v - w) * a + v * b + w * c).try_normalize()
     }
 
-    /// How far off its triangle a point is lit, where its mesh has a smooth terminator: toward the planes that its corners span with
-    /// their normals, as far as it lies below each, weighed as the normals are.
+    /// The offset of the lit point from its triangle on a mesh with a smooth terminator: towards the planes through its corners
+    /// perpendicular to their normals, by its depth below each, weighted like the normals.
     fn lift(&self, body: usize, index: u32, meeting: &Meeting, point: DVec3, n: DVec3) -> Option<DVec3> {
         let mesh = &self.scene.meshes()[self.bodies[body].mesh?];
         let smooth = self
@@ -306,7 +306,7 @@ impl<'s> World<'s> {
     }
 }
 
-/// `normal`, turned to the side that `direction` points to.
+/// `normal`, flipped to the side of `direction`.
 fn facing(normal: DVec3, direction: DVec3) -> DVec3 {
     if normal.dot(direction) < 0.0 { -normal } else { normal }
 }

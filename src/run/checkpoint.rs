@@ -1,4 +1,4 @@
-//! What is kept of a run: sums of whole renders and shards, and checkpoints of those under way.
+//! Saved runs: sums of finished renders and shards, and checkpoints of running ones.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -6,14 +6,14 @@ use std::time::{Duration, Instant};
 use super::{Record, Run};
 use crate::film::{Film, Picture, PictureError, Value, sums_file};
 
-/// A run that was saved: its sums, and what they belong to.
+/// A saved run: its sums, and the render that they belong to.
 #[derive(Debug)]
 pub struct Saved {
-    /// What it is of.
+    /// Describes the render.
     pub record: Record,
     /// The sums.
     pub film: Film,
-    /// Of a render to an error, the films of its further replicates, and pictures of all of them.
+    /// For a render to an error, the films of its further replicates, and pictures of all of them.
     pub others: (Vec<Film>, Vec<Picture>),
 }
 
@@ -21,7 +21,7 @@ impl Saved {
     /// Reads what [`Run::save`] wrote.
     ///
     /// # Errors
-    /// A sentence about a file that is missing, of another kind or version, cut short or damaged.
+    /// A sentence about a file that is missing, of another kind or version, truncated or damaged.
     pub fn read(path: &Path) -> Result<Self, PictureError> {
         let count = |record: &Record| match &record.replicates {
             Some(kept) => [kept.levels.len().max(1), kept.halves.pictures.len()],
@@ -37,22 +37,22 @@ impl Saved {
     }
 }
 
-/// Why a saved run cannot be taken up.
+/// Why a saved run cannot be resumed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ResumeError {
-    /// It is of another render, which differs in this.
+    /// It belongs to another render, with this difference.
     #[error("belongs to another render: {0}")]
     OtherRender(String),
-    /// It is of another shard.
+    /// It belongs to another shard.
     #[error("belongs to another shard of this render")]
     OtherShard,
 }
 
 impl Run {
-    /// Writes the sums whole or not at all, with what an EXR of them is to say of its making. [`Saved::read`] reads them.
+    /// Writes the sums atomically, with the attributes for an EXR of them. [`Saved::read`] reads them.
     ///
     /// # Errors
-    /// What the system answers; an older file then still stands.
+    /// Errors of the system; an older file is then kept.
     pub fn save(&self, path: &Path, attributes: Vec<(String, Value)>) -> Result<(), PictureError> {
         let mut record = Record::of(self, attributes);
         let (replicates, films, pictures) = self.kept();
@@ -61,7 +61,7 @@ impl Run {
     }
 }
 
-/// A file that a run is saved to from time to time.
+/// A file to which a run is saved at intervals.
 #[derive(Debug)]
 pub struct Checkpoint {
     path: PathBuf,
@@ -70,7 +70,7 @@ pub struct Checkpoint {
 }
 
 impl Checkpoint {
-    /// One that is due after `every`, and so on. Nothing is written yet.
+    /// A checkpoint that is due every `every`. Writes nothing yet.
     pub fn new(path: &Path, every: Duration) -> Self {
         Self {
             path: path.to_owned(),
@@ -79,12 +79,12 @@ impl Checkpoint {
         }
     }
 
-    /// When it is due.
+    /// When the next save is due.
     pub fn due(&self) -> Instant {
         self.saved + self.every
     }
 
-    /// Whether it is.
+    /// Whether a save is due.
     pub fn is_due(&self) -> bool {
         Instant::now() >= self.due()
     }
@@ -92,16 +92,16 @@ impl Checkpoint {
     /// Saves the run, due or not.
     ///
     /// # Errors
-    /// What the system answers. A full disk is no reason to stop: the state before this one still stands.
+    /// Errors of the system. A full disk is no reason to stop: the previous checkpoint is kept.
     pub fn save(&mut self, run: &Run, attributes: Vec<(String, Value)>) -> Result<(), PictureError> {
         let written = run.save(&self.path, attributes);
         self.saved = Instant::now();
         written
     }
 
-    /// Removes the file of a run that is done, if there is one.
+    /// Removes the file after the run has finished, if there is one.
     pub fn remove(&self) {
-        // Where there never was one, there is nothing to remove.
+        // Without a file there is nothing to remove.
         let _ = std::fs::remove_file(&self.path);
     }
 }

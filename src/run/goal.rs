@@ -1,4 +1,4 @@
-//! How far a run goes: samples, a time, an error.
+//! The goal of a run: a sample count, a time or an error.
 
 use std::ops::Range;
 use std::time::Duration;
@@ -7,9 +7,9 @@ use super::{MOST_SPP, Shard};
 use crate::film::leaf_passes;
 use crate::scene::FilmSize;
 
-/// What ends a run.
+/// The goal of a run.
 ///
-/// A goal says what is rendered; [`within`](Self::within) adds a time after which it ends in any case.
+/// A goal says what is rendered; [`within`](Self::within) adds a time limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Goal {
     pub(super) work: Work,
@@ -21,30 +21,30 @@ pub struct Goal {
 pub(super) enum Work {
     /// So many passes, or one shard of them.
     Passes(u32, Option<Shard>),
-    /// Pilot passes, and what each pixel needs: so many samples a pixel on average.
+    /// Pilot passes, then samples allocated to each pixel: this many samples per pixel on average.
     Adaptive(u32),
     /// Replicates of different seeds until their mean has this error; whether each of them is adaptive.
     Error(f64, bool),
 }
 
 impl Goal {
-    /// So many samples of every pixel, at most [`MOST_SPP`].
+    /// `spp` samples of every pixel, at most [`MOST_SPP`].
     pub fn passes(spp: u32) -> Self {
         Self::new(Work::Passes(spp.min(MOST_SPP), None))
     }
 
-    /// As many samples of every pixel as `time` allows, to the nearest, and one at least.
+    /// As many samples of every pixel as fit into `time`, to the nearest, at least one.
     pub fn time(time: Duration) -> Self {
         Self::passes(MOST_SPP).within(time)
     }
 
-    /// So many samples a pixel on average, more where the relative error is larger.
+    /// `spp` samples per pixel on average, more where the relative error is larger.
     pub fn adaptive(spp: u32) -> Self {
         Self::new(Work::Adaptive(spp.min(MOST_SPP)))
     }
 
-    /// Until the noise is such a share of the picture: the root of the mean variance of the pixels over the mean of all. Replicates
-    /// of different seeds measure it, and their mean is the picture: see [`replicates`](super::replicates).
+    /// Renders until the noise falls to this share of the picture: the root of the pixels' mean variance over the mean of the
+    /// picture. Replicates of different seeds measure it, and their mean is the picture: see [`replicates`](super::replicates).
     pub fn error(error: f64) -> Self {
         Self::new(Work::Error(error, false))
     }
@@ -54,12 +54,12 @@ impl Goal {
         Self::new(Work::Error(error, true))
     }
 
-    /// One shard of so many samples of every pixel.
+    /// One shard of `spp` samples of every pixel.
     pub fn shard(shard: Shard, spp: u32) -> Self {
         Self::new(Work::Passes(spp.min(MOST_SPP), Some(shard)))
     }
 
-    /// The same, ended after `time` of rendering if it is not reached before. At least one sample a pixel is rendered.
+    /// The same with a limit of `time` of rendering. At least one sample per pixel is rendered.
     #[must_use]
     pub fn within(self, time: Duration) -> Self {
         Self {
@@ -72,7 +72,7 @@ impl Goal {
         Self { work, time: None }
     }
 
-    /// Samples a pixel of the whole render, on average; `None` where a time or an error decides.
+    /// Samples per pixel of the whole render, on average; `None` where a time or an error decides.
     pub fn spp(&self) -> Option<u32> {
         match self.work {
             Work::Passes(spp, _) => (spp < MOST_SPP || self.time.is_none()).then_some(spp),
@@ -81,7 +81,7 @@ impl Goal {
         }
     }
 
-    /// The time after which the run ends in any case.
+    /// The time limit.
     pub fn time_limit(&self) -> Option<Duration> {
         self.time
     }
@@ -94,12 +94,12 @@ impl Goal {
         }
     }
 
-    /// Whether samples go where the error is.
+    /// Whether the render is adaptive.
     pub fn is_adaptive(&self) -> bool {
         matches!(self.work, Work::Adaptive(_) | Work::Error(_, true))
     }
 
-    /// The error that is asked for.
+    /// The target error.
     pub fn error_asked(&self) -> Option<f64> {
         match self.work {
             Work::Error(error, _) => Some(error),
@@ -107,8 +107,8 @@ impl Goal {
         }
     }
 
-    /// For a run that was saved on its way to `saved` samples of every pixel: what it reaches first, and how many samples it goes on
-    /// to from there, if this goal asks for more.
+    /// For resuming a run that was saved on its way to `saved` samples of every pixel: the first goal, and the number of
+    /// samples to extend to afterwards, if this goal has more.
     pub(super) fn resuming(self, saved: u32) -> (Self, Option<u32>) {
         match self.work {
             Work::Passes(spp, None) if saved < spp => {
@@ -119,7 +119,7 @@ impl Goal {
         }
     }
 
-    /// The passes that are rendered on a film of this size, on average where they differ.
+    /// The passes to render on a film of this size, on average where pixels differ.
     pub fn range(&self, film: FilmSize) -> Range<u32> {
         match self.work {
             Work::Passes(spp, Some(shard)) => shard.passes(spp, leaf_passes(film)),
@@ -129,11 +129,11 @@ impl Goal {
     }
 }
 
-/// The most passes that there may be after the next block; `None` when it is time to stop.
+/// The pass limit after the next block; `None` when it is time to stop.
 ///
-/// `end` passes are wanted at most, in `time` seconds if there is such a limit. `spent` are the seconds rendered so far,
-/// `pass_seconds` what a pass of the last block took. A time limit is taken to the nearest pass: one more starts if less than half of
-/// it is expected to be over the limit.
+/// `end` is the target number of passes, `time` an optional limit in seconds, `spent` the seconds rendered so far,
+/// `pass_seconds` the time of a pass of the last block. A time limit is rounded to the nearest pass: one more starts if less
+/// than half of it is expected to exceed the limit.
 pub(super) fn limit(end: u32, time: Option<f64>, passes: u32, spent: f64, pass_seconds: f64) -> Option<u32> {
     match time {
         _ if passes >= end => None,
@@ -141,7 +141,7 @@ pub(super) fn limit(end: u32, time: Option<f64>, passes: u32, spent: f64, pass_s
         Some(_) if passes == 0 => Some(1),
         Some(time) => {
             let more = ((time - spent) / pass_seconds).round();
-            // The cast saturates: a pass that took no time fits any number of times.
+            // The cast saturates: with 0 seconds per pass, any number fits.
             (more >= 1.0).then(|| passes.saturating_add(more as u32).min(end))
         }
     }

@@ -1,16 +1,17 @@
-//! When `--target-error` stops: two halves of the replicates, each of which says when the other is enough.
+//! The stopping rule of `--target-error`: the replicates form two halves, each of which decides when the other stops.
 //!
-//! A rule that looks at the pictures that it averages makes them too dark. Where few samples bring much, a picture that has met
-//! none of them yet looks calm, and is kept; one that has met many looks noisy, and gets more samples that thin them out. With one
-//! rule for all, `uniform` at an error of 0.2 was 0.47 +- 0.09 % too dark over 300 seeds. Here the work of either half follows
-//! from pictures of the other half alone, each compared after the same work, so it is independent of the pictures that it decides
-//! on, and their mean is unbiased, exactly, whatever their distribution. The picture is the mean of both halves.
+//! A stopping rule that looks at the pictures it averages makes them too dark. With rare bright samples, a picture that has
+//! found none yet looks noise-free and is kept; one that has found many looks noisy, and gets more samples that dilute them.
+//! With a single rule for all, `uniform` at an error of 0.2 was 0.47 +- 0.09 % too dark over 300 seeds. Here the work of each
+//! half depends on pictures of the other half only, each compared after the same work. So it is independent of the pictures
+//! that it decides on, and their mean is exactly unbiased for any distribution. The picture is the mean of both halves.
 //!
-//! The error of a half may be the root of 2 times the goal; so may its uncertainty, for two independent estimates are averaged.
+//! The error of a half may be the root of 2 times the goal; so may its uncertainty, because two independent estimates are
+//! averaged.
 //!
-//! What it costs: of pictures with rare light, 1.35 times the samples that the error needs, where one rule for all took 1.09: what
-//! is rendered for the other half's sake is not averaged, and halves are less certain. Eight replicates are the least, which a
-//! Sobol sequence pays for as [`super::replicates`] says.
+//! Cost: pictures with rare light take 1.35 times the samples that the error needs, against 1.09 with a single rule, because
+//! samples rendered to judge the other half are not averaged, and halves are less certain. At least eight replicates are
+//! needed, whose cost for a Sobol sequence is given in [`super::replicates`].
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::SQRT_2;
@@ -20,22 +21,22 @@ use serde::{Deserialize, Serialize};
 use super::replicates::{self, Work};
 use crate::film::Picture;
 
-/// The pictures of a render to an error, as far as they decide on it.
+/// The pictures of a render to an error, and the decisions based on them.
 #[derive(Clone, Debug)]
 pub struct Halves {
-    /// The error that was asked for.
+    /// The target error.
     asked: f64,
-    /// Whether each picture is a render of its own, and not on the way of one with more passes: adaptive ones cannot go on.
+    /// Whether each picture needs a separate render, because adaptive renders cannot be continued to more passes.
     anew: bool,
     /// The work of each half, up to its next look or at its end.
     work: [Work; 2],
-    /// Once a half has ended, the error that the other one showed for it.
+    /// The error of each half after it has ended, as estimated by the other.
     ended: [Option<f64>; 2],
-    /// By replicate and passes.
+    /// Pictures by replicate and passes.
     pictures: BTreeMap<(usize, u32), Picture>,
 }
 
-/// What a file keeps of the two halves, beside the pictures. Numbers are bits, so that all of them come back.
+/// The state that a file stores beside the pictures. Floats are stored as bits, so all values survive.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct State {
     asked: u64,
@@ -45,18 +46,18 @@ pub struct State {
     pub pictures: Vec<(usize, u32)>,
 }
 
-/// The replicate that is number `i` of a half.
+/// The replicate at index `i` of a half.
 const fn replicate(half: usize, i: usize) -> usize {
     2 * i + half
 }
 
-/// The half on whose pictures the end of another half depends.
+/// The half whose pictures decide when the given half ends.
 fn judge(half: usize) -> usize {
     mutate!(1 - half, HalfDecidesForItself => half)
 }
 
 impl Halves {
-    /// Nothing is rendered yet.
+    /// The initial state.
     pub fn new(asked: f64, anew: bool) -> Self {
         let first = if anew {
             replicates::FIRST_ANEW
@@ -72,7 +73,7 @@ impl Halves {
         }
     }
 
-    /// What is kept of them in a file: all but the pictures, and which pictures there are.
+    /// The state for a file, and the pictures it refers to.
     pub fn state(&self) -> (State, Vec<&Picture>) {
         let state = State {
             asked: self.asked.to_bits(),
@@ -83,7 +84,7 @@ impl Halves {
         (state, self.pictures.values().collect())
     }
 
-    /// Goes on from what was kept. Halves that had ended for another error go on.
+    /// Resumes from a stored state. Halves that ended with another target error continue.
     pub fn resumed(asked: f64, anew: bool, state: State, pictures: Vec<Picture>) -> Self {
         let same = state.asked == asked.to_bits();
         Self {
@@ -94,12 +95,12 @@ impl Halves {
         }
     }
 
-    /// The pictures that the next look needs: replicates, and for each of them passes, ascending. All are powers of two.
+    /// The pictures that the next look needs: replicate and passes, ascending by passes. All passes are powers of two.
     pub fn wanted(&self) -> Vec<(usize, u32)> {
         let least = self.least();
         let needed = (0..2).flat_map(|half| {
             let Work { replicates, passes } = self.work[half];
-            // Those that are averaged, and those that decide.
+            // The pictures that are averaged, and those that decide.
             let open = self.ended[half].is_none();
             [Some(half), open.then(|| judge(half))]
                 .into_iter()
@@ -118,7 +119,7 @@ impl Halves {
             let most = furthest.entry(replicate).or_default();
             *most = (*most).max(passes);
         }
-        // A render cannot go back: what a half may need later is taken on the way.
+        // A render cannot go back, so pictures that a half may need later are also taken.
         let on_the_way = |(replicate, most): (usize, u32)| {
             let powers = std::iter::successors(Some(least), |passes| passes.checked_mul(2));
             powers
@@ -129,12 +130,12 @@ impl Halves {
         all.filter(|wanted| !self.pictures.contains_key(wanted)).collect()
     }
 
-    /// Takes a picture in that was wanted.
+    /// Adds a requested picture.
     pub fn take(&mut self, replicate: usize, passes: u32, picture: Picture) {
         self.pictures.insert((replicate, passes), picture);
     }
 
-    /// Looks at what is there; every picture that was wanted must be. Returns whether both halves have ended.
+    /// Applies the stopping rule; every requested picture must be there. Returns whether both halves have ended.
     ///
     /// # Panics
     /// Where a picture is missing.
@@ -160,12 +161,12 @@ impl Halves {
         self.ended.iter().all(Option::is_some)
     }
 
-    /// Samples a pixel that both halves have together at the next look.
+    /// Total samples per pixel of both halves at the next look.
     pub fn samples(&self) -> u64 {
         self.work.iter().map(|work| work.samples()).sum()
     }
 
-    /// The error of the picture, once both halves have ended: each as the other one showed it.
+    /// The error of the picture once both halves have ended, each as estimated by the other.
     pub fn error(&self) -> Option<f64> {
         let [Some(first), Some(second)] = self.ended else {
             return None;
@@ -173,15 +174,15 @@ impl Halves {
         Some(0.5 * first.hypot(second))
     }
 
-    /// The picture, once both halves have ended: the mean of their means. Weights that follow the work of the halves would depend
-    /// on what was found.
+    /// The picture once both halves have ended: the plain mean of their means. Weights proportional to work would depend on the
+    /// results.
     pub fn picture(&self) -> Option<Picture> {
         self.error()?;
         let means = [0, 1].map(|half| replicates::mean(&self.of(half, self.work[half])));
         Some(replicates::mean(&means))
     }
 
-    /// Of each replicate the picture with the most passes, where these are at least half of the most of any.
+    /// The picture with the most passes of each replicate, if that is at least half of the overall maximum.
     pub fn latest(&self) -> Vec<Picture> {
         let latest: BTreeMap<usize, (u32, &Picture)> = self
             .pictures
@@ -199,7 +200,7 @@ impl Halves {
         (0..replicates).map(picture).collect()
     }
 
-    /// No look needs fewer passes than these any more.
+    /// No later look needs fewer passes than this.
     fn least(&self) -> u32 {
         self.work[0].passes.min(self.work[1].passes)
     }
@@ -212,27 +213,27 @@ pub(crate) mod tests {
 
     use super::*;
 
-    /// Samples that find light of 1 / `chance` with this chance, in so many pixels: their mean is 1, and few of them make all of the
-    /// noise.
+    /// Samples that find light of 1 / `chance` with probability `chance`, in so many pixels: their mean is 1, and rare samples
+    /// cause all noise.
     #[derive(Clone, Copy)]
     struct Light {
         chance: f64,
         pixels: usize,
     }
 
-    /// The first look meets one of these on average, in either half; a picture that has met none looks calm.
+    /// The first look finds one of these events on average, in each half; a picture that has found none looks noise-free.
     const SPARSE: Light = Light {
         chance: 0.01,
         pixels: 6,
     };
 
-    /// The first look meets ten of these.
+    /// The first look finds ten of these events.
     const DENSE: Light = Light {
         chance: 0.02,
         pixels: 32,
     };
 
-    /// A render that goes on from where it was.
+    /// A render that can be continued.
     struct Rare {
         rng: Pcg64,
         passes: u32,
@@ -262,7 +263,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// The mean of the picture, its error as it is said, and the samples a pixel.
+    /// The mean of the picture, its reported error, and the samples per pixel.
     fn render(light: Light, asked: f64, seed: u64) -> (f64, f64, u64) {
         let mut halves = Halves::new(asked, false);
         let mut renders: Vec<Rare> = Vec::new();
@@ -287,8 +288,8 @@ pub(crate) mod tests {
         }
     }
 
-    /// The truth is 1. Over 3000 seeds the mean is known to 0.4 %; 5 standard errors are passed by chance once in two million.
-    /// A half that decides for itself is 13 % too dark (the mutant `HalfDecidesForItself`).
+    /// The truth is 1. Over 3000 seeds the mean is known to 0.4 %; chance exceeds 5 standard errors once in two million. A half
+    /// that decides for itself is 13 % too dark (the mutant `HalfDecidesForItself`).
     pub(crate) fn pictures_are_not_too_dark() {
         let seeds = 3000;
         let means: Vec<f64> = (0..seeds).map(|seed| render(SPARSE, 0.2, seed).0).collect();
@@ -308,8 +309,8 @@ pub(crate) mod tests {
         pictures_are_not_too_dark();
     }
 
-    /// The root of the mean squared error over 1000 seeds is at most what was asked for and 15 %, which 1000 seeds tell to 3 %; and
-    /// not far below, or samples would be wasted.
+    /// The root mean squared error over 1000 seeds is at most 15 % above the target, which 1000 seeds measure to 3 %; and not
+    /// far below, which would waste samples.
     #[test]
     fn the_error_is_the_one_that_was_asked_for() {
         let asked = 0.2;
@@ -331,7 +332,7 @@ pub(crate) mod tests {
 
     #[test]
     fn what_a_half_needs_of_the_past_is_still_there() {
-        // Halves of different luck: one goes ahead in passes, and the other adds replicates.
+        // Halves that progress differently: one is ahead in passes, and the other adds replicates.
         for seed in 0..200 {
             let (mean, error, _) = render(DENSE, 0.05, 77_000 + seed);
             assert!(mean > 0.5 && error <= 0.05);

@@ -1,7 +1,7 @@
-//! Runs: how far a prepared scene is rendered, who looks on, and what is kept to go on later.
+//! Runs: renders of a prepared scene to a goal, their observers, and saved state for resuming.
 //!
-//! A [`Prepared`](crate::pipeline::Prepared) scene never changes. A [`Run`] is one render of it: it goes on step by step until its [`Goal`] is reached or it is
-//! stopped, and then it has ended for good, so no loop over its steps can spin.
+//! A [`Prepared`](crate::pipeline::Prepared) scene never changes. A [`Run`] is one render of it: it advances step by step until
+//! it reaches its [`Goal`] or is stopped. After that it stays ended, so a loop over its steps always terminates.
 
 mod checkpoint;
 mod goal;
@@ -22,8 +22,8 @@ pub use record::Record;
 pub use shard::Shard;
 pub use steps::{Reached, Run, Step};
 
-/// The most samples a pixel: far beyond what any picture needs, and far below where counting in `u32` ends.
+/// Maximum samples per pixel: far more than any picture needs, and far below the range of `u32`.
 pub const MOST_SPP: u32 = 1 << 30;
 
-/// Samples a pixel where nobody says.
+/// Default samples per pixel.
 pub const DEFAULT_SPP: u32 = 64;

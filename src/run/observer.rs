@@ -1,4 +1,4 @@
-//! Who looks on while something renders.
+//! Observers of a render.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -6,8 +6,8 @@ use std::time::Instant;
 use super::steps::{Run, Step};
 use crate::pipeline::Progress;
 
-/// Looks on while something renders: a progress bar, a live view, a writer of checkpoints, ctrl-c. Every method does nothing unless it
-/// is written, and `()` is nobody.
+/// Observes a render: a progress bar, a live view, a writer of checkpoints, ctrl-c. Every method does nothing by default, and
+/// `()` is the observer that does nothing.
 ///
 /// ```
 /// use octolux::run::{Observer, Run};
@@ -22,28 +22,28 @@ use crate::pipeline::Progress;
 /// }
 /// ```
 pub trait Observer {
-    /// A run begins. Its counts can be read, and it can be stopped, from any thread.
+    /// A run begins. `progress` allows reading counts and requesting a stop from any thread.
     fn begins(&self, progress: &Arc<Progress>) {
         let _ = progress;
     }
 
-    /// Whether to stop; asked before every step.
+    /// Whether to stop; called before every step.
     fn stopped(&self) -> bool {
         false
     }
 
-    /// When to [`look`](Self::look) at the latest; `None` leaves it to the blocks, which double until a leaf of the film is full. The
-    /// run pauses between two tiles then, and no bit depends on it.
+    /// The latest time of the next [`look`](Self::look); `None` waits for the end of a block. Blocks double until a leaf of the
+    /// film is full. At that time the run pauses between two tiles, which changes no bit of the picture.
     fn next_look(&self) -> Option<Instant> {
         None
     }
 
-    /// After each step: the picture so far.
+    /// Called after each step with the picture so far.
     fn look(&self, run: &Run) {
         let _ = run;
     }
 
-    /// What a longer piece of work, such as a verification, does at `share` (0 to 1) of its time.
+    /// Reports the current activity of longer work, such as a verification, at `share` (0 to 1) of its time.
     fn doing(&self, share: f64, what: &str) {
         let _ = (share, what);
     }
@@ -52,7 +52,7 @@ pub trait Observer {
 impl Observer for () {}
 
 impl Run {
-    /// Goes on until the goal is reached or a stop.
+    /// Runs until the goal is reached or a stop is requested.
     pub fn run(&mut self, observer: &dyn Observer) -> Step {
         observer.begins(self.progress());
         loop {
@@ -67,7 +67,7 @@ impl Run {
         }
     }
 
-    /// Goes on until the goal is reached, unobserved.
+    /// Runs until the goal is reached, without an observer.
     #[must_use]
     pub fn finish(mut self) -> Self {
         let _ = self.run(&());

@@ -1,4 +1,4 @@
-//! The shortest way from a scene to a picture.
+//! One-call rendering from a scene to a picture.
 
 use std::time::Duration;
 
@@ -8,16 +8,16 @@ use crate::pipeline::{Prepared, Settings, SetupError};
 use crate::scene::{FilmSize, Scene};
 use crate::settings::{AccelKind, EstimatorKind, Lanes, LightsAsked, SamplerKind};
 
-/// What to render and how. What is `None` is left to the scene, or to the default where the scene does not say.
+/// What to render and how. `None` uses the scene's value, or the default if the scene has none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RenderOptions {
-    /// Samples a pixel, 1 to [`MOST_SPP`]; 64 unless something else is said.
+    /// Samples per pixel, 1 to [`MOST_SPP`]; default 64.
     pub spp: u32,
-    /// Whether pixels with more relative error get more of these samples.
+    /// Adaptive sampling: pixels with more relative error get more of these samples.
     pub adaptive: bool,
-    /// Stop after so much time of rendering, with fewer samples.
+    /// Time limit of rendering; may end with fewer samples.
     pub time: Option<Duration>,
-    /// Render until the noise is such a share of the picture, whatever `spp` says: see [`Goal::error`].
+    /// Render until the noise falls to this share of the picture, ignoring `spp`: see [`Goal::error`].
     pub target_error: Option<f64>,
     /// The size of the picture in pixels.
     pub size: Option<FilmSize>,
@@ -27,22 +27,22 @@ pub struct RenderOptions {
     pub sampler: Option<SamplerKind>,
     /// The seed of every random number.
     pub seed: Option<u32>,
-    /// Rays in a packet; the picture is the same.
+    /// Packet width; does not change the picture.
     pub lanes: Option<Lanes>,
-    /// Threads; the picture is the same.
+    /// Number of threads; does not change the picture.
     pub threads: Option<usize>,
-    /// How rays find what they hit; the plan decides otherwise.
+    /// The intersector; `None` lets the plan decide.
     pub accel: Option<AccelKind>,
-    /// Whether Embree closes the edges between triangles.
+    /// Embree's robust mode, which closes the edges between triangles.
     pub robust: bool,
     /// Whether occluders are culled where there are few shapes.
     pub cull: bool,
-    /// Which lights a pass asks.
+    /// Which lights a pass samples.
     pub lights: LightsAsked,
 }
 
 impl Default for RenderOptions {
-    /// 64 samples of every pixel, and what the scene says.
+    /// 64 samples of every pixel, and the scene's values.
     fn default() -> Self {
         Self {
             spp: DEFAULT_SPP,
@@ -64,7 +64,7 @@ impl Default for RenderOptions {
 }
 
 impl RenderOptions {
-    /// Every choice resolved: what is said here, then what the scene says, then the defaults.
+    /// Resolves every option: the value here, then the scene's, then the default.
     pub fn settings(&self, scene: &Scene) -> Settings {
         let of = Settings::of(scene);
         Settings {
@@ -81,7 +81,7 @@ impl RenderOptions {
         }
     }
 
-    /// What ends the run.
+    /// The goal of the run.
     pub fn goal(&self) -> Goal {
         let goal = match self.target_error {
             Some(error) if self.adaptive => Goal::adaptive_error(error),
@@ -95,7 +95,7 @@ impl RenderOptions {
         }
     }
 
-    /// What is wrong with the numbers, if anything.
+    /// Checks the ranges of the numbers.
     fn check(&self) -> Result<(), RenderError> {
         let size = self.size.unwrap_or(FilmSize { width: 1, height: 1 });
         let refused = if !(1..=MOST_SPP).contains(&self.spp) {
@@ -124,20 +124,20 @@ impl RenderOptions {
 /// Why there is no picture.
 #[derive(Debug, thiserror::Error)]
 pub enum RenderError {
-    /// A number of the options is out of range: which, and what would do.
+    /// An option is out of range: which one, and the valid range.
     #[error("{0}")]
     Options(String),
-    /// The scene cannot be rendered so.
+    /// The scene cannot be rendered with these settings.
     #[error(transparent)]
     Setup(#[from] SetupError),
 }
 
 /// Renders a scene: `height` rows of `width` linear RGB radiances.
 ///
-/// For looks at the picture on the way, a stop, or several renders of one scene, use [`Prepared`] and its [runs](super::Run).
+/// For intermediate pictures, stopping, or several renders of one scene, use [`Prepared`] and its [runs](super::Run).
 ///
 /// # Errors
-/// [`RenderError`] where an option is out of range or the scene cannot be rendered so.
+/// [`RenderError`] where an option is out of range or the scene cannot be rendered with these settings.
 pub fn render(scene: &Scene, options: &RenderOptions) -> Result<Picture, RenderError> {
     options.check()?;
     let prepared = Prepared::new(scene, options.settings(scene))?;

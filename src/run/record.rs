@@ -1,4 +1,4 @@
-//! What a file of sums says about the render that it belongs to.
+//! The description of a render in a file of sums.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -11,26 +11,26 @@ use crate::film::{Attributes, Value};
 use crate::pipeline::{Counters, Prepared};
 use crate::{about, machine};
 
-/// The render, what of it the file is to hold, and what it took so far.
+/// The render, the part of it in the file, and its cost so far.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Record {
-    /// Everything that decides a bit of the sums, in words: sums with another value of any of these do not belong together.
+    /// All settings that affect any bit of the sums, as text: sums can only be combined if all values are equal.
     pub identity: BTreeMap<String, String>,
-    /// Passes of the whole render, on average where they differ.
+    /// Passes of the whole render, on average where pixels differ.
     pub spp: u32,
-    /// The passes that the file is to hold.
+    /// The passes in the file.
     pub passes: Range<u32>,
-    /// Which shard it is.
+    /// The shard.
     pub shard: Option<Shard>,
-    /// What an EXR of these sums says about its making.
+    /// The attributes of an EXR of these sums.
     pub attributes: Vec<(String, Value)>,
     /// The processor.
     pub cpu: String,
-    /// What was traced.
+    /// Ray counts.
     pub counters: Counters,
     /// Seconds of rendering.
     pub render_s: f64,
-    /// Of a render to an error, what its file holds beside the first film.
+    /// For a render to an error, what its file holds besides the first film.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub replicates: Option<Replicates>,
 }
@@ -38,19 +38,19 @@ pub struct Record {
 /// A render to an error: its films and pictures.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Replicates {
-    /// How many films there are; of each, samples a pixel of its adaptive render, 0 for others.
+    /// One entry per film: samples per pixel of its adaptive render, 0 for other renders.
     pub levels: Vec<u32>,
-    /// How far the two halves are.
+    /// The state of the two halves.
     pub halves: State,
 }
 
-/// The names under which [`Record::identity`] holds what is asked for by name.
+/// Names in [`Record::identity`] that the code looks up.
 const EMBREE: &str = "Embree";
 const INTERSECTOR: &str = "rays answered by";
 const ADAPTIVE: &str = "adaptive";
 
-/// Everything that decides a bit of a film, each thing under the name that people know. Threads and lanes change no bit. The words are a
-/// format of their own, which no renaming in the source may change.
+/// All settings that affect any bit of a film, under the names that users know. Threads and lanes affect none. The texts are
+/// part of the file format, and must not change when source identifiers are renamed.
 fn identity(prepared: &Prepared, goal: &Goal) -> BTreeMap<String, String> {
     let settings = prepared.settings();
     let film = settings.film;
@@ -95,7 +95,7 @@ fn identity(prepared: &Prepared, goal: &Goal) -> BTreeMap<String, String> {
 }
 
 impl Record {
-    /// Of a run that has just begun.
+    /// Describes a run that has just begun.
     pub fn new(prepared: &Prepared, goal: &Goal) -> Self {
         let passes = goal.range(prepared.settings().film);
         Self {
@@ -111,7 +111,7 @@ impl Record {
         }
     }
 
-    /// Of a run as it stands, with what an EXR of its sums is to say.
+    /// Describes the current state of a run, with the attributes for an EXR of its sums.
     pub fn of(run: &Run, attributes: Vec<(String, Value)>) -> Self {
         let mut record = Self::new(run.prepared(), run.goal());
         if run.goal().spp().is_none() && run.goal().error_asked().is_none() && run.is_complete() {
@@ -126,20 +126,20 @@ impl Record {
         }
     }
 
-    /// Whether Embree answers its rays.
+    /// Whether Embree is the intersector.
     pub fn through_embree(&self) -> bool {
         self.identity
             .get(INTERSECTOR)
             .is_some_and(|by| by.starts_with("embree"))
     }
 
-    /// Whether samples go where the error is.
+    /// Whether the render is adaptive.
     pub fn is_adaptive(&self) -> bool {
         self.identity.get(ADAPTIVE).is_some_and(|adaptive| adaptive != "no")
     }
 
-    /// What another one differs in, in a sentence; `None` where both are of the same render. Versions of Embree may differ if
-    /// `any_embree`.
+    /// The first difference to another record as a sentence; `None` if both belong to the same render. Versions of Embree may
+    /// differ if `any_embree`.
     pub fn difference(&self, other: &Self, any_embree: bool) -> Option<String> {
         let names = self.identity.keys().chain(other.identity.keys());
         for name in names.filter(|name| !any_embree || name.as_str() != EMBREE) {
@@ -149,12 +149,12 @@ impl Record {
                 _ => return Some("it is of another version of Octolux".to_owned()),
             }
         }
-        // A render of so many samples ends with a block that others do not end with.
+        // The last block depends on the sample count.
         let differs = self.spp != other.spp;
         differs.then(|| format!("samples a pixel is {} here and {} there", other.spp, self.spp))
     }
 
-    /// The attributes of a picture of `spp` samples a pixel.
+    /// The attributes of a picture of `spp` samples per pixel.
     pub fn attributes(&self, spp: u32, exposure: f64) -> Attributes {
         let value = |name: &str, value: &Value| match name {
             "spp" => Value::Number(spp.into()),

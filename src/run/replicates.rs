@@ -1,36 +1,37 @@
-//! Rendering until an error is reached, which replicates show: [`Goal::error`](super::Goal::error).
+//! Rendering to a target error that replicates measure: [`Goal::error`](super::Goal::error).
 //!
 //! The error is the root of the mean variance of the pixels' means, over the mean of the picture: `sqrt(mean(Var)) / mean`.
 //!
-//! # How it is known
+//! # How the error is measured
 //!
-//! Samples of one low-discrepancy sequence depend on each other, so their spread says nothing of the error of their mean. So
-//! several pictures are rendered side by side, each with a seed of its own, and the picture is their mean. They are independent
-//! whatever the sampler, hence the variance of the mean is that of these replicates over their number, without any assumption.
+//! Samples of one low-discrepancy sequence depend on each other, so their spread says nothing about the error of their mean.
+//! Therefore several pictures are rendered with different seeds, and the picture is their mean. They are independent for any
+//! sampler, so the variance of the mean is the variance of the replicates over their number, without further assumptions.
 //!
-//! # How well it is known
+//! # How accurate the measurement is
 //!
-//! Where a few pixels carry most of the noise, as at the rims of small bright lights, it is known no better than theirs. Of each
-//! pixel the variance of its sample variance is `(2 R k2^2 + (R - 1) k4) / (R (R + 1))`, without bias (Fisher's k-statistics,
-//! Kenney and Keeping 1951); the root of the sum of these over the sum of the sample variances is how uncertain the variance is,
-//! and half of it how uncertain the error. The fourth moment is there since rare hits make few values of many.
+//! If a few pixels carry most of the noise, as at silhouettes of small bright lights, the measured error is only as accurate as
+//! theirs. The variance of a pixel's sample variance is `(2 R k2^2 + (R - 1) k4) / (R (R + 1))`, without bias (Fisher's
+//! k-statistics, Kenney and Keeping 1951). The root of the sum of these over the sum of the sample variances is the relative
+//! uncertainty of the variance, and half of it that of the error. The fourth moment accounts for rare bright samples.
 //!
-//! # How it goes on
+//! # How the work grows
 //!
-//! The replicates make two halves, each of which decides on the other (`run/halves.rs`). For either, [`next`] doubles the passes of [`LEAST`] replicates while the goal is far. A doubling that could pass the goal by far is no
-//! longer made: then replicates are added, which lower the variance in proportion, exactly, and let passes stay a power of two,
-//! where Sobol points are best. Where the noise of few pixels counts, replicates are added earlier and more of them.
+//! The replicates form two halves, each of which decides on the other (`run/halves.rs`). For each half, [`next`] doubles the
+//! passes of [`LEAST`] replicates while the goal is far. If a doubling could overshoot the goal, replicates are added instead:
+//! they lower the variance exactly in proportion, and keep passes a power of two, which is best for Sobol points. If the noise
+//! is in few pixels, more replicates are added, and earlier.
 //!
 //! # Stopping
 //!
-//! A rule that stops when an estimate falls below a goal prefers estimates that are too low: the less certain, the lower. So the
-//! estimate has to be below the goal and two standard errors above it below 1.15 times the goal (of a half, 1 and [`SLACK`]).
-//! Noise that no sample has met yet cannot be known: there are two looks and 64 samples a pixel at least.
-//! `docs/study/target-error.py` measures what comes of it.
+//! A rule that stops when an estimate falls below a goal favours estimates that are too low, the more so the less certain they
+//! are. So the estimate has to be below the goal, and the estimate plus two standard errors below 1.15 times the goal (for a
+//! half, 1 and [`SLACK`]). Noise that no sample has found yet cannot be measured: there are at least two looks and 64 samples
+//! per pixel. `docs/study/target-error.py` measures the resulting errors.
 //!
-//! # What it costs
+//! # Cost
 //!
-//! With `independent` nothing. A Sobol sequence of n points split into R parts gives up what its slope p gains over 1: the
+//! With `independent` nothing. A Sobol sequence of n points split into R parts loses the advantage of its slope p over 1: the
 //! variance is R^(p-1) times that of one sequence, for 8 replicates 1.9 times at p = 1.3.
 
 use serde::{Deserialize, Serialize};
@@ -38,37 +39,38 @@ use serde::{Deserialize, Serialize};
 use crate::film::Picture;
 use crate::sampling::hash::mix;
 
-/// Replicates of a half at least: as many as tell the fourth moment.
+/// Minimum replicates of a half: the fourth moment needs this many.
 pub const LEAST: usize = 4;
 
-/// No more than these are added to a half for certainty alone.
+/// Maximum number of replicates that a half adds for certainty alone.
 pub const MOST: usize = 16;
 
-/// Samples a pixel of a half at the first look.
+/// Samples per pixel of a half at the first look.
 pub const FIRST: Work = Work {
     replicates: LEAST,
     passes: 4,
 };
 
-/// The same where replicates are adaptive: with fewer samples none of them is.
+/// The same for adaptive replicates, which need more samples to become adaptive.
 pub const FIRST_ANEW: Work = Work {
     replicates: LEAST,
     passes: 16,
 };
 
-/// By this much the error of a half may be above its goal, at two standard errors: that of both together, by the root of 2 less, 0.15.
+/// Relative amount by which the error of a half plus two standard errors may exceed its goal: 0.15 for both halves together,
+/// times the root of 2.
 pub const SLACK: f64 = 0.212;
 
-/// From here on replicates bring the variance to the goal: a doubling of passes may lower it by as much, and more.
+/// Below this multiple of the goal, replicates are added: a doubling of passes may lower the variance by as much or more.
 const NEAR: f64 = 2.5;
 
-/// The seed of a replicate. The first has the user's; the others have nothing to do with it, so that renders of neighbouring
-/// seeds share no replicate.
+/// The seed of a replicate. The first has the user's seed; the others are unrelated to it, so renders with neighbouring seeds
+/// share no replicate.
 pub fn seed(seed: u32, replicate: usize) -> u32 {
     if replicate == 0 {
         seed
     } else {
-        // An odd constant keeps the replicates of a seed apart, the mixing those of its neighbours.
+        // An odd constant separates the replicates of a seed; the mixing separates neighbouring seeds.
         mix(mix(seed).wrapping_add((replicate as u32).wrapping_mul(0x9e37_79b9)))
     }
 }
@@ -76,7 +78,7 @@ pub fn seed(seed: u32, replicate: usize) -> u32 {
 /// The mean of independent pictures.
 ///
 /// # Panics
-/// Without pictures, or if their sizes differ.
+/// Without pictures, or if sizes differ.
 pub fn mean(pictures: &[Picture]) -> Picture {
     let count = pictures.len() as f64;
     let pixel = |p: usize| {
@@ -97,12 +99,12 @@ pub fn mean(pictures: &[Picture]) -> Picture {
     }
 }
 
-/// What replicates show.
+/// The measured error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shown {
     /// The error of their mean; 0 in a black picture.
     pub error: f64,
-    /// The standard error of this error, over it.
+    /// Relative standard error of this error.
     pub uncertainty: f64,
 }
 
@@ -111,7 +113,7 @@ pub fn error(pictures: &[Picture]) -> Shown {
     let n = pictures.len() as f64;
     let values = 3 * pictures[0].pixels.len();
     let (mut total, mut variance) = (0.0, 0.0);
-    // Of the sums of a pixel's colours, which come from the same samples: sample variances, and the variances of these.
+    // The channels of a pixel share samples, so sum them: sample variances of the sums, and the variances of these.
     let (mut squares, mut spread) = (0.0, 0.0);
     for p in 0..pictures[0].pixels.len() {
         let moments = |of: &dyn Fn(&Picture) -> f64| {
@@ -142,37 +144,37 @@ pub fn error(pictures: &[Picture]) -> Shown {
     }
 }
 
-/// Replicates, each with so many passes.
+/// Replicates, each with the given number of passes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Work {
-    /// How many.
+    /// Number of replicates.
     pub replicates: usize,
     /// Passes of each: a power of two.
     pub passes: u32,
 }
 
 impl Work {
-    /// Samples a pixel of all together.
+    /// Samples per pixel of all replicates together.
     pub fn samples(self) -> u64 {
         self.replicates as u64 * u64::from(self.passes)
     }
 }
 
-/// The work after which to look again, when `done` has shown so much; `None` once the goal is reached. `first` is the work at the
+/// The work at the next look, given what was `shown` after `done`; `None` once the goal is reached. `first` is the work at the
 /// first look.
 pub fn next(goal: f64, first: Work, done: Work, shown: Shown) -> Option<Work> {
     let Shown { error, uncertainty } = shown;
     let (count, most) = (done.replicates as f64, MOST as f64);
-    // R times as many replicates divide the error and its uncertainty u by sqrt(R) = 1/t. It is certain where
-    // e t (1 + 2 u t) = (1 + SLACK) goal.
+    // R times as many replicates divide the error e and its uncertainty u by sqrt(R) = 1/t. The condition is e t (1 + 2 u t) =
+    // (1 + SLACK) goal.
     let limit = (1.0 + SLACK) * goal;
     let t = 2.0 * limit / (error + (error * error + 8.0 * uncertainty * error * limit).sqrt());
     let (short, unsure) = ((error / goal).powi(2), t.powi(-2).min(most / count));
-    // One look is no look: four times four samples may all miss the same edge.
+    // Never stop at the first look: four times four samples may all miss the same edge.
     if done != first && short <= 1.0 && unsure <= 1.0 {
         return None;
     }
-    // How many times as many replicates will be needed where the error is near to the goal.
+    // The factor of replicates needed once the error is near the goal.
     let scarce = (2.0 * uncertainty / SLACK).powi(2).min(most / count).max(1.0);
     Some(if short > NEAR * scarce {
         Work {
@@ -192,8 +194,8 @@ pub fn next(goal: f64, first: Work, done: Work, shown: Shown) -> Option<Work> {
     })
 }
 
-/// As [`next`] for renders that begin anew for every number of passes, as adaptive ones do: passes then double up to three times
-/// at once, as often as variances that fall with the power 1.3 of the passes allow. So what was rendered for nothing is a seventh.
+/// Like [`next`] for renders that restart for every number of passes, as adaptive ones do: passes then double up to three times
+/// at once, as far as variances proportional to the power -1.3 of the passes allow. This wastes a seventh of the samples.
 pub fn next_anew(goal: f64, done: Work, shown: Shown) -> Option<Work> {
     let further = next(goal, FIRST_ANEW, done, shown)?;
     if further.passes == done.passes {
@@ -220,7 +222,7 @@ mod tests {
 
     #[test]
     fn the_error_is_that_of_the_mean() {
-        // Pixel 0: 1 2 3 6 has a variance of 14/3, its mean 7/6; pixel 1 has none. Mean over both 7/12, of the picture 2.
+        // Pixel 0: 1 2 3 6 has the variance 14/3, its mean 7/6; pixel 1 has none. The mean over both is 7/12, of the picture 2.
         let pictures = [1.0, 2.0, 3.0, 6.0].map(|v| picture(&[v, 1.0]));
         assert_eq!(mean(&pictures).pixels, [[3.0; 3], [1.0; 3]]);
         assert!((error(&pictures).error - (7.0_f64 / 12.0).sqrt() / 2.0).abs() < 1e-12);
@@ -228,8 +230,8 @@ mod tests {
         assert_eq!(error(&black).error, 0.0);
     }
 
-    /// Pixels of which one replicate of four has 1, the others 0: a variance of 1/4 that another such pixel doubles. Of H
-    /// rare hits the variance is as uncertain as their number, 1 / sqrt(H), and the error half of that.
+    /// In each pixel one replicate of four has 1, the others 0: a variance of 1/4, doubled by another such pixel. With H rare
+    /// hits the relative uncertainty of the variance is that of their number, 1 / sqrt(H), and that of the error half.
     #[test]
     fn rare_hits_count_as_what_they_are() {
         for hits in [1, 4, 25] {
@@ -242,7 +244,8 @@ mod tests {
         }
     }
 
-    /// Sums of 12 uniform numbers are near to normal: of K pixels and R replicates the variance has K (R - 1) degrees of freedom.
+    /// Sums of 12 uniform numbers are nearly normal: with K pixels and R replicates the variance has K (R - 1) degrees of
+    /// freedom.
     #[test]
     fn normal_noise_has_as_many_degrees_of_freedom_as_pixels_and_replicates() {
         for (pixels, replicates) in [(4000, 4), (500, 16)] {
@@ -258,8 +261,8 @@ mod tests {
         }
     }
 
-    /// Errors of any power of the passes, and noise of many pixels or few: the goal is reached, seldom missed by more than a
-    /// tenth to the careful side, and in few looks.
+    /// For errors of any power law, and noise of many pixels or few: the goal is reached in few looks and rarely overshot by
+    /// more than a tenth.
     #[test]
     fn every_power_law_is_followed_to_just_below_the_goal_in_few_looks() {
         for exponent in [0.9, 1.0, 1.3, 1.6] {

@@ -1,4 +1,4 @@
-//! Shards: a render divided between processes by its passes.
+//! Shards: a render split between processes by passes.
 
 use std::ops::Range;
 use std::str::FromStr;
@@ -8,14 +8,15 @@ use serde::{Deserialize, Serialize};
 /// One shard of a render: some of its passes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Shard {
-    /// Which, from 1.
+    /// Its number, from 1.
     pub number: u32,
-    /// Of how many.
+    /// The number of shards.
     pub of: u32,
 }
 
 impl Shard {
-    /// Its passes of `spp`, whole leaves of `leaf` passes and what is behind the last; none where leaves are fewer than shards.
+    /// Its passes of `spp`: whole leaves of `leaf` passes, and the remainder after the last; empty if there are fewer leaves
+    /// than shards.
     pub fn passes(self, spp: u32, leaf: u32) -> Range<u32> {
         let leaves = u64::from(spp.div_ceil(leaf));
         let end = |number: u32| {

@@ -1,4 +1,4 @@
-//! How a run begins: from a prepared scene and a goal, with empty films or with those of a run before.
+//! Starts or resumes a run from a prepared scene and a goal.
 
 use std::time::Duration;
 
@@ -6,46 +6,46 @@ use super::{Goal, Record, ResumeError, Run, Saved, Shard};
 use crate::pipeline::Prepared;
 
 impl Prepared {
-    /// A run towards any goal.
+    /// A run to any goal.
     pub fn start(&self, goal: Goal) -> Run {
         Run::new(self.clone(), goal)
     }
 
-    /// A run of so many samples of every pixel.
+    /// A run of `spp` samples of every pixel.
     pub fn passes(&self, spp: u32) -> Run {
         self.start(Goal::passes(spp))
     }
 
-    /// A run of as many samples as `time` allows, one of every pixel at least.
+    /// A run of as many samples as fit into `time`, at least one of every pixel.
     pub fn for_time(&self, time: Duration) -> Run {
         self.start(Goal::time(time))
     }
 
-    /// A run until the noise is such a share of the picture: see [`Goal::error`].
+    /// A run until the noise falls to this share of the picture: see [`Goal::error`].
     pub fn until_error(&self, error: f64) -> Run {
         self.start(Goal::error(error))
     }
 
-    /// A run of so many samples a pixel on average, more where the relative error is larger: see [`Goal::adaptive`].
+    /// A run of `spp` samples per pixel on average, more where the relative error is larger: see [`Goal::adaptive`].
     pub fn adaptive(&self, spp: u32) -> Run {
         self.start(Goal::adaptive(spp))
     }
 
-    /// A run of one shard of so many samples of every pixel.
+    /// A run of one shard of `spp` samples of every pixel.
     pub fn shard(&self, shard: Shard, spp: u32) -> Run {
         self.start(Goal::shard(shard, spp))
     }
 
-    /// Goes on with a run that was saved. The picture has the bits of a run in one piece.
+    /// Resumes a saved run. The picture has the bits of an uninterrupted run.
     ///
-    /// The goal may ask for more samples of every pixel than the saved run did. The run then first reaches the samples that it was to
-    /// have, and goes on from there as by [`Run::extend`]: the picture has the bits of a run in one piece where these samples end a
-    /// block (1, 2, 4, 8, ... up to a leaf, then every leaf), and otherwise sums the same samples in another order.
+    /// The goal may have more samples of every pixel than the saved run's. The run then first reaches the saved run's goal, and
+    /// continues as by [`Run::extend`]. The picture has the bits of an uninterrupted run if the saved run's goal ends a block
+    /// (1, 2, 4, 8, ... up to a leaf, then every leaf); otherwise it sums the same samples in another order.
     ///
-    /// A render to an error may be taken up with another error or time: time counts all that was rendered.
+    /// A render to an error may be resumed with another error or time limit; the limit includes the time of the saved run.
     ///
     /// # Errors
-    /// [`ResumeError`] where the saved run is of another render, or of another part of it.
+    /// [`ResumeError`] where the saved run belongs to another render, or to another part of it.
     pub fn resume(&self, goal: Goal, saved: Saved) -> Result<Run, ResumeError> {
         let (first, more) = goal.resuming(saved.record.spp);
         let own = Record::new(self, &first);

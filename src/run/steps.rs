@@ -13,7 +13,7 @@ use crate::embree::EmbreeError;
 use crate::film::{Film, Picture};
 use crate::pipeline::{Counters, Prepared, Progress, Renderer};
 
-/// What came of a step.
+/// The result of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use = "a run that is not asked whether there is more never ends"]
 pub enum Step {
@@ -32,46 +32,46 @@ impl Step {
     }
 }
 
-/// An error that was asked for and what came of it.
+/// A target error and the outcome.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reached {
-    /// What was asked for.
+    /// The target error.
     pub asked: f64,
-    /// What the replicates showed at the last look, or at the end.
+    /// The error measured at the last look, or at the end.
     pub error: f64,
-    /// Whether the run ended before it was sure of the error: its time was over, or it was stopped.
+    /// Whether the run ended before the error was certain: by its time limit, or by a stop.
     pub early: bool,
 }
 
-/// One render of a [`Prepared`] scene towards a [`Goal`]. The picture is unbiased after every step, and no bit of it depends on how
-/// many steps there were, on threads, or on lanes.
+/// One render of a [`Prepared`] scene towards a [`Goal`]. The picture is unbiased after every step. None of its bits depend on
+/// the division into steps, on threads or on lanes.
 #[derive(Debug)]
 pub struct Run {
     prepared: Prepared,
     goal: Goal,
-    /// Samples of every pixel to go on to once the goal is reached.
+    /// Samples of every pixel to extend to after the goal is reached.
     then: Option<u32>,
-    /// One film; further ones of other seeds where an error is the goal. There is one at least.
+    /// One film per replicate; a single one unless an error is the goal.
     films: Vec<Renderer>,
-    /// Of each film the samples a pixel of its adaptive render to an error; 0 in other renders.
+    /// Samples per pixel of each film's adaptive render to an error; 0 in other renders.
     levels: Vec<u32>,
-    /// What was traced for films that are no longer there.
+    /// Ray counts of films that were discarded.
     spent: Counters,
-    /// The mean of what there is of the replicates, where the run ended before both halves had.
+    /// The mean of the replicates so far, if the run ended before both halves had.
     interim: Option<Picture>,
     progress: Arc<Progress>,
-    /// The pass at which it began.
+    /// The first pass.
     first: u32,
-    /// The replicates, as far as they decide when to end.
+    /// The stopping rule over replicates.
     halves: Option<Halves>,
     reached: Option<Reached>,
     ended: Option<Step>,
     render_time: Duration,
-    /// Until the first block was complete.
+    /// Time until the first block was complete.
     first_block_time: Option<Duration>,
-    /// Seconds of the block at hand, which may be paused.
+    /// Seconds of the current block, which may be paused.
     block_s: f64,
-    /// Seconds of a pass of the last block.
+    /// Seconds per pass of the last block.
     pass_s: f64,
 }
 
@@ -83,7 +83,7 @@ impl Run {
         Self::with_film(prepared, goal, film, progress)
     }
 
-    /// Goes on from a film, with what was traced for it and how long that took.
+    /// Resumes from a film, with its ray counts and render time.
     pub(super) fn resumed(prepared: Prepared, goal: Goal, film: Film, counters: Counters, render_s: f64) -> Self {
         let progress = Arc::<Progress>::default();
         let film = Renderer::resumed(prepared.clone(), progress.clone(), film, counters);
@@ -123,12 +123,13 @@ impl Run {
         run
     }
 
-    /// Renders the next block: up to 1, 2, 4, 8, … samples a pixel and then leaf by leaf.
+    /// Renders the next block: up to 1, 2, 4, 8, … samples per pixel and then leaf by leaf.
     pub fn step(&mut self) -> Step {
         self.step_until(None)
     }
 
-    /// As [`Self::step`], but pauses between two tiles at a time. At least one tile is rendered, so steps always come to an end.
+    /// Like [`Self::step`], but pauses between two tiles at the given time. At least one tile is rendered, so repeated steps
+    /// terminate.
     pub fn step_until(&mut self, pause: Option<Instant>) -> Step {
         if let Some(ended) = self.ended {
             return ended;
@@ -157,8 +158,8 @@ impl Run {
         Step::More
     }
 
-    /// Goes on to more samples of every pixel once its own are there. A run that was stopped stays so; one that is adaptive, or that
-    /// an error decides, has no further passes.
+    /// Extends the goal to more samples of every pixel. Has no effect on a run that was stopped, is adaptive, or has an error
+    /// as its goal.
     pub fn extend(&mut self, spp: u32) {
         if let Work::Passes(had, None) = self.goal.work
             && spp > had
@@ -169,7 +170,7 @@ impl Run {
         }
     }
 
-    /// The same, going on to more samples of every pixel once its own are there.
+    /// The same, to be extended to more samples of every pixel after the goal.
     pub(super) fn going_on_to(mut self, spp: Option<u32>) -> Self {
         self.then = spp;
         if let Some(spp) = spp {
@@ -178,17 +179,17 @@ impl Run {
         self
     }
 
-    /// What is rendered.
+    /// The prepared scene.
     pub fn prepared(&self) -> &Prepared {
         &self.prepared
     }
 
-    /// What ends it.
+    /// The goal.
     pub fn goal(&self) -> &Goal {
         &self.goal
     }
 
-    /// Where to read counts and request a stop, from any thread.
+    /// Counts and stop requests, usable from any thread.
     pub fn progress(&self) -> &Arc<Progress> {
         &self.progress
     }
@@ -198,7 +199,7 @@ impl Run {
         self.progress.request_stop();
     }
 
-    /// What Embree said of the first query that failed, if one did: the picture is wrong then, and the run has ended.
+    /// Embree's error of the first failed query, if any: then the picture is wrong, and the run has ended.
     pub fn failure(&self) -> Option<&EmbreeError> {
         self.progress.failure()
     }
@@ -220,17 +221,17 @@ impl Run {
         }
     }
 
-    /// The sums of the first replicate, which is the only one unless an error is the goal.
+    /// The sums of the first replicate, the only one unless an error is the goal.
     pub fn film(&self) -> &Film {
         self.films[0].film()
     }
 
-    /// Passes of the first replicate: samples of every pixel, unless they are allocated. A shard begins at its first pass.
+    /// Passes of the first replicate: samples of every pixel, unless adaptive. A shard begins at its first pass.
     pub fn passes(&self) -> u32 {
         self.films[0].passes()
     }
 
-    /// Passes that were rendered, those of a run before included.
+    /// Passes rendered, including those of a resumed run.
     pub fn passes_done(&self) -> u32 {
         self.passes() - self.first
     }
@@ -248,13 +249,13 @@ impl Run {
         samples
     }
 
-    /// The fewest samples of a pixel, all samples, and the most, in all replicates.
+    /// Minimum, total and maximum samples of the pixels, over all replicates.
     pub fn spread(&self) -> (u32, u64, u32) {
         let each = self.films.iter().map(|film| film.film().spread());
         each.fold((0, 0, 0), |sum, one| (sum.0 + one.0, sum.1 + one.1, sum.2 + one.2))
     }
 
-    /// What was traced so far.
+    /// Ray counts so far.
     pub fn counters(&self) -> Counters {
         self.films.iter().fold(self.spent, |mut sum, film| {
             sum += film.counters();
@@ -262,23 +263,23 @@ impl Run {
         })
     }
 
-    /// How many films of different seeds there are.
+    /// Number of films with different seeds.
     pub fn replicates(&self) -> usize {
         let begun = self.films.iter().filter(|film| film.passes() > 0).count();
         begun.max(1)
     }
 
-    /// The error at the last look, where one was asked for and there was a look.
+    /// The error at the last look, if an error is the goal and there was a look.
     pub fn reached(&self) -> Option<Reached> {
         self.reached
     }
 
-    /// Time spent rendering, in a run before as well.
+    /// Time spent rendering, including a resumed run.
     pub fn render_time(&self) -> Duration {
         self.render_time
     }
 
-    /// The part of it that the first block took: one pass, or two if adaptive.
+    /// The part of it for the first block: one pass, or two if adaptive.
     pub fn first_block_time(&self) -> Duration {
         self.first_block_time.unwrap_or_default()
     }
@@ -304,7 +305,7 @@ impl Run {
         limit.is_some_and(|limit| self.spent(started) >= limit)
     }
 
-    /// Whether that was the last step, as for the other kinds of step.
+    /// Returns whether this was the last step.
     fn step_passes(&mut self, pause: Option<Instant>, started: Instant) -> bool {
         let end = self.goal.range(self.prepared.settings().film).end;
         let time = self.goal.time.map(|time| time.as_secs_f64());
@@ -318,7 +319,7 @@ impl Run {
             self.pass_s = self.block_s / f64::from(after - before);
             self.block_s = 0.0;
         }
-        // A block that was cut short is the last: sums are the same for all only if blocks end where all do.
+        // A shortened block has to be the last: sums only agree between runs if their blocks end at the same passes.
         let cut = after == limit && limit < stop;
         cut || goal::limit(end, time, after, self.spent(started), self.pass_s).is_none()
     }

@@ -1,4 +1,4 @@
-//! Scenes in the making.
+//! Builders of scenes.
 
 use std::ops::{Index, IndexMut};
 use std::path::PathBuf;
@@ -9,9 +9,9 @@ use super::light::Light;
 use super::parts::{Camera, Environment, FilmSize, Material, MaterialId, Mesh, RenderTable, Sphere};
 use super::{Scene, check, coincide, covered};
 
-/// A scene in the making: [`Scene::builder`] begins a new one, [`Scene::to_builder`] a changed one.
+/// A mutable scene: [`Scene::builder`] starts a new one, [`Scene::to_builder`] a changed copy.
 ///
-/// Anything may be added and changed; [`SceneBuilder::build`] checks all of it.
+/// Everything may be added and changed freely; [`SceneBuilder::build`] checks it all.
 ///
 /// ```
 /// use octolux::scene::{Camera, FilmSize, Fov, Material, Mesh, Scene, Sphere, Surface};
@@ -23,7 +23,7 @@ use super::{Scene, check, coincide, covered};
 /// scene.mesh(Mesh::quadrilateral(corners, grey));
 /// let lamp = scene.sphere(Sphere::new([0.0, 3.0, 0.0], 0.5, Surface::emission([8.0, 7.0, 6.0])));
 ///
-/// // What cannot be is refused, with the part that is wrong and what would do.
+/// // Invalid values are rejected, with the invalid part and a remedy.
 /// scene[lamp].radius = -0.5;
 /// let error = scene.clone().build().unwrap_err();
 /// assert_eq!(error.to_string(), "sphere 1 radius must be positive and finite, got -0.5");
@@ -32,7 +32,7 @@ use super::{Scene, check, coincide, covered};
 /// scene[lamp].radius = 0.5;
 /// let scene = scene.build()?;
 ///
-/// // A scene does not change: a change makes another one.
+/// // Scenes are immutable: a change makes a new one.
 /// let mut wider = scene.to_builder();
 /// wider.camera.fov = Fov::X(60.0);
 /// assert_ne!(wider.build()?.hash(), scene.hash());
@@ -40,27 +40,28 @@ use super::{Scene, check, coincide, covered};
 /// ```
 #[derive(Clone, Debug)]
 pub struct SceneBuilder {
-    /// The default name of a picture. It decides nothing.
+    /// The default name of a picture. It does not affect the picture.
     pub name: String,
     /// The camera.
     pub camera: Camera,
-    /// The size of the picture, where nobody asks for another one; from 1 to 65536 on a side.
+    /// The default size of the picture; from 1 to 65536 on a side.
     pub film: FilmSize,
-    /// The settings that it asks for, where nobody asks for others.
+    /// The default render settings.
     pub render: RenderTable,
-    /// Reflecting surfaces. A [`MaterialId`] is a place in this list.
+    /// Reflecting surfaces. A [`MaterialId`] is an index into this list.
     pub materials: Vec<Material>,
-    /// Spheres. A [`SphereId`] is a place in this list.
+    /// Spheres. A [`SphereId`] is an index into this list.
     pub spheres: Vec<Sphere>,
-    /// Triangle meshes, shared with the scenes that they come from and go to. A [`MeshId`] is a place in this list.
+    /// Triangle meshes, shared with scenes that use them. A [`MeshId`] is an index into this list.
     pub meshes: Vec<Arc<Mesh>>,
-    /// Lights that are no shapes. A [`LightId`] is a place in this list.
+    /// Lights without shape. A [`LightId`] is an index into this list.
     pub lights: Vec<Light>,
-    /// What rays see that leave the scene; black where it is `None`.
+    /// Radiance of rays that leave the scene; black if `None`.
     pub environment: Option<Environment>,
-    /// What the user should be told about it: the first of the notes of the scene. It decides nothing.
+    /// Messages for the user: the first of the scene's notes. They do not affect the picture.
     pub notes: Vec<String>,
-    /// The files that it was read from, the scene file first; the command line replaces none of them. It decides nothing.
+    /// The files that it was read from, the scene file first; the command line overwrites none of them. They do not affect the
+    /// picture.
     pub files: Vec<PathBuf>,
 }
 
@@ -68,7 +69,7 @@ pub struct SceneBuilder {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct SphereId(usize);
 
-/// A light of a builder that is no shape.
+/// A light without shape, of a builder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct LightId(usize);
 
@@ -77,7 +78,7 @@ pub struct LightId(usize);
 pub struct MeshId(usize);
 
 impl SceneBuilder {
-    /// A scene of nothing but a camera and a picture.
+    /// A scene with only a camera and a film.
     pub fn new(camera: Camera, film: FilmSize) -> Self {
         Self {
             name: "scene".to_owned(),
@@ -94,7 +95,7 @@ impl SceneBuilder {
         }
     }
 
-    /// Adds a material, for shapes to be made of.
+    /// Adds a material for shapes.
     pub fn material(&mut self, material: Material) -> MaterialId {
         self.materials.push(material);
         MaterialId::new(self.materials.len() - 1)
@@ -112,33 +113,33 @@ impl SceneBuilder {
         MeshId(self.meshes.len() - 1)
     }
 
-    /// Adds a light that is no shape.
+    /// Adds a light without shape.
     pub fn light(&mut self, light: Light) -> LightId {
         self.lights.push(light);
         LightId(self.lights.len() - 1)
     }
 
-    /// Surrounds the scene with light.
+    /// Sets the environment.
     pub fn environment(&mut self, environment: Environment) -> &mut Self {
         self.environment = Some(environment);
         self
     }
 
-    /// The material called so.
+    /// The material with this name.
     pub fn material_named(&self, name: &str) -> Option<MaterialId> {
         let place = self.materials.iter().position(|material| material.name == name);
         place.map(MaterialId::new)
     }
 
-    /// Checks everything, leaves out what can never be seen (the notes of the scene say so), and makes the scene.
+    /// Checks everything, removes what can never be seen (the notes of the scene say so), and makes the scene.
     ///
-    /// Left out are triangles without area, spheres that coincide with an earlier one, spheres that single precision does not tell
-    /// from one around or inside them, which the camera sees instead, and triangles that lie exactly on earlier ones which hide them.
-    /// So a place in a list of the scene may be before that in the builder's.
+    /// It removes triangles without area, spheres that coincide with an earlier one, spheres hidden by another one at the same
+    /// centre whose radius is equal in single precision, and triangles that lie exactly on earlier ones which hide them. So
+    /// indices in the scene may be smaller than in the builder.
     ///
     /// # Errors
-    /// The first thing that a scene cannot have: a number that is not finite or that single precision cannot hold, a negative
-    /// radiance or reflectance, an index out of range, a camera without a direction, a mesh without a triangle, and so on.
+    /// The first invalid item: a number that is not finite or overflows single precision, a negative radiance or reflectance,
+    /// an index out of range, a camera without a direction, a mesh without a triangle, and so on.
     pub fn build(mut self) -> Result<Scene, InvalidScene> {
         check::all(&self)?;
         let mut notes = self.notes.clone();

@@ -1,6 +1,6 @@
-//! What a scene must be: every rule of the values in it, in one place.
+//! Validation: every rule for the values of a scene, in one place.
 //!
-//! The words are those of [`rule`](super::rule), so that a scene file and a builder hear the same.
+//! Messages come from [`rule`](super::rule), so that scene files and builders report the same text.
 
 mod lights;
 
@@ -17,18 +17,18 @@ use crate::texels::Texels;
 /// The longest side of a picture, in pixels.
 pub const LONGEST_SIDE: u32 = 65536;
 
-/// The least that a pixel takes while it is rendered: sums of three colours in `f64`, and the picture while it is written.
+/// Minimum memory of a pixel during rendering: sums of three colours in `f64`, and the output picture.
 const BYTES_PER_PIXEL: u64 = 40;
 
-/// Below this sine `up` and the view are parallel: no side of the picture could be told from them.
+/// Below this sine `up` and the view direction count as parallel, so the picture's right side is undefined.
 const LEAST_SINE: f64 = 1e-9;
 
-/// How far the length of a normal may be from 1: what single precision makes of a unit vector is nearer.
+/// Tolerance of the length of a normal: a unit vector rounded to single precision is closer to 1.
 const NORMAL_LENGTH: f64 = 1e-5;
 
 type Checked = Result<(), Wrong>;
 
-/// Everything that a scene is made of.
+/// Checks the whole scene.
 pub fn all(scene: &SceneBuilder) -> Result<(), InvalidScene> {
     camera(&scene.camera).map_err(|wrong| wrong.on(Subject::Camera, ""))?;
     film(scene.film)?;
@@ -66,7 +66,7 @@ fn broken(property: Property, x: f64, rule: &Rule) -> Wrong {
     Wrong::new(rule.problem(x), rule.help).of(property, shown(x))
 }
 
-/// Large and small numbers in powers of ten, whole ones without a point.
+/// Formats large and small numbers as powers of ten, integers without a point.
 fn shown(x: f64) -> String {
     let shown = format!("{x:?}");
     shown.strip_suffix(".0").unwrap_or(&shown).to_owned()
@@ -95,7 +95,7 @@ fn components(property: Property, numbers: &[f64], rule: &Rule) -> Checked {
     }
 }
 
-/// The first of many vectors that breaks a rule.
+/// Checks vectors and reports the first that breaks a rule.
 fn list<const N: usize>(key: &'static str, vectors: impl Iterator<Item = [f64; N]>, rule: &Rule) -> Checked {
     for (index, numbers) in vectors.enumerate() {
         let property = Property {
@@ -122,7 +122,7 @@ fn camera(camera: &Camera) -> Checked {
     number("focus_distance", lens.focus, &POSITIVE)
 }
 
-/// Whether there is a direction to look into, and another one that is up.
+/// Checks that the view direction exists and that `up` is not parallel to it.
 fn direction(origin: DVec3, target: DVec3, up: DVec3) -> Checked {
     let wrong = |key, v: DVec3, problem: &'static str, remedy: &'static str| {
         Err(Wrong::new(problem, remedy).of(single(key), shown_vector(v)))
@@ -135,7 +135,7 @@ fn direction(origin: DVec3, target: DVec3, up: DVec3) -> Checked {
         let remedy = "write a direction that points up, such as [0, 1, 0]";
         return wrong("up", up, "must not be zero", remedy);
     }
-    // Brought to about 1 first: squares of what single precision can hold fit into f64, their products may not.
+    // Scale to about 1 first: squares of single-precision values fit into f64, products of squares may not.
     let unit = |v: DVec3| (v / v.abs().max_element()).normalize();
     if unit(target - origin).cross(unit(up)).length() < LEAST_SINE {
         let remedy = if up.y == 0.0 {
@@ -148,7 +148,7 @@ fn direction(origin: DVec3, target: DVec3, up: DVec3) -> Checked {
     Ok(())
 }
 
-/// Whether a picture of this size can be.
+/// Checks the film size.
 pub fn film(film: FilmSize) -> Result<(), InvalidScene> {
     film_size(film).map_err(|wrong| wrong.on(Subject::Film, ""))
 }
@@ -221,7 +221,7 @@ fn material(material: &Material) -> Checked {
     }
 }
 
-/// Whether a list of texels is a picture of this size, and all of them finite and not negative.
+/// Checks that a list of texels is a picture of this size with finite, nonnegative values.
 fn picture(key: &'static str, width: u32, height: u32, texels: &Texels) -> Checked {
     let wrong = |problem: String, remedy| Err(Wrong::new(format!("has a {key} {problem}"), remedy));
     if width == 0 || height == 0 {
@@ -249,7 +249,7 @@ fn picture(key: &'static str, width: u32, height: u32, texels: &Texels) -> Check
     }
 }
 
-/// The surface of a sphere, or of a mesh: a material that there is, and with a texture only where there are coordinates for it.
+/// Checks the surface of a sphere or of a mesh: its material must exist, and with a texture the shape needs coordinates.
 fn surface(scene: &SceneBuilder, surface: Surface, mesh: Option<&Mesh>) -> Checked {
     let id = match surface {
         Surface::Emission(radiance) => return vector("emission", radiance, &NOT_NEGATIVE),
@@ -261,7 +261,7 @@ fn surface(scene: &SceneBuilder, surface: Surface, mesh: Option<&Mesh>) -> Check
         let count = scene.materials.len();
         return Err(wrong.of(single("material"), format!("number {} of {count}", id.index() + 1)));
     };
-    // A sphere has longitude and latitude.
+    // Spheres have coordinates by longitude and latitude.
     if material.texture.is_none() || mesh.is_none_or(|mesh| mesh.uvs.is_some()) {
         return Ok(());
     }

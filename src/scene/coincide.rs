@@ -1,7 +1,7 @@
-//! Shapes that coincide: what hides the other for certain is decided here, in `f64`; the rest is named.
+//! Coincident shapes: what certainly hides the other is decided here in `f64`; the rest is reported.
 //!
-//! Where two faces lie in one plane and cover each other, rounding decides which of them a ray meets. The rule is the same for every
-//! width of packets, for both intersectors and for the oracle: the face that looks at the ray, then the first in the file.
+//! Where two faces lie in one plane and overlap, rounding decides which of them a ray hits. The tie rule is the same for all
+//! packet widths, for both intersectors and for the oracle: the face whose front faces the ray, then the first in the file.
 
 use std::borrow::Borrow;
 
@@ -9,7 +9,7 @@ use glam::{DVec2, DVec3};
 
 use super::{Mesh, Sphere, Surface};
 
-/// A face: number of its mesh, and its own.
+/// A face: indices of its mesh and of the triangle.
 type Face = [usize; 2];
 
 /// Two faces with the same corners.
@@ -17,13 +17,13 @@ type Face = [usize; 2];
 struct Twins {
     first: Face,
     second: Face,
-    /// Whether both look to the same side.
+    /// Whether both have the same front side.
     same_side: bool,
 }
 
-/// Faces whose corners are the same numbers; each second one once, with the first of its place in the file.
+/// Pairs of faces with equal corners; each duplicate is paired once, with the first face at its place in the file.
 fn twins<M: Borrow<Mesh>>(meshes: &[M]) -> Vec<Twins> {
-    // The sum makes one zero of the two.
+    // The addition turns -0 into 0.
     let corner = |v: DVec3| v.to_array().map(|x| (x + 0.0).to_bits());
     let corners = |[mesh, face]: Face| {
         let mesh: &Mesh = meshes[mesh].borrow();
@@ -62,8 +62,8 @@ fn twins<M: Borrow<Mesh>>(meshes: &[M]) -> Vec<Twins> {
     found
 }
 
-/// Leaves out faces that lie exactly on an earlier one that hides them: those that look to the same side, those beside one that
-/// emits, and those of one mesh unless only its front reflects. Returns a sentence if there are any.
+/// Removes faces that lie exactly on an earlier one that hides them: those with the same front side, those beside an emitting
+/// one, and those of one mesh unless only its front reflects. Returns a sentence if there are any.
 pub fn drop_twins<M: Borrow<Mesh>>(
     meshes: &mut [M],
     one_sided: impl Fn(&Surface) -> bool,
@@ -96,8 +96,8 @@ fn name(mesh: usize) -> String {
     format!("mesh {}", mesh + 1)
 }
 
-/// Leaves out spheres that have the centre of another one and a radius that packets do not tell from its, on the side that the
-/// camera does not see: nothing of them can be seen. A sentence names each pair.
+/// Removes spheres with the centre of another one and a radius that is equal in single precision, if they are on the side
+/// hidden from the camera. A sentence names each pair.
 pub fn drop_close(spheres: &mut Vec<Sphere>, origin: DVec3) -> Vec<String> {
     let mut order: Vec<usize> = (0..spheres.len()).collect();
     let key = |&i: &usize| {
@@ -139,16 +139,16 @@ pub fn drop_close(spheres: &mut Vec<Sphere>, origin: DVec3) -> Vec<String> {
     notes
 }
 
-/// What is nearer to a plane than this part of the numbers involved is in it, as far as packets can tell: 16 half-ulps.
+/// Relative distance below which packets cannot distinguish a point from a plane: 16 half-ulps.
 const ONE_PLACE: f64 = 16.0 / (1_u64 << 24) as f64;
 
-/// Meshes with more faces than this are not asked whether they overlap others.
+/// Meshes with more faces than this are not tested for overlaps.
 const MOST: usize = 4096;
 
-/// So many pairs of faces are looked at, at most.
+/// Maximum number of tested face pairs.
 const PAIRS: usize = 20_000_000;
 
-/// A face in the plane of others.
+/// A face, prepared for overlap tests.
 #[derive(Clone, Copy, Debug)]
 struct Flat {
     mesh: usize,
@@ -156,12 +156,12 @@ struct Flat {
     normal: DVec3,
     low: DVec3,
     high: DVec3,
-    /// Whether another face of its mesh is at each of its edges.
+    /// Whether each of its edges is shared with another face of its mesh.
     closed: bool,
 }
 
 impl Flat {
-    /// Whether all corners of another face are in this one's plane.
+    /// Whether all corners of another face lie in this one's plane.
     fn holds(&self, other: &Self) -> bool {
         let extent = self.high - self.low;
         other.corners.iter().all(|&p| {
@@ -170,7 +170,7 @@ impl Flat {
         })
     }
 
-    /// Whether the two, in one plane, cover a common part: no edge of either has them on its two sides.
+    /// Whether the two faces, in one plane, overlap: no edge of either separates them.
     fn covers(&self, other: &Self) -> bool {
         let axis = self.normal.abs().max_position();
         let flat = |p: DVec3| DVec2::new(p[(axis + 1) % 3], p[(axis + 2) % 3]);
@@ -213,8 +213,8 @@ fn flats(mesh: usize, its: &Mesh, origin: DVec3) -> Vec<Flat> {
     its.triangles.iter().map(flat).collect()
 }
 
-/// Pairs of meshes, by their numbers, that have faces in one plane which cover each other and may be seen there; and whether all
-/// were looked at. The bottom of a body that stands on a floor is none: it looks down, and its body hides it.
+/// Pairs of meshes, by index, with visible overlapping faces in one plane; and whether all pairs were tested. The bottom of a
+/// body that stands on a floor does not count: it faces down, and its body hides it.
 pub fn overlaps<M: Borrow<Mesh>>(meshes: &[M], origin: DVec3) -> (Vec<[usize; 2]>, bool) {
     let numbered = meshes.iter().enumerate();
     let mut faces: Vec<Flat> = numbered.flat_map(|(i, mesh)| flats(i, mesh.borrow(), origin)).collect();
@@ -237,7 +237,7 @@ pub fn overlaps<M: Borrow<Mesh>>(meshes: &[M], origin: DVec3) -> (Vec<[usize; 2]
             }
         }
     }
-    // Those of two meshes are found above; in one mesh both sides of a sheet may be needed.
+    // Twins of two meshes were found above; in one mesh both sides of a surface may be needed.
     let backs = twins(meshes)
         .into_iter()
         .filter(|twins| !twins.same_side && twins.first[0] == twins.second[0]);

@@ -1,4 +1,4 @@
-//! What a scene leaves out because nothing of it can be seen, and what the user should be told about the rest.
+//! Removal of invisible shapes, and notes for the user about the rest.
 
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use super::mesh::has_area;
 use super::parts::{Environment, Material, Mesh, Sphere, Surface};
 use super::{SceneBuilder, coincide};
 
-/// Leaves out triangles whose corners lie on one line.
+/// Removes triangles with collinear corners.
 ///
 /// # Errors
 /// If no triangle is left.
@@ -48,10 +48,10 @@ pub fn drop_flat(index: usize, mesh: &mut Arc<Mesh>, notes: &mut Vec<String>) ->
     Ok(())
 }
 
-/// Leaves out spheres that coincide with an earlier one, which hides them.
+/// Removes spheres that coincide with an earlier one, which hides them.
 pub fn drop_spheres(spheres: &mut Vec<Sphere>, notes: &mut Vec<String>) {
     let (mut seen, all) = (HashSet::new(), spheres.len());
-    // The sum makes one zero of the two.
+    // The addition turns -0 into 0.
     spheres.retain(|s| seen.insert([s.center.x, s.center.y, s.center.z, s.radius].map(|x| (x + 0.0).to_bits())));
     let hidden = all - spheres.len();
     if hidden > 0 {
@@ -61,8 +61,8 @@ pub fn drop_spheres(spheres: &mut Vec<Sphere>, notes: &mut Vec<String>) {
     }
 }
 
-/// Leaves out emitting triangles that lie exactly on an earlier one, once they are rounded to `f32` about the camera: a ray meets
-/// either of the two by chance.
+/// Removes emitting triangles that coincide with an earlier one after rounding to `f32` relative to the camera: which of the
+/// two a ray hits would be arbitrary.
 pub fn drop_triangles(meshes: &mut Vec<Arc<Mesh>>, origin: DVec3, notes: &mut Vec<String>) {
     let (mut seen, mut covered) = (HashSet::new(), 0);
     for mesh in meshes
@@ -70,7 +70,7 @@ pub fn drop_triangles(meshes: &mut Vec<Arc<Mesh>>, origin: DVec3, notes: &mut Ve
         .filter(|mesh| matches!(mesh.surface, Surface::Emission(_)))
     {
         let mut uncovered = |corners: &[u32; 3]| {
-            // The sum makes one zero of the two.
+            // The addition turns -0 into 0.
             let place = |i: u32| {
                 (mesh.vertices[i as usize] - origin)
                     .to_array()
@@ -78,7 +78,7 @@ pub fn drop_triangles(meshes: &mut Vec<Arc<Mesh>>, origin: DVec3, notes: &mut Ve
             };
             let mut places = corners.map(place);
             places.sort_unstable();
-            // Of triangles that are a single point to the rays it says nothing that they coincide.
+            // Triangles that collapse to a point after rounding do not count as coincident.
             places[0] == places[2] || seen.insert(places)
         };
         let kept: Vec<_> = mesh.triangles.iter().copied().filter(|t| uncovered(t)).collect();
@@ -95,7 +95,7 @@ pub fn drop_triangles(meshes: &mut Vec<Arc<Mesh>>, origin: DVec3, notes: &mut Ve
     }
 }
 
-/// Leaves out faces that lie exactly on earlier ones which hide them for certain.
+/// Removes faces that lie exactly on earlier ones which certainly hide them.
 pub fn drop_twins(meshes: &mut [Arc<Mesh>], materials: &[Material], notes: &mut Vec<String>) {
     let one_sided = |surface: &Surface| matches!(*surface, Surface::Material(id) if materials[id.index()].one_sided);
     let keep = |mesh: &mut Arc<Mesh>, kept: &dyn Fn(usize) -> bool| {
@@ -106,15 +106,15 @@ pub fn drop_twins(meshes: &mut [Arc<Mesh>], materials: &[Material], notes: &mut 
     notes.extend(coincide::drop_twins(meshes, one_sided, keep));
 }
 
-/// Says which meshes have faces in one plane that cover each other, and returns their pairs. Meshes of which nothing is left go
-/// after the notes, which count them; the pairs are of those that stay.
+/// Adds notes about meshes with overlapping faces in one plane, and returns their pairs. Empty meshes are removed after the
+/// notes, which use the original numbers; the pairs use the final ones.
 pub fn note_overlaps(meshes: &mut Vec<Arc<Mesh>>, origin: DVec3, notes: &mut Vec<String>) -> Vec<[usize; 2]> {
     let (mut pairs, all) = coincide::overlaps(meshes, origin);
     notes.extend(coincide::note_overlaps(meshes, &pairs));
     if !all {
         notes.push("too many faces lie close to each other to test all pairs of them for coincidence".to_owned());
     }
-    // Where a mesh will be once those before it that are empty are gone.
+    // The final index of each mesh after empty meshes before it are removed.
     let mut places = Vec::with_capacity(meshes.len());
     let mut place = 0;
     for mesh in meshes.iter() {
@@ -126,11 +126,11 @@ pub fn note_overlaps(meshes: &mut Vec<Arc<Mesh>>, origin: DVec3, notes: &mut Vec
     pairs
 }
 
-/// Shapes that are smaller than this part of the farthest distance are lost to single precision, whatever the unit of length: of
-/// meshes textures and smooth normals first, 2^-58.
+/// Relative size, in terms of the farthest distance, below which single precision loses a shape. It does not depend on the unit
+/// of length; textures and smooth normals of meshes fail first, at 2^-58.
 const SMALLEST: f64 = 1.0 / (1_u64 << 58) as f64;
 
-/// Says where a shape is so small beside the scene that packets lose it.
+/// Adds notes about shapes so small relative to the scene that packets lose them.
 pub fn note_reach(scene: &SceneBuilder, notes: &mut Vec<String>) {
     let origin = scene.camera.origin;
     let corners = |mesh: &Mesh, t: &[u32; 3]| t.map(|i| mesh.vertices[i as usize] - origin);
@@ -158,7 +158,7 @@ pub fn note_reach(scene: &SceneBuilder, notes: &mut Vec<String>) {
     }
 }
 
-/// Says that nothing emits.
+/// Adds a note if nothing emits light.
 pub fn note_darkness(scene: &SceneBuilder, notes: &mut Vec<String>) {
     let spheres = scene.spheres.iter().map(|sphere| sphere.surface);
     let mut surfaces = spheres.chain(scene.meshes.iter().map(|mesh| mesh.surface));
@@ -169,10 +169,10 @@ pub fn note_darkness(scene: &SceneBuilder, notes: &mut Vec<String>) {
     }
 }
 
-/// Above this a reflectance is hardly meant: a colour of 8 bits has been taken for one from 0 to 1.
+/// A reflectance above this is probably an 8-bit colour used instead of a value from 0 to 1.
 const BRIGHTEST: f64 = 2.0;
 
-/// Says which materials reflect much more than they receive.
+/// Adds notes about materials that reflect much more than they receive.
 pub fn note_colours(scene: &SceneBuilder, notes: &mut Vec<String>) {
     for material in &scene.materials {
         let largest = material.bsdf.largest();

@@ -5,11 +5,12 @@ use glam::{DMat3, DVec2, DVec3};
 use super::{Mesh, Surface};
 
 impl Mesh {
-    /// The box of these sides, above 0, with its middle at `center`, turned about it by `turn`. Faces are wound counter-clockwise seen
-    /// from outside. Each has the whole unit square as texture coordinates, upright on the four faces around y.
+    /// An axis-aligned box with positive sides `size` around `center`, rotated about it by `turn`. Faces are wound
+    /// counter-clockwise seen from outside. Each has the whole unit square as texture coordinates, upright on the four faces
+    /// around y.
     pub fn cuboid(center: impl Into<DVec3>, size: impl Into<DVec3>, turn: DMat3, surface: impl Into<Surface>) -> Self {
         let (center, half) = (center.into(), size.into() / 2.0);
-        // Of each face its normal, and what is to the right and up as seen from outside.
+        // For each face its normal, and the right and up directions seen from outside.
         let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
         let faces = [(z, x, y), (x, -z, y), (-z, -x, y), (-x, z, y), (y, x, -z), (-y, x, z)];
         let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
@@ -28,8 +29,8 @@ impl Mesh {
 mod tests {
     use super::*;
 
-    /// By the divergence theorem the volume of a closed surface is the sum of `a.(b x c) / 6` over its triangles, positive where
-    /// they are wound about outward normals; and the area of this box is 2 (6 + 8 + 12).
+    /// By the divergence theorem the volume of a closed surface is the sum of `a.(b x c) / 6` over its triangles, positive for
+    /// outward winding. The area of this box is 2 (6 + 8 + 12).
     #[test]
     fn a_box_is_closed_outward_and_of_its_size_however_it_is_turned() {
         for turn in [DMat3::IDENTITY, DMat3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 0.7)] {

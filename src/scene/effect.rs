@@ -1,8 +1,8 @@
-//! What a scene may call for, each a thing that a kernel holds or does without.
+//! Effects that a scene may require, each of which a kernel includes or not.
 
 use serde::Serialize;
 
-/// One effect. Its place in this list is its bit in [`Effects`].
+/// One effect. Its index in this list is its bit in [`Effects`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
@@ -94,7 +94,7 @@ impl Effect {
     }
 }
 
-/// A set of effects. Its bits are the parameter by which stages are compiled.
+/// A set of effects. Its bits are the const parameter that stages are compiled for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Effects(u32);
 
@@ -119,37 +119,37 @@ impl Effects {
         self.0
     }
 
-    /// Whether the effect is one of them.
+    /// Whether the effect is in the set.
     pub const fn has(self, effect: Effect) -> bool {
         self.0 & (1 << effect as u32) != 0
     }
 
-    /// Whether all of `others` are among them.
+    /// Whether all of `others` are in the set.
     pub const fn contains(self, others: Self) -> bool {
         self.0 & others.0 == others.0
     }
 
-    /// These and others.
+    /// The union of both sets.
     pub const fn union(self, others: Self) -> Self {
         Self(self.0 | others.0)
     }
 
-    /// These, but for others.
+    /// The effects that are not in the other set.
     pub const fn difference(self, others: Self) -> Self {
         Self(self.0 & !others.0)
     }
 
-    /// Those that are in both sets.
+    /// The effects in both sets.
     pub const fn intersection(self, others: Self) -> Self {
         Self(self.0 & others.0)
     }
 
-    /// These, and `effect` if `there`.
+    /// The set, with `effect` added if `there`.
     pub const fn with(self, effect: Effect, there: bool) -> Self {
         Self(self.0 | (there as u32) << effect as u32)
     }
 
-    /// Each of them, in the order of [`Effect::ALL`].
+    /// The effects in the order of [`Effect::ALL`].
     pub fn iter(self) -> impl Iterator<Item = Effect> {
         Effect::ALL.into_iter().filter(move |&effect| self.has(effect))
     }

@@ -1,4 +1,4 @@
-//! `[environment]`: what rays see that leave the scene.
+//! `[environment]`: the radiance of rays that leave the scene.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ pub(super) const KEYS: &[&str] = &[
     "emission", "file", "layer", "scale", "rotate_x", "rotate_y", "rotate_z", "rotate",
 ];
 
-/// An environment, and what should be said of its picture.
+/// An environment, and notes about its picture.
 pub(super) fn environment(table: &Table<'_>, files: &Files) -> Result<(Environment, Vec<String>), Fault> {
     let help = "write emission = [r, g, b] for the same light from everywhere, or file = \"sky.exr\"";
     let source = table.one_of("emission", "file", help)?;
@@ -47,7 +47,7 @@ pub(super) fn environment(table: &Table<'_>, files: &Files) -> Result<(Environme
 }
 
 impl Environment {
-    /// Whether any light comes from it.
+    /// Whether it emits any light.
     pub fn emits(&self) -> bool {
         match self {
             Self::Constant(le) => le.max_element() > 0.0,

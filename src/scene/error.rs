@@ -1,36 +1,36 @@
-//! The one error of scene files: a sentence, its place in the text and the remedy.
+//! The error type of scene files: a sentence, its place in the text and a remedy.
 
 use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// Lines longer than this are not quoted under a message: a whole mesh may stand on one line.
+/// Lines longer than this are not quoted below a message: a line may contain a whole mesh.
 const LONGEST_QUOTED_LINE: usize = 500;
 
 /// Why a scene cannot be loaded.
 ///
-/// `Display` is exactly one line, `scenes/studio.toml:14: sphere radius must be positive and finite, got -0.5`: the
-/// path as it was given, the line (where there is one) and what is wrong. [`SceneError::remedy`] says what would do, in
-/// one line as well; [`SceneError::place`] and [`SceneError::text`] show where. Tables are called as they are written, those of a list with
-/// their number from 1: `[materials.steel]`, `[[spheres]] 3`. Indices of vertices and faces count from 0, as in the file.
+/// `Display` is exactly one line, `scenes/studio.toml:14: sphere radius must be positive and finite, got -0.5`: the path as
+/// given, the line (if any) and the problem. [`SceneError::remedy`] gives a remedy, also in one line; [`SceneError::place`] and
+/// [`SceneError::text`] show the place. Tables are named as written, those of a list with their number from 1:
+/// `[materials.steel]`, `[[spheres]] 3`. Indices of vertices and faces count from 0, as in the file.
 pub struct SceneError(Box<Report>);
 
 struct Report {
     path: PathBuf,
     line: Option<usize>,
     fault: Fault,
-    /// The whole text, where it is worth quoting.
+    /// The whole text, if it can be quoted.
     text: Option<String>,
 }
 
-/// A fault before it is known which file it is in.
+/// An error before its file is known.
 #[derive(Clone, Debug)]
 pub(super) struct Fault {
-    /// What is wrong, in one line and without a full stop.
+    /// The problem, in one line and without a full stop.
     pub what: String,
-    /// What would do, in one line.
+    /// The remedy, in one line.
     pub help: String,
-    /// Where, in bytes of the text, with the words that stand under it.
+    /// The byte range in the text, with the label below it.
     pub place: Option<(Range<usize>, String)>,
 }
 
@@ -50,7 +50,7 @@ impl Fault {
 }
 
 impl SceneError {
-    /// A fault of the file as a whole: it has no line.
+    /// An error of the file as a whole, without a line.
     pub(super) fn of_file(path: &Path, fault: Fault) -> Self {
         Self(Box::new(Report {
             path: path.to_owned(),
@@ -60,7 +60,7 @@ impl SceneError {
         }))
     }
 
-    /// A fault of the text `text` of the file `path`.
+    /// An error in the text `text` of the file `path`.
     pub(super) fn of_text(path: &Path, text: &str, mut fault: Fault) -> Self {
         let Some((span, _)) = &mut fault.place else {
             return Self::of_file(path, fault);
@@ -82,28 +82,28 @@ impl SceneError {
         }))
     }
 
-    /// The scene file, as it was named.
+    /// The scene file as given.
     pub fn path(&self) -> &Path {
         &self.0.path
     }
 
-    /// The line of the scene file, from 1; `None` where the file as a whole is at fault.
+    /// The line of the scene file, from 1; `None` for errors of the file as a whole.
     pub fn line(&self) -> Option<usize> {
         self.0.line
     }
 
-    /// What would do, in one line.
+    /// The remedy, in one line.
     pub fn remedy(&self) -> &str {
         &self.0.fault.help
     }
 
-    /// Where in [`SceneError::text`], in bytes, with the words that belong under it.
+    /// The byte range in [`SceneError::text`], with the label below it.
     pub fn place(&self) -> Option<(Range<usize>, &str)> {
         let (span, label) = self.0.fault.place.as_ref().filter(|_| self.0.text.is_some())?;
         Some((span.clone(), label))
     }
 
-    /// The text of the scene file; `None` where no part of it is at fault, and where the line is too long to be shown.
+    /// The text of the scene file; `None` for errors of the file as a whole, and for lines too long to show.
     pub fn text(&self) -> Option<&str> {
         self.0.text.as_deref()
     }
@@ -119,7 +119,7 @@ impl fmt::Display for SceneError {
     }
 }
 
-/// As `Display`: a test that unwraps shows the sentence and not the whole source.
+/// Same as `Display`: a test that unwraps shows the sentence and not the whole source.
 impl fmt::Debug for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{self} (help: {})", self.0.fault.help)
@@ -128,7 +128,7 @@ impl fmt::Debug for SceneError {
 
 impl std::error::Error for SceneError {}
 
-/// Newlines and other control characters become spaces: names and values of a file can hold anything.
+/// Replaces newlines and other control characters by spaces: names and values of a file can contain anything.
 fn one_line(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }

@@ -1,32 +1,33 @@
-//! What a scene calls for, and how many things in it do.
+//! The effects that a scene requires, and counts of its shapes.
 
 use super::sight::Frustum;
 use super::{Effect, Effects, Environment, FilmSize, Mesh, Scene, Surface};
 use crate::settings::LightsAsked;
 
-/// What a scene contains, found by looking at it: the kernel need support no more.
+/// The contents of a scene: the kernel needs to support no more.
 ///
-/// Shapes that no eye ray can meet call for nothing but to be in the way of light; an emission of 0 is no light.
+/// Shapes outside the view only act as occluders; an emission of 0 is no light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Features {
-    /// Shapes or cameras that call for each effect, in the order of [`Effect::ALL`]; a mesh is one, but for many lights a triangle.
+    /// Number of shapes or cameras that require each effect, in the order of [`Effect::ALL`]. A mesh counts once, except for
+    /// many lights, where each triangle counts.
     counts: [usize; Effect::ALL.len()],
-    /// Triangles of small meshes that emit: lights of their own.
+    /// Triangles of small emitting meshes: each is a light.
     pub triangle_lights: usize,
-    /// Larger meshes that emit: a triangle of each is picked.
+    /// Larger emitting meshes: one triangle is sampled per point.
     pub picked_lights: usize,
-    /// Spheres and triangles that emit.
+    /// Emitting spheres and triangles.
     pub emitters: usize,
     /// Triangles and spheres of any kind.
     pub shapes: usize,
     /// Spheres and meshes of any kind.
     pub bodies: usize,
-    /// Those of them that no eye ray can meet.
+    /// Those of them outside the view.
     pub unseen: usize,
 }
 
 impl Features {
-    /// Looks at a scene as a film of this size shows it.
+    /// Examines a scene as seen on a film of this size.
     pub fn of(scene: &Scene, film: FilmSize) -> Self {
         let mut found = Self::default();
         let frustum = Frustum::new(scene.camera(), film);
@@ -73,35 +74,35 @@ impl Features {
         }
     }
 
-    /// Whether the triangles of a mesh that emits are lights of their own, up to two quadrilaterals; of larger ones a triangle
-    /// is picked for every point.
+    /// Whether each triangle of an emitting mesh is a separate light: up to two quadrilaterals. In larger meshes one triangle
+    /// is sampled per point.
     pub fn samples_each_triangle(mesh: &Mesh) -> bool {
         mesh.triangles.len() <= 4
     }
 
-    /// How many lights `light` and `mis` draw a direction for; delta lights have theirs.
+    /// Number of lights for which `light` and `mis` sample a direction; delta lights have a fixed one.
     pub fn lights(&self) -> usize {
         let one_each = self.count(Effect::SphereLights) + self.count(Effect::Environment) + self.count(Effect::Suns);
         one_each + self.triangle_lights + self.picked_lights
     }
 
-    /// Those of them that are in no list of lights: the environment and suns.
+    /// Those that are in no list of lights: the environment and suns.
     pub fn unlisted(&self) -> usize {
         self.count(Effect::Environment) + self.count(Effect::Suns)
     }
 
-    /// How many shapes call for an effect.
+    /// Number of shapes that require an effect.
     pub fn count(&self, effect: Effect) -> usize {
         self.counts[effect as usize]
     }
 
-    /// The effects that any shape calls for.
+    /// The effects that any shape requires.
     pub fn effects(&self) -> Effects {
         let there = Effect::ALL.into_iter().filter(|&effect| self.count(effect) > 0);
         there.fold(Effects::default(), |set, effect| set.with(effect, true))
     }
 
-    /// Whether eye rays can meet anything at all.
+    /// Whether camera rays can hit nothing at all.
     pub fn nothing_in_sight(&self) -> bool {
         self.unseen == self.bodies && self.count(Effect::Environment) + self.count(Effect::Suns) == 0
     }

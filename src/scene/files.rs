@@ -1,4 +1,4 @@
-//! The files that a scene names: where they may be, and how they are read.
+//! Files named by a scene: permitted places, and reading.
 
 use std::cell::RefCell;
 use std::fs::File;
@@ -11,14 +11,14 @@ use super::memory;
 /// Whether a scene may name files outside of its own folder.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Outside {
-    /// No: what comes from a stranger looks at nothing but what came with it.
+    /// No: an untrusted scene cannot read other files.
     #[default]
     Refused,
     /// Yes.
     Allowed,
 }
 
-/// Making sense of a file takes at most about this many times its length: numbers of a few bytes become 64-bit numbers.
+/// Estimated memory for parsing, relative to the file's length: numbers of a few bytes become 64-bit numbers.
 const BYTES_PER_BYTE: u64 = 6;
 
 /// The files of one scene.
@@ -26,7 +26,7 @@ const BYTES_PER_BYTE: u64 = 6;
 pub(super) struct Files {
     folder: PathBuf,
     outside: Outside,
-    /// The scene file and every file that was read, as paths that can be opened.
+    /// The scene file and every file read so far, as paths that can be opened.
     read: RefCell<Vec<PathBuf>>,
 }
 
@@ -40,22 +40,22 @@ impl Files {
         }
     }
 
-    /// The bytes of the file `name`, which is looked for in the scene's folder; `kind` is what errors call it, such as
-    /// "mesh file".
+    /// The bytes of the file `name` in the scene's folder; `kind` is its description in errors, such as "mesh file".
     ///
     /// # Errors
-    /// A fault without a place about a file that is missing, empty, no file, outside, or too large for the free memory.
+    /// An error without a place about a file that is missing, empty, no regular file, outside, or too large for the free
+    /// memory.
     pub fn bytes(&self, kind: &str, name: &str) -> Result<Vec<u8>, Fault> {
         let (file, length) = self.open(kind, name)?;
         let mut bytes = Vec::new();
-        // No more than was looked at before, should it grow meanwhile.
+        // Read no more than the length checked before, even if the file grows.
         let read = file.take(length).read_to_end(&mut bytes);
         read.map_err(|error| unreadable(kind, name, &error))?;
         Ok(bytes)
     }
 
-    /// Gives the bytes of the file `name` to `reader` as they come, with their number, so that they need not be in memory
-    /// all at once. All of them are read, whether `reader` wants them or not.
+    /// Streams the bytes of the file `name` to `reader`, with their number, so that they need not fit into memory at once. All
+    /// bytes are read, even if `reader` stops early.
     ///
     /// # Errors
     /// As for [`bytes`](Self::bytes), or if the file changes while it is read.
@@ -72,7 +72,7 @@ impl Files {
         Ok(made)
     }
 
-    /// The file and its length, if it may be read and makes sense.
+    /// The file and its length, if it may be read and its length is possible.
     fn open(&self, kind: &str, name: &str) -> Result<(File, u64), Fault> {
         let fault = |what: &str, help: &str| Fault::new(format!("{kind} \"{name}\" {what}"), help);
         let unreadable = |error: std::io::Error| unreadable(kind, name, &error);
@@ -83,7 +83,7 @@ impl Files {
                 "copy it beside the scene; or, if you trust the scene, give the option --allow-outside",
             ));
         }
-        // Its kind before it is opened: opening a named pipe would wait for somebody to write into it.
+        // Check the file type before opening: opening a named pipe would block until there is a writer.
         let length = match std::fs::metadata(&path) {
             Ok(metadata) if metadata.is_file() => metadata.len(),
             Ok(_) => {
@@ -112,7 +112,7 @@ impl Files {
         self.read.into_inner()
     }
 
-    /// Whether `name` stays in the folder by its words, and behind symbolic links too where there is something.
+    /// Whether `name` stays inside the folder, both as a path and after resolving symbolic links.
     fn is_inside(&self, path: &Path, name: &str) -> bool {
         let mut depth = 0_i32;
         for part in Path::new(name).components() {
@@ -141,7 +141,7 @@ fn unreadable(kind: &str, name: &str, error: &std::io::Error) -> Fault {
     )
 }
 
-/// The folder of `dragon.toml` is the empty path, which cannot be listed.
+/// Replaces the empty path (the folder of `dragon.toml`), which cannot be listed.
 fn here(folder: &Path) -> &Path {
     if folder.as_os_str().is_empty() {
         Path::new(".")
@@ -150,7 +150,7 @@ fn here(folder: &Path) -> &Path {
     }
 }
 
-/// Where a missing file may come from: a script `fetch-NAME.sh` beside the scene fetches what has NAME in its name.
+/// How to get a missing file: a script `fetch-NAME.sh` beside the scene fetches files whose name contains NAME.
 fn how_to_get(folder: &Path, name: &str) -> String {
     let scripts = std::fs::read_dir(here(folder)).into_iter().flatten().flatten();
     let script = scripts
@@ -170,7 +170,7 @@ mod tests {
     use super::*;
     use std::fs;
 
-    /// A scene's folder `in` beside a file `secret`, in a folder of its own.
+    /// A scene's folder `in` beside a file `secret`, in a temporary folder.
     fn place() -> (tempfile::TempDir, PathBuf) {
         let place = tempfile::tempdir().unwrap();
         fs::create_dir_all(place.path().join("in/deep")).unwrap();

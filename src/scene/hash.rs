@@ -1,4 +1,4 @@
-//! What a scene is, as a hash: all that decides a picture of it, and nothing else.
+//! The hash of a scene: it covers everything that affects the picture, and nothing else.
 
 use bytemuck::{NoUninit, must_cast_slice};
 use half::f16;
@@ -10,16 +10,16 @@ use super::parts::{Bsdf, Environment, Fov, Material, Surface};
 use super::texture::Wrap;
 use crate::texels::Texels;
 
-/// To be changed where the same values come to mean another picture.
+/// Change this when the same values start to give another picture.
 const REVISION: &[u8] = b"Octolux scene 1";
 
-/// Texels that are made single precision at a time.
+/// Texels converted to single precision at a time.
 const PIECE: usize = 1 << 12;
 
 /// SHA-256 in hexadecimal of camera, shapes with their materials, and environment.
 ///
-/// Names, the size of the picture, what the scene asks for and materials that no shape uses are left out. The order of shapes is
-/// not: random numbers follow it.
+/// It excludes names, the size of the picture, render settings and unused materials. It includes the order of shapes, because
+/// random numbers depend on it.
 pub fn of(scene: &SceneBuilder) -> String {
     let mut hash = Content(Sha256::new());
     hash.list(REVISION);
@@ -64,7 +64,7 @@ pub fn of(scene: &SceneBuilder) -> String {
             hash.texels(&sky.texels);
         }
     });
-    // Nothing where there are none, so that scenes without keep the hash that they had.
+    // Adds nothing if there are none, so that older scenes keep their hash.
     for light in &scene.lights {
         match *light {
             Light::Point { position, intensity } => {
@@ -93,7 +93,7 @@ pub fn of(scene: &SceneBuilder) -> String {
     hash.0.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// The hash of a material: shapes name it by what it is and not by its place.
+/// The hash of a material: shapes refer to it by content and not by index.
 fn material(material: &Material) -> [u8; 32] {
     let mut hash = Content(Sha256::new());
     match material.bsdf {
@@ -133,7 +133,7 @@ fn material(material: &Material) -> [u8; 32] {
     hash.0.finalize().into()
 }
 
-/// Bytes that say where each thing ends: no two scenes have the same ones.
+/// Hashed bytes with unambiguous boundaries: different scenes have different bytes.
 struct Content(Sha256);
 
 impl Content {
@@ -150,7 +150,7 @@ impl Content {
         self.0.update(must_cast_slice::<T, u8>(items));
     }
 
-    /// As single precision: a picture in half precision shows the same.
+    /// As single precision, so that half precision hashes equal.
     fn texels(&mut self, texels: &Texels) {
         match texels {
             Texels::Single(texels) => self.list(texels),
@@ -164,7 +164,7 @@ impl Content {
         }
     }
 
-    /// One of several forms of a thing, with its numbers.
+    /// A variant of an enum with its numbers.
     fn variant(&mut self, which: u8, numbers: &[f64]) {
         self.0.update([which]);
         self.numbers(numbers);

@@ -3,14 +3,14 @@
 use std::borrow::Cow;
 use std::fmt;
 
-/// A part of a scene. Numbers are places in the builder's lists, from 0; in words shapes count from 1.
+/// A part of a scene. Numbers are indices into the builder's lists, from 0; in messages shapes count from 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Subject {
     /// The camera.
     Camera,
     /// The size of the picture.
     Film,
-    /// The settings that it asks for.
+    /// The render settings.
     Render,
     /// A material.
     Material(usize),
@@ -18,9 +18,9 @@ pub enum Subject {
     Sphere(usize),
     /// A mesh.
     Mesh(usize),
-    /// A light that is no shape.
+    /// A light without shape.
     Light(usize),
-    /// What rays see that leave the scene.
+    /// The environment.
     Environment,
 }
 
@@ -39,18 +39,18 @@ impl fmt::Display for Subject {
     }
 }
 
-/// The number that is wrong, among those of a subject.
+/// The invalid property of a subject.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Property {
-    /// As a scene file calls it: `radius`, `vertices`, `exponent`.
+    /// Its key in a scene file: `radius`, `vertices`, `exponent`.
     pub key: &'static str,
-    /// Its place in a list, from 0.
+    /// Its index in a list, from 0.
     pub index: Option<usize>,
-    /// Its place in a vector or a colour, from 0.
+    /// Its component in a vector or a colour, from 0.
     pub component: Option<usize>,
 }
 
-/// What is wrong, before it is known with what.
+/// A problem without its subject.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Wrong {
     property: Option<Property>,
@@ -60,7 +60,7 @@ pub(super) struct Wrong {
 }
 
 impl Wrong {
-    /// A subject is wrong as a whole; `problem` follows its name, as in "has no faces".
+    /// A problem of a subject as a whole; `problem` follows its name, as in "has no faces".
     pub fn new(problem: impl Into<Cow<'static, str>>, remedy: impl Into<Cow<'static, str>>) -> Self {
         Self {
             property: None,
@@ -70,32 +70,32 @@ impl Wrong {
         }
     }
 
-    /// One of its numbers, or several that belong together, are wrong.
+    /// Adds the invalid property, or several that belong together.
     pub fn of(mut self, property: Property, value: impl fmt::Display) -> Self {
         self.property = Some(property);
         self.value = Some(value.to_string());
         self
     }
 
-    /// The subject with its name, which may be empty.
+    /// Adds the subject with its name, which may be empty.
     pub fn on(self, subject: Subject, name: &str) -> InvalidScene {
         InvalidScene(Box::new((subject, name.to_owned(), self)))
     }
 }
 
-/// What is wrong with a scene: the part of it, what that must be, what it is, and what would do.
+/// The error of an invalid scene: the part, the rule, the value and a remedy.
 ///
 /// `Display` is one line: `sphere 3 radius must be positive and finite, got -0.5`.
 #[derive(Clone, PartialEq, Eq)]
 pub struct InvalidScene(Box<(Subject, String, Wrong)>);
 
 impl InvalidScene {
-    /// Which part of the scene.
+    /// The part of the scene.
     pub fn subject(&self) -> Subject {
         self.0.0
     }
 
-    /// The name that it was given, or its kind and number.
+    /// The name of the part, or its kind and number.
     pub fn name(&self) -> String {
         match (self.0.0, self.0.1.as_str()) {
             (subject, "") => subject.to_string(),
@@ -104,22 +104,22 @@ impl InvalidScene {
         }
     }
 
-    /// Which of its numbers; `None` where it is wrong as a whole.
+    /// The invalid property; `None` if the part is invalid as a whole.
     pub fn property(&self) -> Option<Property> {
         self.0.2.property
     }
 
-    /// What is wrong, without the subject: `must be positive and finite`.
+    /// The problem without the subject: `must be positive and finite`.
     pub fn problem(&self) -> &str {
         &self.0.2.problem
     }
 
-    /// The value that is wrong, in short; `None` where no single one is.
+    /// The invalid value, abbreviated; `None` if there is no single one.
     pub fn value(&self) -> Option<&str> {
         self.0.2.value.as_deref()
     }
 
-    /// What would do, in one line.
+    /// The remedy, in one line.
     pub fn remedy(&self) -> &str {
         &self.0.2.remedy
     }
@@ -143,7 +143,7 @@ impl fmt::Display for InvalidScene {
     }
 }
 
-/// As `Display`, with the remedy: a test that unwraps shows both.
+/// `Display` with the remedy: a test that unwraps shows both.
 impl fmt::Debug for InvalidScene {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{self} (help: {})", self.0.2.remedy)

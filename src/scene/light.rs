@@ -1,61 +1,61 @@
-//! Lights that are no shapes: a point, a spot, and light from one direction.
+//! Lights without shape: point lights, spot lights and directional lights.
 
 use glam::DVec3;
 
 use super::{Effect, Effects};
 
 /// Angular radius in radians below which a directional light is a delta light. Directions in single precision are 6e-8 apart: a
-/// smaller disk could be drawn, but neither seen nor met. What is lost is the square of it, 1e-12 of the light.
+/// smaller disk could be sampled, but not hit. The approximation loses the square of it, 1e-12 of the light.
 const SMALLEST_DISK: f64 = 1e-6;
 
-/// A light that nothing of the scene is the surface of. It blocks no light. Radiometric quantities are finite and not negative.
+/// A light without shape. It blocks no light. Radiometric quantities are finite and not negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Light {
-    /// The same radiant intensity in all directions: the irradiance at distance `d` is `I cos / d²`.
+    /// Uniform radiant intensity: the irradiance at distance `d` is `I cos / d²`.
     Point {
-        /// Where it is; finite.
+        /// Its position; finite.
         position: DVec3,
         /// W sr⁻¹.
         intensity: DVec3,
     },
-    /// A point that shines in a cone. With `c` the cosine of the angle from the axis, the intensity is multiplied by `x² (3 - 2 x)`,
-    /// where `x = (c - cos outer) / (cos inner - cos outer)`, clamped to [0, 1] (pbrt-v4, `SpotLight`; Pharr, Jakob, Humphreys,
+    /// A spot light. With `c` the cosine of the angle from the axis, the intensity is multiplied by `x² (3 - 2 x)`, where `x =
+    /// (c - cos outer) / (cos inner - cos outer)`, clamped to [0, 1] (pbrt-v4, `SpotLight`; Pharr, Jakob, Humphreys,
     /// "Physically Based Rendering", 4th edition, section 12.2.1).
     Spot {
-        /// Where it is; finite.
+        /// Its position; finite.
         position: DVec3,
-        /// The axis, from the light; of any length but 0.
+        /// The axis, pointing away from the light; any length except 0.
         direction: DVec3,
-        /// On the axis, W sr⁻¹.
+        /// Intensity on the axis, W sr⁻¹.
         intensity: DVec3,
-        /// Angle from the axis up to which the intensity is that of the axis: degrees, 0 to `outer_angle`.
+        /// Angle from the axis within which the intensity is full: degrees, 0 to `outer_angle`.
         inner_angle: f64,
-        /// Angle from the axis from which on there is no light: degrees, above 0, at most 180.
+        /// Angle from the axis beyond which there is no light: degrees, above 0, at most 180.
         outer_angle: f64,
     },
-    /// Light from infinitely far away.
+    /// Light from infinite distance.
     Directional {
-        /// Where the light goes; of any length but 0.
+        /// The direction of travel; any length except 0.
         direction: DVec3,
-        /// On a surface that faces the light, W m⁻².
+        /// Irradiance on a perpendicular surface, W m⁻².
         irradiance: DVec3,
-        /// Degrees, 0 to 90. Above 1e-6 radians the light is a disk of the sky, uniform of radiance `E / (pi sin²)`: the camera sees it
-        /// where no shape is. Else it is a delta light.
+        /// Angular radius in degrees, 0 to 90. Above 1e-6 radians the light is a disk with uniform radiance `E / (pi sin²)`,
+        /// visible to the camera where no shape is. Otherwise it is a delta light.
         angular_radius: f64,
     },
 }
 
-/// What a light is for an estimator.
+/// The class of a light for estimators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LightClass {
-    /// Its light comes from one direction, which no other technique can find.
+    /// Its light comes from a single direction, which only light sampling can find.
     Delta,
-    /// A disk of the sky.
+    /// A sun: a disk at infinity.
     Disk,
 }
 
 impl Light {
-    /// A point of this intensity (W sr⁻¹).
+    /// A point light of this intensity (W sr⁻¹).
     pub fn point(position: impl Into<DVec3>, intensity: impl Into<DVec3>) -> Self {
         Self::Point {
             position: position.into(),
@@ -63,7 +63,7 @@ impl Light {
         }
     }
 
-    /// A spot of this intensity (W sr⁻¹) at `position` that shines at `target`, fully up to `inner_angle` from its axis and not at all
+    /// A spot light of this intensity (W sr⁻¹) at `position` aimed at `target`, full up to `inner_angle` from its axis and dark
     /// from `outer_angle` on, both in degrees.
     pub fn spot(
         position: impl Into<DVec3>,
@@ -81,8 +81,8 @@ impl Light {
         }
     }
 
-    /// Light that goes along `direction` from a disk of `angular_radius` degrees, or from one direction where that is 0; `irradiance` in
-    /// W m⁻² is that of a surface that faces it.
+    /// A directional light that travels along `direction`, from a disk of `angular_radius` degrees, or from a single direction
+    /// if that is 0; `irradiance` in W m⁻² is for a perpendicular surface.
     pub fn directional(direction: impl Into<DVec3>, irradiance: impl Into<DVec3>, angular_radius: f64) -> Self {
         Self::Directional {
             direction: direction.into(),
@@ -91,7 +91,7 @@ impl Light {
         }
     }
 
-    /// Whether an estimator can meet it.
+    /// Its class for estimators.
     pub fn class(&self) -> LightClass {
         match self {
             Self::Directional { angular_radius, .. } if angular_radius.to_radians() >= SMALLEST_DISK => {
@@ -101,7 +101,7 @@ impl Light {
         }
     }
 
-    /// What it emits, as it is written: intensity or irradiance.
+    /// Its emission as given: intensity or irradiance.
     pub fn power(&self) -> DVec3 {
         match *self {
             Self::Point { intensity, .. } | Self::Spot { intensity, .. } => intensity,
@@ -109,7 +109,7 @@ impl Light {
         }
     }
 
-    /// As [`Self::power`], to be changed.
+    /// Mutable access to [`Self::power`].
     pub fn power_mut(&mut self) -> &mut DVec3 {
         match self {
             Self::Point { intensity, .. } | Self::Spot { intensity, .. } => intensity,
@@ -117,12 +117,12 @@ impl Light {
         }
     }
 
-    /// Whether any light comes from it.
+    /// Whether it emits any light.
     pub fn emits(&self) -> bool {
         self.power().max_element() > 0.0
     }
 
-    /// Where it is, if it is anywhere.
+    /// Its position, if it has one.
     pub fn position(&self) -> Option<DVec3> {
         match *self {
             Self::Point { position, .. } | Self::Spot { position, .. } => Some(position),
@@ -130,7 +130,7 @@ impl Light {
         }
     }
 
-    /// What it requires.
+    /// The effects that it requires.
     pub fn effects(&self) -> Effects {
         let effect = match self.class() {
             LightClass::Delta => Effect::DeltaLights,

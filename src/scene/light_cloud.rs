@@ -1,4 +1,4 @@
-//! `[[light_clouds]]`: many spheres that emit, in a file of 28 bytes a light instead of 65 of text.
+//! `[[light_clouds]]`: many emitting spheres in a file, which takes 28 bytes per light instead of 65 of text.
 
 use std::io::BufReader;
 
@@ -13,13 +13,13 @@ use super::{Sphere, Surface};
 
 pub(super) const KEYS: &[&str] = &["file"];
 
-/// The numbers of a light, as properties of the file's vertices are named.
+/// The numbers of a light, named like the vertex properties of the file.
 const NUMBERS: [&str; 7] = ["x", "y", "z", "radius", "red", "green", "blue"];
 
 const HELP: &str =
     "each vertex is a light with the numbers x, y, z, radius, red, green and blue, the last three its radiance";
 
-/// The lights of a file, in its order.
+/// The lights of a file, in file order.
 pub(super) fn spheres(table: &Table<'_>, files: &Files) -> Result<Vec<Sphere>, Fault> {
     let value = table.need("file", "file = \"lamps.ply\"")?;
     let name = value.string()?;

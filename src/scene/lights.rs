@@ -1,4 +1,4 @@
-//! `[[lights]]`: lights that are no shapes.
+//! `[[lights]]`: lights without shape.
 
 use super::Light;
 use super::error::Fault;
@@ -16,7 +16,7 @@ pub(super) const KEYS: &[&str] = &[
     "angular_radius",
 ];
 
-/// Which keys belong to which kind.
+/// The kinds of lights and their keys.
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {
     Point,

@@ -1,4 +1,4 @@
-//! From a file to a [`Scene`].
+//! Loads a [`Scene`] from a file.
 
 use std::fs::File;
 use std::io::Read;
@@ -15,7 +15,7 @@ use super::{
     view,
 };
 
-/// The longest scene file, in bytes. What needs more belongs into a mesh file, which takes a tenth of the room.
+/// Maximum size of a scene file in bytes. Larger data belongs in a mesh file, which is ten times smaller.
 const LONGEST_FILE: u64 = 64 << 20;
 
 const KEYS: &[&str] = &[
@@ -32,16 +32,15 @@ const KEYS: &[&str] = &[
 ];
 
 impl Scene {
-    /// Reads a scene file and the files in its folder that it names.
+    /// Reads a scene file and the files that it names in its folder.
     ///
     /// # Errors
-    /// If a file cannot be read, or says something that a scene cannot be; the error names the file, the line, the
-    /// key, the value and what would do.
+    /// If a file cannot be read or is invalid; the error names the file, the line, the key, the value and a remedy.
     pub fn load(path: &Path) -> Result<Self, SceneError> {
         Self::load_with(path, Outside::Refused)
     }
 
-    /// The same; `outside` says whether the files may lie outside of the scene's folder.
+    /// The same; `outside` says whether files may be outside the scene's folder.
     ///
     /// # Errors
     /// As for [`Scene::load`].
@@ -59,10 +58,10 @@ impl Scene {
         parse(&text, path, outside)
     }
 
-    /// Reads only `[film]` and `[render]` of a scene file: how much work it will be.
+    /// Reads only `[film]` and `[render]` of a scene file, to estimate the work.
     ///
     /// # Errors
-    /// As for [`Scene::load`], as far as it looks.
+    /// As for [`Scene::load`], for the parts that are read.
     pub fn outline(path: &Path) -> Result<(FilmSize, RenderTable), SceneError> {
         let text = read(path).map_err(|fault| SceneError::of_file(path, fault))?;
         let text = String::from_utf8_lossy(&text);
@@ -76,7 +75,7 @@ impl Scene {
         look().map_err(|fault| SceneError::of_text(path, &text, fault))
     }
 
-    /// Makes a scene of `text`. Mesh files are looked for beside `path`, which also gives the scene its name.
+    /// Parses a scene from `text`. Mesh files are searched beside `path`, which also gives the scene its name.
     ///
     /// # Errors
     /// As for [`Scene::load`].
@@ -148,7 +147,7 @@ fn scene(text: &str, path: &Path, outside: Outside) -> Result<Scene, Fault> {
             scene.light(lights::light(&table)?);
         }
     }
-    // What is wrong so far should not wait for big files.
+    // Report earlier problems before reading big files.
     check::all(&scene).map_err(placed)?;
     if let Some(value) = root.get("meshes") {
         for table in value.tables("mesh", shapes::MESH_KEYS)? {
@@ -172,7 +171,7 @@ fn scene(text: &str, path: &Path, outside: Outside) -> Result<Scene, Fault> {
     scene.build().map_err(placed)
 }
 
-/// What the TOML reader says, in our form.
+/// Converts a syntax error of the TOML reader.
 fn syntax(text: &str, error: &toml::de::Error) -> Fault {
     let said = error.message().lines().next().unwrap_or("unreadable");
     let help = if said.contains("duplicate") {

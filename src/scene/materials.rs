@@ -32,7 +32,7 @@ const MODELS: &str = "write diffuse = [r, g, b], or phong = [r, g, b] with expon
                       [r, g, b, alpha]; or base_color = [r, g, b] with metallic and roughness; or eta and k = [r, g, b] with \
                       roughness";
 
-/// Keys that go with one of the models: key, models, what to do where there is another.
+/// Keys that only some models have: key, models, remedy for other models.
 const PARAMETERS: [(&str, &[&str], &str); 4] = [
     ("exponent", &["phong"], "phong"),
     ("metallic", &["base_color"], "base_color"),
@@ -40,7 +40,7 @@ const PARAMETERS: [(&str, &[&str], &str); 4] = [
     ("k", &["eta"], "eta"),
 ];
 
-/// The materials of a scene by their names: a scene can have as many of them as shapes.
+/// The materials of a scene by name, for quick lookup: a scene can have as many as shapes.
 #[derive(Default)]
 pub(super) struct Materials<'t> {
     places: HashMap<&'t str, MaterialId>,
@@ -80,7 +80,7 @@ impl<'t> Materials<'t> {
     }
 }
 
-/// A material, and what should be said of its texture.
+/// A material, and notes about its texture.
 fn material(name: &str, table: &Table<'_>, files: &Files) -> Result<(Material, Vec<String>), Fault> {
     let mut models = ["diffuse", "phong", "brdf_params", "base_color", "eta"]
         .into_iter()

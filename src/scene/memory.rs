@@ -1,12 +1,12 @@
-//! How much memory may be asked for.
+//! Available memory.
 
 use std::fs;
 use std::path::Path;
 
-/// Bytes that a program can still take without swapping, in the machine and in the control groups that it is in; `None`
-/// where the system does not say.
+/// Bytes that the process can allocate without swapping, limited by the machine and its control groups; `None` where the system
+/// does not report it.
 pub fn available() -> Option<u64> {
-    // Linux: see proc_meminfo(5). Elsewhere there is no such file, and nothing is checked.
+    // Linux: see proc_meminfo(5). Other systems lack this file, and nothing is checked.
     let text = fs::read_to_string("/proc/meminfo").ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
     let kib: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
@@ -22,7 +22,7 @@ pub fn available() -> Option<u64> {
     limits.filter_map(left_in).chain(kib.checked_mul(1024)).min()
 }
 
-/// What the limit of a control group leaves (version 2; cgroups(7)). Cached files give way, so they do not count.
+/// The remaining limit of a control group (version 2; cgroups(7)). Cached files can be evicted, so they do not count.
 fn left_in(group: &Path) -> Option<u64> {
     let number = |name: &str| fs::read_to_string(group.join(name)).ok()?.trim().parse::<u64>().ok();
     let (limit, used) = (number("memory.max")?, number("memory.current")?);
@@ -34,7 +34,7 @@ fn left_in(group: &Path) -> Option<u64> {
     Some(limit.saturating_sub(used.saturating_sub(cached)))
 }
 
-/// `true` if `bytes` fit into the memory that is free.
+/// Whether `bytes` fit into the free memory.
 pub(super) fn fits(bytes: u64) -> bool {
     available().is_none_or(|free| bytes <= free)
 }

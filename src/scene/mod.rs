@@ -1,12 +1,12 @@
-//! What a scene is: data that cannot be wrong, made by a program or from the text of a file.
+//! Scenes: validated data, made by a program or read from a file.
 //!
-//! A [`SceneBuilder`] takes what `parts` defines and makes a [`Scene`] of it, or an [`InvalidScene`] that names the part, the
-//! value and what would do. `check` holds every rule. Everything behind a `Scene` may rely on what `parts` states.
+//! A [`SceneBuilder`] takes the types of `parts` and makes a [`Scene`] of them, or an [`InvalidScene`] that names the part, the
+//! value and a remedy. `check` has every rule. All users of a `Scene` may rely on the invariants stated in `parts`.
 //!
-//! [`Scene::load`] reads a text into a builder. Its [`SceneError`] also names the file, the line and the key: `places` finds
-//! where in the text stands what a builder refuses. The text is walked, not deserialised: `table` and `value` know the TOML tree with its names and places, `view`,
-//! `materials` and `shapes` know the keys of the format. An error can then say "sphere radius must be positive", with
-//! the number as it was written, where a deserialiser only knows that some `f64` was not to its taste.
+//! [`Scene::load`] reads a text into a builder. Its [`SceneError`] also names the file, the line and the key: `places` maps
+//! what a builder rejects to its place in the text. The text is traversed, not deserialised: `table` and `value` wrap the TOML
+//! tree with names and places; `view`, `materials` and `shapes` know the keys of the format. So an error can say "sphere radius
+//! must be positive" with the number as written, where a deserialiser only knows that some `f64` was invalid.
 
 mod builder;
 mod check;
@@ -62,10 +62,10 @@ pub use parts::{
 };
 pub use texture::{Texture, Wrap};
 
-/// A scene whose every value has been checked; it does not change. Lengths are in the units of the file, in `f64`, not yet made
-/// relative to anything; colours are linear RGB.
+/// An immutable scene whose every value has been checked. Lengths are in the units of the file, in absolute `f64` coordinates;
+/// colours are linear RGB.
 ///
-/// Its copies share the meshes and pictures.
+/// Copies share the meshes and pictures.
 #[derive(Clone, Debug)]
 pub struct Scene {
     parts: SceneBuilder,
@@ -75,17 +75,17 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Begins a scene of nothing but a camera and a picture.
+    /// A builder with only a camera and a film.
     pub fn builder(camera: Camera, film: FilmSize) -> SceneBuilder {
         SceneBuilder::new(camera, film)
     }
 
-    /// Begins a scene that is like this one.
+    /// A builder that starts as a copy of this scene.
     pub fn to_builder(&self) -> SceneBuilder {
         self.parts.clone()
     }
 
-    /// The default name of a picture: of a scene file its name without the ending.
+    /// The default name of a picture: for a scene file its name without the extension.
     pub fn name(&self) -> &str {
         &self.parts.name
     }
@@ -95,12 +95,12 @@ impl Scene {
         &self.parts.camera
     }
 
-    /// The size of the picture, where nobody asks for another one.
+    /// The default size of the picture.
     pub fn film(&self) -> FilmSize {
         self.parts.film
     }
 
-    /// The settings that it asks for, where nobody asks for others.
+    /// The default render settings.
     pub fn render(&self) -> RenderTable {
         self.parts.render
     }
@@ -110,10 +110,10 @@ impl Scene {
         &self.parts.materials
     }
 
-    /// The material that a surface names.
+    /// The material of a surface.
     ///
     /// # Panics
-    /// If the handle is one of another scene, and this one has fewer materials.
+    /// If the handle belongs to another scene, and this one has fewer materials.
     pub fn material(&self, id: MaterialId) -> &Material {
         &self.parts.materials[id.index()]
     }
@@ -128,35 +128,35 @@ impl Scene {
         &self.parts.meshes
     }
 
-    /// Lights that are no shapes, in the order in which they were added.
+    /// Lights without shape, in the order in which they were added.
     pub fn lights(&self) -> &[Light] {
         &self.parts.lights
     }
 
-    /// What rays see that leave the scene; black where it is `None`.
+    /// The environment; black if `None`.
     pub fn environment(&self) -> Option<&Environment> {
         self.parts.environment.as_ref()
     }
 
-    /// The files that it was read from, the scene file first; none where a program made it. No output may replace one of them.
+    /// The files that it was read from, the scene file first; none for a scene made by a program. No output may overwrite them.
     pub fn files(&self) -> &[PathBuf] {
         &self.parts.files
     }
 
-    /// What the user should be told about the scene: one sentence each, nothing that stops a render.
+    /// Messages for the user: one sentence each; none of them prevents a render.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
 
-    /// Pairs of meshes, by their numbers, that have faces in one plane which cover each other: rays look again there. A mesh beside
-    /// itself has faces that lie back to back.
+    /// Pairs of meshes, by index, with overlapping faces in one plane: rays that hit them are traced again. A mesh paired with
+    /// itself has faces back to back.
     pub fn overlapping_meshes(&self) -> &[[usize; 2]] {
         &self.overlaps
     }
 
-    /// SHA-256, in hexadecimal, of all that decides a picture but its size and the settings of the render: camera, shapes with
-    /// their materials and textures, lights, environment. It is computed when it is first asked for,
-    /// from all bytes of the meshes and pictures.
+    /// SHA-256, in hexadecimal, of everything that affects a picture except its size and the render settings: camera, shapes
+    /// with their materials and textures, lights, environment. Computed on the first call, from all bytes of the meshes and
+    /// pictures.
     pub fn hash(&self) -> &str {
         self.hash.get_or_init(|| hash::of(&self.parts))
     }

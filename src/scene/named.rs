@@ -1,5 +1,5 @@
-//! Which files a scene names, without reading them: a command that renders several scenes must know before the first one
-//! that no picture of it replaces what a later one reads.
+//! Lists the files that a scene names, without reading them. A command that renders several scenes must know in advance that no
+//! picture overwrites an input of a later scene.
 
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
@@ -8,12 +8,12 @@ use toml::Value;
 
 use super::Scene;
 
-/// Keys whose values are names of files, in any table of a scene.
+/// Keys whose values are file names, in any table of a scene.
 const KEYS: [&str; 2] = ["file", "texture"];
 
 impl Scene {
-    /// The scene file at `path` and the files that it names, with the buffers of its glTF files. Nothing is checked: what cannot
-    /// be read names nothing, and loading the scene says why. [`Scene::files`] holds the same for a scene that is loaded.
+    /// The scene file at `path` and the files that it names, with the buffers of its glTF files. Nothing is checked: unreadable
+    /// files are skipped, and loading the scene reports them. [`Scene::files`] has the same list for a loaded scene.
     pub fn named_files(path: &Path) -> Vec<PathBuf> {
         let text = std::fs::read_to_string(path).unwrap_or_default();
         let mut names = Vec::new();
@@ -44,7 +44,7 @@ fn collect(value: &Value, names: &mut Vec<String>) {
     }
 }
 
-/// Names of the files that hold the buffers of a glTF file.
+/// File names of the buffers of a glTF file.
 fn buffers(path: &Path) -> Vec<String> {
     let root: serde_json::Value = serde_json::from_slice(&json(path)).unwrap_or_default();
     let list = root["buffers"].as_array().cloned().unwrap_or_default();
@@ -54,7 +54,7 @@ fn buffers(path: &Path) -> Vec<String> {
         .collect()
 }
 
-/// The JSON of a glTF file of either kind, packed or not; nothing for other files.
+/// The JSON of a glTF file of either kind, compressed or not; empty for other files.
 fn json(path: &Path) -> Vec<u8> {
     let name = path.to_string_lossy().to_lowercase();
     let plain = name.strip_suffix(".gz").unwrap_or(&name);
@@ -69,7 +69,7 @@ fn json(path: &Path) -> Vec<u8> {
     if plain.ends_with(".gltf") {
         return bytes;
     }
-    // Twelve bytes about the file, then a chunk of JSON: its length, its kind, its bytes.
+    // Twelve bytes about the file, then a chunk of JSON: its length, its type, its bytes.
     let length = bytes
         .get(12..16)
         .and_then(|four| four.try_into().ok())

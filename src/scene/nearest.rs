@@ -1,8 +1,8 @@
-//! "Did you mean": the nearest of the names that would do.
+//! "Did you mean": the nearest valid name.
 
-/// The candidate that is fewest edits away from `word`, if that is near enough to be a slip of the hand.
+/// The candidate with the fewest edits from `word`, if close enough to be a typing error.
 pub(super) fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    // A name of any length can come out of a file; nobody mistypes sixty letters.
+    // Names can have any length, but nobody mistypes sixty letters.
     let near_enough = (word.chars().count() / 3).max(1);
     let word: Vec<char> = word.chars().take(60).flat_map(char::to_lowercase).collect();
     candidates
@@ -13,8 +13,8 @@ pub(super) fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a s
         .map(|(_, candidate)| candidate)
 }
 
-/// Insertions, deletions, replacements and swaps of neighbours that turn one word into the other (Damerau 1964, the
-/// restricted form).
+/// The number of insertions, deletions, replacements and swaps of neighbours that turn one word into the other (Damerau 1964,
+/// the restricted form).
 fn edits(a: &[char], b: &str) -> usize {
     let b: Vec<char> = b.chars().take(60).flat_map(char::to_lowercase).collect();
     let mut before = vec![0; b.len() + 1];

@@ -1,5 +1,4 @@
-//! What a scene is made of. Anyone can make these; whether their values are possible is checked where a
-//! [`SceneBuilder`](super::SceneBuilder) builds.
+//! The parts of a scene. Anyone can make these; [`SceneBuilder::build`](super::SceneBuilder::build) checks their values.
 
 use std::sync::Arc;
 
@@ -12,29 +11,29 @@ use crate::texels::Texels;
 /// A camera: `origin != target`, `up` not parallel to the view, the angle in (0, 180) degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// The pinhole, or the middle of the lens.
+    /// The pinhole, or the centre of the lens.
     pub origin: DVec3,
-    /// The point in the middle of the picture.
+    /// The point at the centre of the picture.
     pub target: DVec3,
-    /// A direction that points up in the picture; any length but 0.
+    /// A direction that points up in the picture; any length except 0.
     pub up: DVec3,
     /// The full angle of view.
     pub fov: Fov,
-    /// A lens in place of the pinhole.
+    /// A lens instead of the pinhole.
     pub lens: Option<Lens>,
 }
 
-/// A thin lens: a disk across the view through which every point of the plane in focus is seen sharply. Both above 0.
+/// A thin lens: a disk perpendicular to the view direction that images the focal plane sharply. Both values above 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lens {
     /// Radius of the disk.
     pub radius: f64,
-    /// Distance of the plane in focus, along the view.
+    /// Distance of the focal plane, along the view direction.
     pub focus: f64,
 }
 
 impl Camera {
-    /// A pinhole at `origin` that looks at `target`. Up is +y, or +z where the view goes along y.
+    /// A pinhole at `origin` that looks at `target`. Up is +y, or +z if the view direction is along y.
     pub fn new(origin: impl Into<DVec3>, target: impl Into<DVec3>, fov: Fov) -> Self {
         let (origin, target) = (origin.into(), target.into());
         let along_y = origin.x == target.x && origin.z == target.z;
@@ -47,13 +46,13 @@ impl Camera {
         }
     }
 
-    /// What it calls for.
+    /// The effects that it requires.
     pub fn effects(&self) -> Effects {
         Effects::default().with(Effect::Lens, self.lens.is_some())
     }
 }
 
-/// The full angle of view in degrees, along one side of the picture; pixels are square.
+/// The full field of view in degrees, along one side of the picture; pixels are square.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fov {
     /// Across the width.
@@ -71,7 +70,7 @@ pub struct FilmSize {
     pub height: u32,
 }
 
-/// The settings that a scene asks for (`[render]` in a scene file): `None` where it is silent.
+/// The default render settings of a scene (`[render]` in a scene file): `None` if not given.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RenderTable {
     /// Passes, at least 1.
@@ -84,41 +83,40 @@ pub struct RenderTable {
     pub seed: Option<u32>,
 }
 
-/// What rays see that leave the scene.
+/// The radiance of rays that leave the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Environment {
     /// The same radiance from every direction; finite and not negative.
     Constant(DVec3),
-    /// A picture of all directions.
+    /// An environment map.
     Picture(LatLong),
 }
 
-/// A picture of all directions by longitude and latitude: its top row is up (+y), its middle column is forward (-z), and columns
-/// to the right of it are to the right (+x). Radiance is interpolated between the centres of texels, across the left and right
-/// edge too.
+/// An environment map by longitude and latitude: its top row is up (+y), its middle column is forward (-z), and columns to the
+/// right of it are to the right (+x). Radiance is interpolated between texel centres, also across the left and right edge.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LatLong {
     /// Texels in a row, at least 1.
     pub width: u32,
     /// Rows, at least 1.
     pub height: u32,
-    /// Radiance at the centres, row by row from the top; finite and not negative.
+    /// Radiance at texel centres, row by row from the top; finite and not negative.
     pub texels: Arc<Texels>,
-    /// Turns directions of the picture into those of the scene.
+    /// Rotates directions of the picture to those of the scene.
     pub to_scene: DMat3,
 }
 
 /// How a surface reflects.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
-    /// What messages call it; the key under `[materials]` in a scene file. It decides nothing.
+    /// Its name in messages; the key under `[materials]` in a scene file. It does not affect the picture.
     pub name: String,
     /// The model with its parameters.
     pub bsdf: Bsdf,
-    /// Whether only the front reflects: outside of a sphere, or where the corners of a triangle go round counter-clockwise.
+    /// Whether only the front reflects: the outside of a sphere, or the side where a triangle's corners are counter-clockwise.
     pub one_sided: bool,
-    /// What the reflectance is multiplied by, of a blend the diffuse one. On spheres, whose outward normal is `(x, y, z)`, the point
-    /// of the picture is `u = 1/2 + atan2(x, z) / (2 pi)`, `v = 1 - acos(y) / pi`; meshes need texture coordinates.
+    /// A factor of the reflectance (in a blend, of the diffuse one). On spheres, whose outward normal is `(x, y, z)`, the
+    /// coordinates are `u = 1/2 + atan2(x, z) / (2 pi)`, `v = 1 - acos(y) / pi`; meshes need texture coordinates.
     pub texture: Option<Arc<Texture>>,
 }
 
@@ -143,7 +141,7 @@ impl Material {
         Self::new(name, Bsdf::Phong { rho: rho.into(), alpha })
     }
 
-    /// What it calls for.
+    /// The effects that it requires.
     pub fn effects(&self) -> Effects {
         let model = match self.bsdf {
             Bsdf::Diffuse { .. } => Effects::of(&[Effect::Diffuse]),
@@ -181,17 +179,17 @@ pub enum Bsdf {
         /// The exponent, finite and above 1.
         alpha: f64,
     },
-    /// Metal with Schlick's Fresnel reflectance, a diffuse body below a dielectric coat, or a mixture of both: the
-    /// metallic-roughness model of glTF 2.0, changed so that it reflects no more than arrives. The page on the effect has the formulas.
+    /// Metal with Schlick's Fresnel reflectance, a diffuse base below a dielectric coat, or a mixture of both: the
+    /// metallic-roughness model of glTF 2.0, modified to conserve energy. The page on the effect has the formulas.
     Ggx {
-        /// Base colour: reflectance of the metal at normal incidence, and of the body.
+        /// Base colour: reflectance of the metal at normal incidence, and of the diffuse base.
         base: DVec3,
         /// Share of metal, in [0, 1].
         metallic: f64,
         /// Square root of the roughness of the distribution of Trowbridge and Reitz, in [1e-4, 1].
         roughness: f64,
     },
-    /// Metal with Fresnel's reflectance.
+    /// Metal with exact Fresnel reflectance.
     Conductor {
         /// Index of refraction for red, green and blue, each in [0.001, 1000].
         eta: DVec3,
@@ -203,7 +201,7 @@ pub enum Bsdf {
 }
 
 impl Bsdf {
-    /// The largest reflectance of a colour, of both lobes together.
+    /// The largest reflectance of any channel, summed over lobes.
     pub fn largest(&self) -> f64 {
         match *self {
             Self::Diffuse { rho } | Self::Phong { rho, .. } => rho.max_element(),
@@ -219,21 +217,21 @@ impl Bsdf {
 pub struct MaterialId(usize);
 
 impl MaterialId {
-    /// The material at this place in the list of the scene. Where there is none, building fails.
+    /// The material at this index in the scene. Building fails if there is none.
     pub const fn new(index: usize) -> Self {
         Self(index)
     }
 
-    /// Its place in the list of the scene, from 0.
+    /// Its index in the scene, from 0.
     pub const fn index(self) -> usize {
         self.0
     }
 }
 
-/// What a shape's surface does: it reflects or it emits, never both.
+/// The surface of a shape: it reflects or emits, never both.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Surface {
-    /// It reflects as this material of its scene does.
+    /// It reflects with this material of its scene.
     Material(MaterialId),
     /// Radiance in W m⁻² sr⁻¹, the same in every direction and on both sides; finite and not negative.
     Emission(DVec3),
@@ -256,7 +254,7 @@ impl Surface {
         matches!(self, Self::Emission(le) if le.max_element() > 0.0)
     }
 
-    /// What a shape of this surface calls for: `reflector`, `light`, or nothing where it emits nothing.
+    /// The effects that a shape with this surface requires: `reflector`, `light`, or nothing if its emission is 0.
     fn effects(&self, reflector: Effect, light: Effect) -> Effects {
         match self {
             Self::Material(_) => Effects::of(&[reflector]),
@@ -265,14 +263,14 @@ impl Surface {
     }
 }
 
-/// A sphere of finite centre and finite radius above 0.
+/// A sphere with a finite centre and a finite radius above 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {
     /// Centre.
     pub center: DVec3,
     /// Radius.
     pub radius: f64,
-    /// What it does.
+    /// Its surface.
     pub surface: Surface,
 }
 
@@ -286,16 +284,16 @@ impl Sphere {
         }
     }
 
-    /// What it calls for, its material aside.
+    /// The effects that it requires, without its material.
     pub fn effects(&self) -> Effects {
         self.surface.effects(Effect::Spheres, Effect::SphereLights)
     }
 }
 
-/// Triangles in scene space (transforms are applied); vertices finite, indices in range, at least one triangle.
+/// Triangles in scene space (after transforms); vertices finite, indices in range, at least one triangle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
-    /// What messages call it; by its number where it is empty. It decides nothing.
+    /// Its name in messages; if empty, its number is used. It does not affect the picture.
     pub name: String,
     /// Positions.
     pub vertices: Vec<DVec3>,
@@ -303,21 +301,21 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// With smooth shading: a unit normal for each vertex (same length as `vertices`).
     pub normals: Option<Vec<DVec3>>,
-    /// Whether light reaches it as if it were as smooth as its normals, which it must have.
+    /// The smooth shadow terminator: lights the mesh as if it were as smooth as its normals, which it must have.
     ///
-    /// The point `p` of a triangle with the corners `v`, their unit normals `n` and the barycentric weights `w` is lit at
-    /// `p + sum of w max(0, dot(n, v - p)) n`, and the horizon there is that of the shading normal alone (after Hanika,
-    /// "Hacking the Shadow Terminator", Ray Tracing Gems II, 2021, chapter 4). Where the shading normal is turned to the side of the
-    /// eye, all `n` are.
+    /// The point `p` of a triangle with the corners `v`, their unit normals `n` and the barycentric weights `w` is lit at `p +
+    /// sum of w max(0, dot(n, v - p)) n`, and only the shading normal defines the horizon there (after Hanika, "Hacking the
+    /// Shadow Terminator", Ray Tracing Gems II, 2021, chapter 4). If the shading normal is flipped towards the viewer, all `n`
+    /// are.
     pub smooth_terminator: bool,
     /// Texture coordinates for each vertex, finite; `v` points up.
     pub uvs: Option<Vec<DVec2>>,
-    /// What it does.
+    /// Its surface.
     pub surface: Surface,
 }
 
 impl Mesh {
-    /// A mesh with flat shading. Triangles without area and vertices that no triangle uses are no mistake.
+    /// A mesh with flat shading. Triangles without area and unused vertices are allowed.
     pub fn new(
         vertices: impl IntoIterator<Item = impl Into<DVec3>>,
         triangles: Vec<[u32; 3]>,
@@ -334,12 +332,12 @@ impl Mesh {
         }
     }
 
-    /// The quadrilateral with these corners, in their order around it. Its triangles share the edge from the first to the third.
+    /// The quadrilateral with these corners, in order around it. Its triangles share the edge from the first to the third.
     pub fn quadrilateral(corners: [impl Into<DVec3>; 4], surface: impl Into<Surface>) -> Self {
         Self::new(corners, vec![[0, 1, 2], [0, 2, 3]], surface)
     }
 
-    /// What it calls for, its material aside.
+    /// The effects that it requires, without its material.
     pub fn effects(&self) -> Effects {
         let smooth = self.normals.is_some() && matches!(self.surface, Surface::Material(_));
         let plain = self.surface.effects(Effect::Meshes, Effect::MeshLights);

@@ -1,20 +1,20 @@
-//! Where in a scene file stands what a builder refuses.
+//! Maps what a builder rejects to its place in a scene file.
 
 use super::error::Fault;
 use super::invalid::{InvalidScene, Subject};
 use super::table::Table;
 use super::{materials, shapes, view};
 
-/// What is said of a scene that was read from the file with this root: the builder's words, with the value as it was written.
+/// The error for a scene read from the file with this root: the builder's message, with the value as written.
 pub(super) fn fault(error: &InvalidScene, root: &Table<'_>) -> Fault {
-    // The tables were read once already, so that they are there.
+    // The tables were read before, so they exist.
     in_table_of(error, root).unwrap_or_else(|fault| fault)
 }
 
 fn in_table_of(error: &InvalidScene, root: &Table<'_>) -> Result<Fault, Fault> {
     let whole = || Fault::new(error.to_string(), error.remedy()).at(0..0, "in this file");
     if let Subject::Mesh(index) = error.subject() {
-        // Boxes come behind the meshes.
+        // Boxes follow the meshes.
         let meshes = root
             .get("meshes")
             .map(|value| value.tables("mesh", shapes::MESH_KEYS))
@@ -67,18 +67,18 @@ fn in_table(error: &InvalidScene, table: &Table<'_>) -> Fault {
         return table.fault(format!("{name} {}", error.problem()), error.remedy());
     };
     let written = table.get(property.key).or_else(|| {
-        // The direction of a spot may follow from its target.
+        // The direction of a spot light may come from its target.
         let target = table.get("target").filter(|_| property.key == "direction");
         if target.is_some() {
             return target;
         }
-        // The other way to write a model.
+        // The alternative spelling of a model.
         let of_model = ["diffuse", "phong", "exponent"].contains(&property.key);
         table.get("brdf_params").filter(|_| of_model)
     });
     match written {
         Some(value) => value.fault_in(property.component, error.problem(), error.remedy()),
-        // It follows from others.
+        // The value is derived from others.
         None => {
             let got = error.value().unwrap_or_default();
             let what = format!("{} {} {}, got {got}", table.thing, property.key, error.problem());
@@ -87,7 +87,7 @@ fn in_table(error: &InvalidScene, table: &Table<'_>) -> Fault {
     }
 }
 
-/// Of a mesh it may be the file or the transform that is wrong.
+/// The problem of a mesh may be in its file or in its transform.
 fn in_mesh(error: &InvalidScene, table: &Table<'_>) -> Fault {
     let what = |problem: &str| format!("{} {problem}", error.name());
     let source = table.get("faces").or_else(|| table.get("file"));
@@ -99,7 +99,7 @@ fn in_mesh(error: &InvalidScene, table: &Table<'_>) -> Fault {
         return Fault::new(what(error.problem()), error.remedy()).at(span, label);
     };
     match (property.key, property.index) {
-        // Numbers that are written in the scene are checked when they are read.
+        // Numbers written in the scene are checked when they are read.
         ("vertices", Some(index)) => {
             let what = what(&format!("has vertex {index} beyond 3.4e38 once it is transformed"));
             Fault::new(what, "make the scale or the translation smaller").at(span, label)

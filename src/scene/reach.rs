@@ -1,4 +1,4 @@
-//! Which lights can reach what is seen, and what can stand between: decided from the shapes alone, each test one-sided.
+//! Which lights can reach visible surfaces, and what can occlude them: conservative tests based on the shapes alone.
 
 use std::sync::Arc;
 
@@ -7,10 +7,10 @@ use glam::DVec3;
 use super::sight::Frustum;
 use super::{Mesh, Scene, Sphere, Surface};
 
-/// Scenes with more spheres and meshes than this are not asked: every pair is looked at for every light.
+/// Scenes with more spheres and meshes than this are not tested: every pair is examined for every light.
 const MOST: usize = 256;
 
-/// What is nearer to a plane than this part of the numbers involved is on both of its sides.
+/// Relative distance below which a point counts as being on both sides of a plane.
 const MARGIN: f64 = 1e-5;
 
 /// A sphere or a mesh.
@@ -37,7 +37,7 @@ impl Body<'_> {
         }
     }
 
-    /// The plane, as a point and a unit normal, of a mesh that lies in one.
+    /// The plane of a planar mesh, as a point and a unit normal.
     fn plane(&self) -> Option<(DVec3, DVec3)> {
         let Body::Mesh(mesh) = self else {
             return None;
@@ -60,7 +60,7 @@ impl Scene {
             .collect()
     }
 
-    /// Spheres that emit.
+    /// Emitting spheres.
     fn sphere_lights(&self) -> impl Iterator<Item = (usize, &Sphere)> {
         let emits = |s: &Sphere| matches!(s.surface, Surface::Emission(le) if le.max_element() > 0.0);
         self.spheres()
@@ -69,15 +69,15 @@ impl Scene {
             .filter(move |(_, sphere)| emits(sphere))
     }
 
-    /// Numbers of the spheres that emit, and yet light nothing that the pinhole sees: every surface in sight turns its other
-    /// side to the camera.
+    /// Indices of emitting spheres that light nothing visible from the pinhole: every visible surface faces the
+    /// camera with its unlit side.
     pub fn lights_below_every_horizon(&self) -> Vec<usize> {
         let frustum = Frustum::new(self.camera(), self.film());
         if self.camera().lens.is_some() || self.meshes().len() > MOST || self.spheres().len() > MOST {
             return Vec::new();
         }
         let eye = self.camera().origin;
-        // A ball has surface on every side of itself: it is asked no further.
+        // A sphere has surface on every side: stop here.
         let ball_in_sight = self
             .spheres()
             .iter()
@@ -103,9 +103,9 @@ impl Scene {
             .collect()
     }
 
-    /// Numbers of the spheres that emit and that nothing can hide from any surface: for each surface, no other body meets the
-    /// box around it and the light, or all of that box lies on one side of the body's plane. A surface that is neither a ball nor
-    /// flat could hide the light from itself.
+    /// Indices of emitting spheres that nothing can occlude from any surface: for each surface, no other body intersects the
+    /// bounding box of surface and light, or all of that box lies on one side of the body's plane. A surface that is neither a
+    /// sphere nor planar could occlude the light itself.
     pub fn lights_with_nothing_between(&self) -> Vec<usize> {
         let bodies = self.bodies();
         if bodies.len() > MOST {
@@ -120,7 +120,7 @@ impl Scene {
                 };
                 let sides = (0..8).map(|i| normal.dot(corner(i) - point));
                 let (least, most) = sides.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), x| (l.min(x), m.max(x)));
-                // What stands on the plane touches it: that hides nothing.
+                // Bodies standing on the plane touch it without occluding anything.
                 let slack = MARGIN * (*high - *low).length();
                 least >= -slack || most <= slack
             })

@@ -1,23 +1,23 @@
-//! What a number of a scene file must be, in words and as a test.
+//! Rules for numbers of a scene file, as text and as a test.
 
-/// What a number must be.
+/// A rule for a number.
 pub(super) struct Rule {
     /// "must be positive".
     pub words: &'static str,
-    /// What would do.
+    /// The remedy.
     pub help: &'static str,
     holds: fn(f64) -> bool,
 }
 
 impl Rule {
-    /// Whether `x` is what it must be.
+    /// Whether `x` satisfies the rule.
     pub fn holds(&self, x: f64) -> bool {
         (self.holds)(x)
     }
 
-    /// What is wrong with a number that breaks the rule.
+    /// The problem of a number that breaks the rule.
     pub fn problem(&self, x: f64) -> &'static str {
-        // To call 1e39 not finite would be wrong.
+        // Numbers such as 1e39 are finite, but out of range.
         if x.is_finite() && !in_range(x) {
             "is beyond single precision"
         } else {
@@ -26,7 +26,7 @@ impl Rule {
     }
 }
 
-// Packets compute in single precision: a number beyond its range would be infinite there.
+// Packets compute in single precision: larger numbers would become infinite.
 fn in_range(x: f64) -> bool {
     x.abs() <= f64::from(f32::MAX)
 }
@@ -49,7 +49,7 @@ pub(super) const NOT_NEGATIVE: Rule = Rule {
     help: "write numbers from 0 to 3.4e38, one each for red, green and blue",
     holds: |x| x >= 0.0 && in_range(x),
 };
-/// Anything but 0.
+/// Any number except 0.
 pub(super) const NOT_ZERO: Rule = Rule {
     words: "must be finite and not 0",
     help: "write a number other than 0: 2 doubles the mesh, 0.5 halves it, -1 mirrors it",
@@ -61,13 +61,13 @@ pub(super) const EXPONENT: Rule = Rule {
     help: "write a number above 1: 5 is dull, 1000 is polished; a matt surface is `diffuse = [r, g, b]`",
     holds: |x| x > 1.0 && in_range(x),
 };
-/// The roughness of a surface with microfacets.
+/// The roughness of a microfacet surface.
 pub(super) const ROUGHNESS: Rule = Rule {
     words: "must be from 0.0001 to 1",
     help: "write a number such as 0.05 (polished), 0.3 (brushed) or 0.8 (dull)",
     holds: |x| (1e-4..=1.0).contains(&x),
 };
-/// A share.
+/// A fraction.
 pub(super) const SHARE: Rule = Rule {
     words: "must be from 0 to 1",
     help: "write 0 for a coated body such as plastic, 1 for metal",
@@ -91,25 +91,25 @@ pub(super) const ALPHA: Rule = Rule {
     help: "write [r, g, b, 1] for a diffuse surface or, say, [r, g, b, 1000] for a Phong one",
     holds: |x| x >= 1.0 && in_range(x),
 };
-/// The angle from the axis of a spot to its edge.
+/// The outer angle of a spot light.
 pub(super) const OUTER_ANGLE: Rule = Rule {
     words: "must be above 0 and at most 180 degrees",
     help: "write the angle between the axis and the edge of the cone in degrees, such as 30",
     holds: |x| x > 0.0 && x <= 180.0,
 };
-/// The angle from the axis of a spot up to which its light is full.
+/// The inner angle of a spot light.
 pub(super) const INNER_ANGLE: Rule = Rule {
     words: "must be from 0 degrees to outer_angle",
     help: "write the angle from the axis up to which the light is full in degrees, at most outer_angle",
     holds: |x| (0.0..=180.0).contains(&x),
 };
-/// Half the angle that the disk of a directional light subtends.
+/// The angular radius of a directional light.
 pub(super) const ANGULAR_RADIUS: Rule = Rule {
     words: "must be from 0 to 90 degrees",
     help: "write half the angle across the disk of the light in degrees, 0.2665 for the sun, or leave it out for one direction",
     holds: |x| (0.0..=90.0).contains(&x),
 };
-/// A full angle of view.
+/// A full field of view.
 pub(super) const VIEW_ANGLE: Rule = Rule {
     words: "must be between 0 and 180 degrees",
     help: "write the full angle of view in degrees, such as 45",

@@ -1,4 +1,4 @@
-//! `[[spheres]]`, `[[meshes]]` and `[[boxes]]`, and what their surfaces do.
+//! `[[spheres]]`, `[[meshes]]` and `[[boxes]]` with their surfaces.
 
 use super::error::Fault;
 use super::files::Files;
@@ -27,7 +27,7 @@ pub(super) const BOX_KEYS: &[&str] = &[
     "center", "size", "rotate_x", "rotate_y", "rotate_z", "rotate", "emission", "material",
 ];
 
-/// A box, turned about its middle.
+/// A box, rotated about its centre.
 pub(super) fn cuboid(table: &Table<'_>, materials: &Materials<'_>) -> Result<Mesh, Fault> {
     let center = table
         .need("center", "center = [0.0, 0.5, 0.0]")?
@@ -46,9 +46,9 @@ pub(super) fn sphere(table: &Table<'_>, materials: &Materials<'_>) -> Result<Sph
     })
 }
 
-/// A mesh whose name is what messages call it, and sentences about what was left out of it. Files are those of the scene.
+/// A mesh named as in messages, and notes about omissions. `files` are those of the scene.
 pub(super) fn mesh(table: &Table<'_>, materials: &Materials<'_>, files: &Files) -> Result<(Mesh, Vec<String>), Fault> {
-    // What is cheap is checked first: a wrong name should not wait for a big file.
+    // Cheap checks first: a wrong name should be reported before a big file is read.
     let surface = surface(table, materials)?;
     let transform = mesh::transform(table.get("transform"))?;
     let normals = match table.get("normals") {
@@ -99,7 +99,7 @@ pub(super) fn mesh(table: &Table<'_>, materials: &Materials<'_>, files: &Files) 
     Ok((mesh, notes))
 }
 
-/// What the surface of a shape does: exactly one of `material` and `emission`.
+/// The surface of a shape: exactly one of `material` and `emission`.
 fn surface(table: &Table<'_>, materials: &Materials<'_>) -> Result<Surface, Fault> {
     let help = "write material = \"name\" for what reflects, or emission = [r, g, b] for what gives light";
     let value = table.one_of("material", "emission", help)?;

@@ -1,18 +1,18 @@
-//! What a camera can see at all. Each test is one-sided: what could be seen is never called unseen.
+//! View frustum tests. They are conservative: a visible shape is never called invisible.
 
 use glam::DVec3;
 
 use super::{Camera, FilmSize, Fov};
 
-/// The four planes through the eye and the edges of the picture; the camera sees what lies on the inner side of all.
+/// The view frustum: four planes through the eye and the edges of the picture, with the visible side inwards.
 #[derive(Clone, Debug)]
 pub(super) struct Frustum {
     eye: DVec3,
-    /// Unit normals that point inwards; none where a lens looks round the edges.
+    /// Unit normals that point inwards; empty with a lens, which sees beyond the edges.
     planes: Vec<DVec3>,
 }
 
-/// What is nearer to a plane than this part of its distance from the eye counts as inside: eye rays are rounded to `f32`.
+/// Relative distance from a plane that counts as inside: camera rays are rounded to `f32`.
 const MARGIN: f64 = 1e-5;
 
 impl Frustum {
@@ -37,14 +37,14 @@ impl Frustum {
         }
     }
 
-    /// Whether an eye ray may meet a ball.
+    /// Whether a camera ray may hit a sphere.
     pub fn may_see_ball(&self, center: DVec3, radius: f64) -> bool {
         let away = center - self.eye;
         let reach = radius + MARGIN * (away.length() + radius);
         self.planes.iter().all(|plane| plane.dot(away) >= -reach)
     }
 
-    /// Whether an eye ray may meet what lies between points.
+    /// Whether a camera ray may hit the convex hull of points.
     pub fn may_see_points(&self, points: &[DVec3]) -> bool {
         self.planes.iter().all(|plane| {
             points.iter().any(|&point| {
@@ -72,9 +72,10 @@ mod tests {
         let ball = |x, y, z, r| frustum.may_see_ball(camera.origin + DVec3::new(x, y, z), r);
         assert!(ball(0.0, 0.0, -5.0, 0.1));
         assert!(!ball(0.0, 0.0, 5.0, 0.1), "behind");
-        // At distance 5 the right edge is 5 away and its plane is at 45 degrees: a ball beyond needs a radius of 1 / sqrt 2.
+        // At distance 5 the right edge is 5 away and its plane is at 45 degrees: a sphere beyond it needs a radius of 1 / sqrt
+        // 2.
         assert!(!ball(6.0, 0.0, -5.0, 0.70) && ball(6.0, 0.0, -5.0, 0.72));
-        // The upper edge is half as far.
+        // The upper edge is half as far away.
         assert!(ball(0.0, 2.4, -5.0, 0.01) && !ball(0.0, 2.6, -5.0, 0.01));
         assert!(ball(0.0, 0.0, 5.0, 6.0), "around the eye");
         let at = |z: f64| [[-9.0, 0.0], [9.0, 0.0], [0.0, 9.0]].map(|[x, y]| camera.origin + DVec3::new(x, y, z));

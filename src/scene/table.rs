@@ -1,4 +1,4 @@
-//! Tables of a scene file: they know their names, their places and their keys.
+//! Tables of a scene file with their names, places and keys.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -10,14 +10,14 @@ use super::error::Fault;
 use super::nearest::nearest;
 use super::value::{Node, Value, shown};
 
-/// A table of the file: every key in it is one of those that it may have.
+/// A table of the file whose keys are all valid.
 #[derive(Clone, Debug)]
 pub(super) struct Table<'t> {
     /// As the user wrote it: `[camera]`, `[materials.steel]`, `[[spheres]] 3` (the third).
     pub title: String,
-    /// Where its header stands.
+    /// The byte range of its header.
     pub span: Range<usize>,
-    /// What it is called before the name of a key: `sphere`.
+    /// Its name before a key in messages: `sphere`.
     pub thing: &'static str,
     /// The whole file.
     pub text: &'t str,
@@ -25,7 +25,7 @@ pub(super) struct Table<'t> {
 }
 
 impl<'t> Table<'t> {
-    /// The table at `node`, called `title` as a whole and `thing` before the name of a key.
+    /// The table at `node`, named `title` as a whole and `thing` before a key.
     ///
     /// # Errors
     /// If it is not a table, or holds a key that is not one of `keys`.
@@ -76,7 +76,7 @@ impl<'t> Table<'t> {
         else {
             return Ok(());
         };
-        // Not "[[spheres]] 3": they all have the same keys.
+        // Without the number: all tables of a list have the same keys.
         let kind = self.title.trim_end_matches(|c: char| c.is_ascii_digit()).trim_end();
         let list = format!("the keys of {kind} are {}", keys.join(", "));
         let help = match nearest(key.get_ref(), keys.iter().copied()) {
@@ -95,13 +95,13 @@ impl<'t> Table<'t> {
     /// The value of `key`.
     ///
     /// # Errors
-    /// If it is not there; the help shows `example`, a line that could be added.
+    /// If it is missing; the help shows `example`, a line that could be added.
     pub fn need(&self, key: &'static str, example: &str) -> Result<Value<'_>, Fault> {
         self.get(key)
             .ok_or_else(|| self.fault(format!("{} has no {key}", self.title), format!("add `{example}`")))
     }
 
-    /// Which one of two keys the table has.
+    /// Returns which one of two keys the table has.
     ///
     /// # Errors
     /// If it has both or neither.
@@ -116,13 +116,13 @@ impl<'t> Table<'t> {
         }
     }
 
-    /// A fault of the table as a whole.
+    /// An error of the table as a whole.
     pub fn fault(&self, what: impl Into<String>, help: impl Into<String>) -> Fault {
         Fault::new(what, help).at(self.span.clone(), "this table")
     }
 }
 
-/// The entries of a table as they follow in the text (the tree sorts them by name).
+/// The entries of a table in text order (the tree sorts them by name).
 pub(super) fn in_order<'t>(entries: &'t DeTable<'t>) -> Vec<(&'t Spanned<Cow<'t, str>>, &'t Node<'t>)> {
     let mut entries: Vec<_> = entries.iter().collect();
     entries.sort_by_key(|(key, _)| key.span().start);

@@ -1,4 +1,4 @@
-//! What a builder takes, what it refuses and in which words, and what makes another scene.
+//! Tests of the builder: accepted values, error messages, and changes of the hash.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use super::*;
 
 const FILM: FilmSize = FilmSize { width: 8, height: 6 };
 
-/// A textured floor, a grey ball and a lamp under a constant sky.
+/// A textured floor, a grey sphere and a light under a constant environment.
 fn room() -> SceneBuilder {
     let mut scene = Scene::builder(Camera::new([0.0, 2.0, 6.0], [0.0; 3], Fov::X(40.0)), FILM);
     let grey = scene.material(Material::diffuse("grey", [0.5; 3]));
@@ -286,7 +286,7 @@ fn what_decides_no_picture_makes_no_other_scene() {
         |s| (s.film.width, s.render.seed) = (9, Some(3)),
         |s| s.name = "another".to_owned(),
         |s| (floor(s).name, s.materials[0].name) = ("a floor".to_owned(), "a material".to_owned()),
-        // The hash of a material goes with the shapes that are made of it.
+        // The hash of a material is part of the shapes that use it.
         |s| _ = s.material(Material::diffuse("unused", [0.1; 3])),
         |s| {
             s.materials.swap(0, 1);
@@ -297,7 +297,7 @@ fn what_decides_no_picture_makes_no_other_scene() {
     for (number, change) in changes.into_iter().enumerate() {
         assert_eq!(changed(change).build().unwrap().hash(), scene.hash(), "change {number}");
     }
-    // What is built again is the same to the bit, smooth normals too.
+    // Rebuilding gives the same bits, including smooth normals.
     assert_eq!(scene.to_builder().build().unwrap().hash(), scene.hash());
 }
 
@@ -314,7 +314,7 @@ fn a_text_and_a_builder_that_say_the_same_make_the_same_scene() {
     built.lights.clear();
     let built = built.build().unwrap();
     assert_eq!(read(TEXT).hash(), built.hash());
-    // Comments, spaces, another way to write a number, another name, size and path.
+    // Changed comments, spaces, spelling of a number, name, size and path.
     let text = TEXT
         .replace("radius = 0.5", "radius=5e-1 # metres")
         .replace("width = 8", "width = 80")

@@ -1,16 +1,16 @@
-//! Pictures on surfaces: what a file says, as linear reflectances.
+//! Textures: file contents as linear reflectances.
 
 use super::error::Fault;
 use super::files::Files;
 use super::picture::{self, Purpose};
 use crate::texels::Texels;
 
-/// What a texture shows outside of the unit square.
+/// The texture outside the unit square.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wrap {
-    /// The picture again and again.
+    /// The picture repeats.
     Repeat,
-    /// Its outermost texels.
+    /// The outermost texels continue.
     Clamp,
 }
 
@@ -25,10 +25,10 @@ impl Wrap {
     }
 }
 
-/// A picture that a reflectance is multiplied by: linear RGB, finite, not negative; at least one texel.
+/// A picture that multiplies a reflectance: linear RGB, finite, not negative; at least one texel.
 ///
-/// The point `(u, v)` of a surface shows `(u width, (1 - v) height)`, rows counted from the top: `v` points up. The middle of a
-/// texel has its own value, between four middles it is their bilinear mean.
+/// The point `(u, v)` of a surface maps to `(u width, (1 - v) height)`, rows counted from the top: `v` points up. Texel centres
+/// have the texel's value; between four centres it is interpolated bilinearly.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
     /// Texels in a row.
@@ -37,11 +37,11 @@ pub struct Texture {
     pub height: u32,
     /// Row by row from the top.
     pub texels: Texels,
-    /// What is outside.
+    /// The behaviour outside the unit square.
     pub wrap: Wrap,
 }
 
-/// Reads a picture, and what should be said of it; `layer` chooses one of an EXR file.
+/// Reads a picture, and notes about it; `layer` selects one of an EXR file.
 pub(super) fn read(
     files: &Files,
     name: &str,

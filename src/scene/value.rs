@@ -1,4 +1,4 @@
-//! Values of a scene file: they know their names and places, and say what they should have been.
+//! Values of a scene file with their names, places and error messages.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -15,13 +15,13 @@ use super::table::{Table, in_order};
 /// A value with its place in the text.
 pub(super) type Node<'t> = Spanned<DeValue<'t>>;
 
-/// A value of a table, or an element of a list that is one.
+/// A value of a table, or an element of a list value.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Value<'t> {
     table: &'t Table<'t>,
     /// Its key.
     pub key: &'static str,
-    /// Its place in a list, and in a list inside of that.
+    /// Its index in a list, and in a nested list.
     index: [Option<usize>; 2],
     node: &'t Node<'t>,
 }
@@ -38,18 +38,18 @@ impl<'t> Value<'t> {
         }
     }
 
-    /// A fault of this value: `sphere radius` + `what` + `, got -0.5`.
+    /// An error of this value: `sphere radius` + `what` + `, got -0.5`.
     pub fn fault(&self, what: &str, help: impl Into<String>) -> Fault {
         self.fault_of(self.node, what, help)
     }
 
-    /// The fault of a value that breaks `rule`.
+    /// The error of a value that breaks `rule`.
     fn broken(&self, rule: &Rule) -> Fault {
         let problem = number(self.node).map_or(rule.words, |x| rule.problem(x));
         self.fault(problem, rule.help)
     }
 
-    /// A fault of the number at `component` of this value, which is a vector or a colour, or of the value where there is none.
+    /// An error of the number at `component` of this vector or colour, or of the whole value without one.
     pub fn fault_in(&self, component: Option<usize>, what: &str, help: &str) -> Fault {
         let node = match (self.node.get_ref(), component) {
             (DeValue::Array(items), Some(component)) => items.get(component).unwrap_or(self.node),
@@ -64,24 +64,24 @@ impl<'t> Value<'t> {
             .at(node.span(), format!("in {}", self.table.title))
     }
 
-    /// What a message calls it: `sphere radius`, `mesh vertices[3]`, `mesh faces[3][0]`.
+    /// Its name in a message: `sphere radius`, `mesh vertices[3]`, `mesh faces[3][0]`.
     fn name(&self) -> String {
         let indices: String = self.index.iter().flatten().map(|index| format!("[{index}]")).collect();
         format!("{} {}{indices}", self.table.thing, self.key)
     }
 
-    /// Its place, and the words that belong under it.
+    /// Its byte range, and the label below it.
     pub fn place(&self) -> (Range<usize>, String) {
         (self.node.span(), format!("in {}", self.table.title))
     }
 
-    /// One number; a whole number will do.
+    /// One number; integers are accepted.
     pub fn number(&self) -> Result<f64, Fault> {
         let help = "write a number, such as 1.5";
         number(self.node).ok_or_else(|| self.fault("must be a number", help))
     }
 
-    /// One number that never gets into a scene itself, and is held against a rule here.
+    /// One number that is not stored in a scene, so its rule is checked here.
     pub fn ruled(&self, rule: &Rule) -> Result<f64, Fault> {
         let x = self.number()?;
         if rule.holds(x) { Ok(x) } else { Err(self.broken(rule)) }
@@ -119,7 +119,7 @@ impl<'t> Value<'t> {
         self.numbers::<3>().map(DVec3::from_array)
     }
 
-    /// `N` numbers, each held against a rule here.
+    /// `N` numbers, each checked by a rule here.
     pub fn ruled_numbers<const N: usize>(&self, rule: &Rule) -> Result<[f64; N], Fault> {
         let numbers = self.numbers::<N>()?;
         match numbers.iter().position(|&x| !rule.holds(x)) {
@@ -128,12 +128,12 @@ impl<'t> Value<'t> {
         }
     }
 
-    /// Three numbers, each held against a rule here.
+    /// Three numbers, each checked by a rule here.
     pub fn ruled_triple(&self, rule: &Rule) -> Result<DVec3, Fault> {
         self.ruled_numbers::<3>(rule).map(DVec3::from_array)
     }
 
-    /// A whole number from `least` to `most`.
+    /// An integer from `least` to `most`.
     pub fn whole(&self, least: u32, most: u32) -> Result<u32, Fault> {
         self.index().filter(|n| (least..=most).contains(n)).ok_or_else(|| {
             let example = if least == 0 { 0 } else { 64 };
@@ -142,7 +142,7 @@ impl<'t> Value<'t> {
         })
     }
 
-    /// A whole number from 0 to `u32::MAX`; `None` for anything else.
+    /// An integer from 0 to `u32::MAX`; `None` for anything else.
     pub fn index(&self) -> Option<u32> {
         match self.node.get_ref() {
             DeValue::Integer(digits) => u32::from_str_radix(digits.as_str(), digits.radix()).ok(),
@@ -166,7 +166,7 @@ impl<'t> Value<'t> {
         }
     }
 
-    /// The one of `choices` that has this name.
+    /// The one of `choices` with this name.
     pub fn choice<T: Copy>(&self, choices: &[T], name: fn(T) -> &'static str) -> Result<T, Fault> {
         let string = self.string()?;
         choices
@@ -210,7 +210,7 @@ impl<'t> Value<'t> {
         Ok(items.iter().enumerate().map(element))
     }
 
-    /// The elements of a list of tables, `[[spheres]]`: called `[[spheres]] 1`, and `thing` before the name of a key.
+    /// The elements of a list of tables, such as `[[spheres]]`: titled `[[spheres]] 1`, and `thing` before a key.
     pub fn tables(&self, thing: &'static str, keys: &[&str]) -> Result<Vec<Table<'t>>, Fault> {
         let help = format!("begin each {thing} with a line [[{}]]", self.key);
         let title = |index: usize| format!("[[{}]] {}", self.key, index + 1);
@@ -225,7 +225,7 @@ impl<'t> Value<'t> {
         Table::new(self.table.text, self.node, title, thing, keys)
     }
 
-    /// The named tables inside this one, `[materials.floor]`, in the order of the text.
+    /// The named subtables, such as `[materials.floor]`, in text order.
     pub fn named_tables(&self, thing: &'static str, keys: &[&str]) -> Result<Vec<(&'t str, Table<'t>)>, Fault> {
         let DeValue::Table(entries) = self.node.get_ref() else {
             return Err(self.fault(
@@ -258,10 +258,10 @@ fn number(node: &Node<'_>) -> Option<f64> {
     }
 }
 
-/// The text of a value in one line, shortened if need be.
+/// The text of a value in one line, abbreviated if necessary.
 pub(super) fn shown(text: &str, span: Range<usize>) -> String {
     const LONGEST: usize = 60;
-    // A value can be a whole mesh: look at no more of it than can be shown.
+    // A value can be a whole mesh: take no more than can be shown.
     let words: String = text.get(span).unwrap_or_default().chars().take(4 * LONGEST).collect();
     let words = words.split_whitespace().collect::<Vec<_>>().join(" ");
     match words.char_indices().nth(LONGEST) {

@@ -43,7 +43,7 @@ pub(super) fn camera(table: &Table<'_>) -> Result<Camera, Fault> {
     })
 }
 
-/// A lens, in focus at the target unless the file says where.
+/// A lens, focused on the target unless the file gives a distance.
 fn lens(table: &Table<'_>, to_target: f64) -> Result<Option<Lens>, Fault> {
     let focus = table.get("focus_distance");
     let Some(radius) = table.get("lens_radius") else {
@@ -61,7 +61,7 @@ fn lens(table: &Table<'_>, to_target: f64) -> Result<Option<Lens>, Fault> {
     }))
 }
 
-/// `[film]`, which a scene must have, and `[render]`; nothing is checked but their form.
+/// `[film]`, which is required, and `[render]`; only their form is checked.
 pub(super) fn film_and_render(root: &Table<'_>) -> Result<(FilmSize, RenderTable), Fault> {
     let help = "add [film] with width and height in pixels";
     let no_film = || Fault::new("the scene has no [film]", help).at(0..0, "in this file");

@@ -1,17 +1,17 @@
-//! Tails and quantiles of Student's t, the normal and the chi-square distribution.
+//! Tail probabilities and quantiles of Student's t, the normal and the chi-square distribution.
 //!
-//! A standard error that comes from R values is itself uncertain. At the small false-alarm rates of a family of tests
-//! this is no detail: of 16 values, one in 10 million lies beyond 9.5 estimated standard errors, not beyond 5.3.
+//! A standard error estimated from R values is itself uncertain. At the small false-alarm rates of a family of tests this
+//! matters: with 16 values, one t statistic in 10 million lies beyond 9.5 estimated standard errors, not beyond 5.3.
 //!
-//! The tails are those of `statrs`. Quantiles are found by bisection of these tails: `StudentsT::inverse_cdf` of statrs
-//! 0.19.1 is 1.9 times too small at 1e-9 with one degree of freedom, and off by 6e-5 at 0.05 with a million.
+//! Tail probabilities come from `statrs`. Quantiles come from bisection of them: `StudentsT::inverse_cdf` of statrs 0.19.1 is
+//! 1.9 times too small at 1e-9 with one degree of freedom, and off by 6e-5 at 0.05 with a million.
 
 use std::f64::consts::SQRT_2;
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 use statrs::function::erf::{erfc, erfc_inv};
 
-/// From so many degrees of freedom on Student's t is taken as normal: `statrs` loses a digit with each tenfold.
+/// From this many degrees of freedom Student's t is treated as normal: `statrs` loses a digit with each factor of ten.
 const NORMAL: f64 = 1e7;
 
 /// The probability that `|t|` is at least this large, with `dof` degrees of freedom (above 0, may be infinite).
@@ -48,12 +48,12 @@ pub fn z_quantile(alpha: f64) -> f64 {
     SQRT_2 * erfc_inv(alpha)
 }
 
-/// The normal deviate that is exceeded as seldom as chi-square exceeds `statistic`; infinite if that is never.
+/// The normal deviate with the same tail probability as chi-square at `statistic`; infinite if that probability is 0.
 pub fn chi_square_as_normal(statistic: f64, degrees: usize) -> f64 {
     z_quantile(2.0 * p_chi_square(statistic, degrees))
 }
 
-/// A normal deviate as improbable as this `t`, and of the same sign; 37 at most, and where `t` is not a number.
+/// The normal deviate with the same tail probability and sign as this `t`; at most 37, also where `t` is NaN.
 pub fn t_as_normal(t: f64, dof: f64) -> f64 {
     z_quantile(p_student(t, dof).max(f64::MIN_POSITIVE)).copysign(t)
 }
@@ -63,7 +63,7 @@ pub fn rms_bound(alpha: f64, count: usize) -> f64 {
     (exceeded(alpha, |x| p_chi_square(x, count)) / count as f64).sqrt()
 }
 
-/// Where a tail that falls from 1 to 0 falls below `alpha`.
+/// The argument at which a tail probability that falls from 1 to 0 reaches `alpha`.
 fn exceeded(alpha: f64, tail: impl Fn(f64) -> f64) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     while tail(high) > alpha && high < 1e150 {
@@ -84,7 +84,7 @@ fn exceeded(alpha: f64, tail: impl Fn(f64) -> f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Truths by mpmath 1.3 with 50 digits. One part in 10 million is allowed.
+    /// References by mpmath 1.3 with 50 digits; tolerance 1e-7, relative.
     fn close(found: f64, truth: f64, of: &str) {
         assert!((found / truth - 1.0).abs() < 1e-7, "{of}: {found:e}, not {truth:e}");
     }

@@ -1,4 +1,4 @@
-//! What effects cost on one's own scene: nanoseconds of one thread per sample, with each effect and without.
+//! The cost of each effect on the user's own scene: single-thread nanoseconds per sample, with and without it.
 
 use std::sync::Arc;
 
@@ -7,38 +7,38 @@ use serde::Serialize;
 use crate::pipeline::{Prepared, Settings, SetupError};
 use crate::scene::{Bsdf, Effect, Effects, FilmSize, LightClass, Scene};
 
-/// Rounds over all variants in turn, so that what else the machine does meets them alike. The least time of each counts.
+/// Rounds over all variants in turn, so that other load on the machine affects them alike. The minimum time of each counts.
 const ROUNDS: usize = 7;
 /// About this many samples a round.
 const SAMPLES: u32 = 1 << 17;
-/// The longer side of the film that is measured on.
+/// The longer side of the measured film.
 const SIDE: u32 = 192;
 
 /// What one effect costs.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Cost {
-    /// Which.
+    /// The effect.
     pub effect: Effect,
-    /// Whether the scene calls for it.
+    /// Whether the scene requires it.
     pub present: bool,
-    /// Nanoseconds per sample if it is taken out of the scene (`present`) or held without being called for.
+    /// Nanoseconds per sample with the effect removed from the scene (if `present`) or compiled in without being required.
     pub other_ns: f64,
-    /// Whether the picture had the same bits, where the effect was held without being called for.
+    /// Whether the picture kept its bits with the effect compiled in without being required.
     pub same_bits: Option<bool>,
 }
 
-/// What a scene costs, and each effect that it might do with or without.
+/// The cost of a scene, and of each effect that can be added or removed.
 #[derive(Clone, Debug, Serialize)]
 pub struct Costs {
     /// Nanoseconds per sample with the planned kernel.
     pub ns: f64,
-    /// Pixels of the film that was measured on.
+    /// Size of the measured film.
     pub film: [u32; 2],
     /// Effect by effect.
     pub effects: Vec<Cost>,
 }
 
-/// The scene without an effect; `None` where that would leave another scene altogether.
+/// The scene without an effect; `None` where that would be a different scene altogether.
 fn without(scene: &Scene, effect: Effect) -> Option<Scene> {
     let mut scene = scene.to_builder();
     match effect {
@@ -81,10 +81,10 @@ fn without(scene: &Scene, effect: Effect) -> Option<Scene> {
     scene.build().ok()
 }
 
-/// Measures; takes a second or two.
+/// Measures all costs; takes a second or two.
 ///
 /// # Errors
-/// [`SetupError`] where the scene cannot be rendered so.
+/// [`SetupError`] where the scene cannot be rendered with these settings.
 pub fn measure(scene: &Scene, settings: Settings) -> Result<Costs, SetupError> {
     let FilmSize { width, height } = settings.film;
     let scale = f64::from(SIDE.min(width.max(height))) / f64::from(width.max(height));
@@ -105,7 +105,7 @@ pub fn measure(scene: &Scene, settings: Settings) -> Result<Costs, SetupError> {
         .filter_map(|effect| {
             let alone = Effects::of(&[effect]);
             if !needs.has(effect) {
-                // What no stage of this plan could hold has nothing to be measured.
+                // Effects that no stage of this plan can include are not measured.
                 without(scene, effect).map(|_| (effect, scene.clone(), alone))
             } else {
                 without(scene, effect).map(|scene| (effect, scene, Effects::default()))
@@ -143,7 +143,7 @@ pub fn measure(scene: &Scene, settings: Settings) -> Result<Costs, SetupError> {
 
 /// Nanoseconds per sample, and the bits of the picture.
 fn timed(scene: &Scene, settings: Settings, held: Effects, passes: u32) -> Result<(f64, Vec<u32>), SetupError> {
-    // Not the first pass: tables and memory are new.
+    // Skip the first pass: tables and memory are new.
     let mut run = Prepared::holding(scene, settings, held)?.passes(1).finish();
     let first = run.render_time();
     run.extend(1 + passes);

@@ -1,7 +1,7 @@
-//! How far a picture `x` is from a reference `r`.
+//! Distances of a picture `x` from a reference `r`.
 //!
-//! Pictures are slices of RGB triples in `f32` or `f64`; all sums are `f64`. Means run over all pixels and channels
-//! except the pairs in which a value is not finite; those are counted as invalid instead.
+//! Pictures are slices of RGB triples in `f32` or `f64`; all sums are `f64`. Means run over all pixels and channels, except for
+//! pairs with a value that is not finite; these are counted as invalid instead.
 
 use serde::Serialize;
 
@@ -25,13 +25,13 @@ pub struct Errors {
     pub smape: f64,
     /// `max(|x - r|)`
     pub max_abs: f64,
-    /// Values of `x` that no picture may have: NaN, infinite, negative.
+    /// Counts of invalid values of `x`: NaN, infinite, negative.
     pub invalid: Invalid,
     /// The same of `r`.
     pub reference_invalid: Invalid,
 }
 
-/// Counts of values that no picture may have.
+/// Counts of invalid values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Invalid {
     /// Not a number.
@@ -60,7 +60,7 @@ impl Invalid {
     }
 }
 
-/// Values that are NaN or infinite, which no result may rest on: how many, and the pixel of the first.
+/// NaN and infinite values: how many, and the pixel of the first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{count} of its values are NaN or infinite, the first of them in pixel {x},{y}")]
 pub struct NotFinite {
@@ -122,8 +122,8 @@ impl Errors {
     }
 }
 
-/// The share of a relMSE that is the reference's own noise, `mean(stderr^2 / (r^2 + 1e-4))`: subtract it to get the
-/// relMSE against the picture that the reference converges to.
+/// The share of a relMSE that is the reference's own noise, `mean(stderr^2 / (r^2 + 1e-4))`. Subtract it to get the relMSE
+/// against the picture that the reference converges to.
 ///
 /// # Panics
 /// If the two have different numbers of pixels.

@@ -2,14 +2,14 @@
 
 use super::distributions::p_student;
 
-/// A mean with the variance of that mean, known from `dof + 1` independent values.
+/// A mean and the variance of that mean, estimated from `dof + 1` independent values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
     /// The mean.
     pub mean: f64,
     /// The variance of the mean: the square of its standard error.
     pub variance: f64,
-    /// Degrees of freedom of the variance; infinite where it is known.
+    /// Degrees of freedom of the variance; infinite if it is known exactly.
     pub dof: f64,
 }
 
@@ -51,8 +51,8 @@ impl Estimate {
         }
     }
 
-    /// By how many standard errors this differs from the other one. A difference of `slack`, relative to the larger of
-    /// the two, is rounding and is taken off first. Infinite where both are exact and differ, or one is not a number.
+    /// The difference to the other estimate in standard errors. A difference of `slack`, relative to the larger of the two,
+    /// counts as rounding and is subtracted first. Infinite where both are exact and differ, or one is NaN.
     pub fn sigmas(self, other: Self, slack: f64) -> f64 {
         let size = self.mean.abs().max(other.mean.abs());
         let beyond = (self.mean - other.mean).abs() - slack * size;
@@ -64,7 +64,7 @@ impl Estimate {
         }
     }
 
-    /// How likely chance makes the two differ so much (Welch's test), after `slack` as in [`Self::sigmas`].
+    /// The p-value of the difference (Welch's test), after `slack` as in [`Self::sigmas`].
     pub fn p(self, other: Self, slack: f64) -> f64 {
         p_student(self.sigmas(other, slack), self.minus(other).dof)
     }

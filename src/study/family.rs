@@ -1,11 +1,10 @@
-//! Families of tests: many tests, one stated chance of a false alarm.
+//! Families of tests: many tests with one stated probability of a false alarm.
 
 /// Tests that together raise a false alarm with a probability of `alpha` at most.
 ///
-/// The family counts its own members, and says how rare a false alarm must be for each only when it takes no more
-/// ([`Self::close`]): a share can then not be that of another number of tests. Each gets `alpha / n` (Boole's
-/// inequality), which needs no assumption about how the tests depend on each other. Šidák's share for independent ones
-/// is larger by a factor of `1 + alpha / 2` at most.
+/// The family counts its own members and returns the false-alarm rate per test only when it is closed ([`Self::close`]), so the
+/// rate always matches the number of tests. Each gets `alpha / n` (Boole's inequality), which holds for any dependence between
+/// the tests. Šidák's correction for independent tests is larger by a factor of `1 + alpha / 2` at most.
 #[derive(Clone, Debug)]
 pub struct Family<T> {
     alpha: f64,
@@ -27,26 +26,26 @@ impl<T> Family<T> {
         }
     }
 
-    /// A family of these members, a test each.
+    /// A family of these members, one test each.
     pub fn of(alpha: f64, members: impl IntoIterator<Item = T>) -> Self {
         let mut family = Self::new(alpha);
         members.into_iter().for_each(|member| family.add(member));
         family
     }
 
-    /// Takes in a test.
+    /// Adds a test.
     pub fn add(&mut self, member: T) {
         self.add_several(1, member);
     }
 
-    /// Takes in a member that makes up to so many tests.
+    /// Adds a member that makes up to so many tests.
     pub fn add_several(&mut self, tests: usize, member: T) {
         self.tests += tests;
         self.members.push(member);
     }
 
-    /// The probability of a false alarm that each test may have, and the members, in order. `alpha` itself for a family
-    /// without tests, which raises no alarm.
+    /// The false-alarm probability of each test, and the members in order. `alpha` itself for an empty family, which raises no
+    /// alarm.
     pub fn close(self) -> (f64, Vec<T>) {
         (self.alpha / self.tests.max(1) as f64, self.members)
     }

@@ -1,4 +1,4 @@
-//! Studies: how far a picture is from another, and what accuracy costs.
+//! Studies: distances between pictures, and the cost of accuracy.
 
 #[cfg(feature = "lab")]
 pub mod cost;

@@ -1,27 +1,27 @@
-//! Samples that seldom find a light and are all the brighter for it: how much of a picture rests on them.
+//! Outliers: samples that rarely find a light and are bright when they do. Measures how much of a picture depends on them.
 //!
-//! Where a light is found by one sample in `N`, each find is `N` times as bright as the mean, and the kurtosis of a sample is `N`:
-//! a coin's. The mean over `n` samples has a kurtosis of `3 + (N - 3) / n`. So long as that is much, the picture has bright specks
-//! (fireflies), and neither its neighbours nor a standard error tells what the others will be. Nothing here changes a picture.
+//! If one sample in `N` finds a light, each find is `N` times as bright as the mean, and the kurtosis of a sample is `N`, as
+//! for a biased coin. The mean over `n` samples has a kurtosis of `3 + (N - 3) / n`. While that is large, the picture has
+//! fireflies, and neither neighbouring pixels nor a standard error predict them. Nothing here changes a picture.
 //!
-//! Each pixel's first samples are held against what all others show there, so what is bright in each of them, such as a light in
-//! sight, is none.
+//! Each pixel's first samples are compared with all its other samples, so a feature that is bright in all of them, such as a
+//! visible light, is no outlier.
 
 use serde::Serialize;
 
 use crate::film::Picture;
 
-/// From so many times the mean on a sample is an outlier. Cosines, edges and penumbras make factors of a few.
+/// A sample this many times as bright as the mean is an outlier. Cosines, edges and penumbras only make factors of a few.
 const OUTLIER: f64 = 16.0;
 
-/// Pixels along a side of the blocks over which means are taken.
+/// Side in pixels of the blocks over which means are taken.
 const BLOCK: usize = 16;
 
-/// The picture is said to be speckled where outliers bring so much of its light and the kurtosis of a pixel is as far above that
-/// of a normal variable: then the error of every second pixel comes from samples that its neighbours do not have.
+/// The picture has fireflies if outliers bring this share of its light and the kurtosis of a pixel exceeds that of a normal
+/// variable by this much: then the error of every second pixel comes from samples that its neighbours do not have.
 const WARNING: (f64, f64) = (0.1, 3.0);
 
-/// What the first samples of all pixels were.
+/// The first samples of all pixels.
 #[derive(Clone, Debug)]
 pub struct FirstSamples {
     width: usize,
@@ -29,12 +29,12 @@ pub struct FirstSamples {
     light: Vec<f32>,
 }
 
-/// How much rests on few samples; every figure is relative to what other samples show at the same place.
+/// How much depends on few samples; every figure is relative to the other samples at the same place.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Outliers {
     /// The share of samples at least 16 times as bright as the mean around them.
     pub share: f64,
-    /// The share of light that these bring.
+    /// The share of light from these samples.
     pub light: f64,
     /// Kurtosis of a sample: 3 for a normal variable, `N` where one in `N` brings all.
     pub kurtosis: f64,
@@ -54,8 +54,8 @@ impl FirstSamples {
         }
     }
 
-    /// What they are beside the picture of these and all further samples; `samples` says how many each of its pixels has. `None`
-    /// where nothing is lit, or nothing came after them.
+    /// Compares the first samples with the picture of these and all further samples; `samples` is the sample count of each
+    /// pixel. `None` if nothing is lit, or there are no further samples.
     pub fn outliers(&self, picture: &Picture, samples: &[u32]) -> Option<Outliers> {
         if !samples.iter().any(|&n| f64::from(n) > self.samples) {
             return None;
@@ -67,7 +67,7 @@ impl FirstSamples {
             let (sum, pixels): &mut (f64, f64) = &mut means[block(i)];
             (*sum, *pixels) = (*sum + light(pixel), *pixels + 1.0);
         }
-        // Gone through twice rather than kept: pictures can be large.
+        // Two passes avoid storing the values: pictures can be large.
         let relative = || {
             (0..self.light.len()).filter_map(|i| {
                 let (n, all, first) = (
@@ -98,7 +98,7 @@ impl FirstSamples {
         Some(Outliers {
             share: found / lit,
             light: bright / total,
-            // Of so few samples at a time; a sum of n has 3 + (k - 3) / n.
+            // Undoes the averaging over the first samples: a mean of n has kurtosis 3 + (k - 3) / n.
             kurtosis: if variance > 0.0 {
                 3.0 + (fourth / (variance * variance) - 3.0) * self.samples
             } else {
@@ -109,7 +109,7 @@ impl FirstSamples {
 }
 
 impl Outliers {
-    /// Whether a picture of so many samples a pixel is speckled.
+    /// Whether a picture with that many samples per pixel has fireflies.
     pub fn firefly(&self, spp: f64) -> bool {
         self.light > WARNING.0 && (self.kurtosis - 3.0) / spp > WARNING.1
     }
@@ -122,7 +122,8 @@ mod tests {
 
     use super::*;
 
-    /// Of a film whose samples find a light once in `n`; in the middle row of each 16 a light is seen, twice as bright as the mean.
+    /// Outliers of a film whose samples find a light once in `n`. In the middle row of each 16 a light is visible, twice as
+    /// bright as the mean.
     fn found(n: f64, samples: u32) -> Option<Outliers> {
         let mut rng = Pcg64::seed_from_u64(38);
         let (width, height) = (200, 150);
@@ -142,8 +143,8 @@ mod tests {
         FirstSamples::of(&first, 1).outliers(&all, &vec![samples; 200 * 150])
     }
 
-    /// Share and kurtosis of what [`found`] shows, by the binomial law: a find is held against what the other samples of its pixel
-    /// show, or the mean of its block, 17/16, where they show less.
+    /// Share and kurtosis of what [`found`] shows, by the binomial law: a find is compared with the other samples of its pixel,
+    /// or with the mean of its block, 17/16, where those are darker.
     fn truth(n: f64, samples: u32) -> [f64; 2] {
         let (p, others, hidden) = (1.0 / n, f64::from(samples - 1), 15.0 / 16.0);
         let mut chance = (1.0 - p).powf(others);

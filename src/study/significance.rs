@@ -1,62 +1,61 @@
 //! Whether two pictures differ by more than their noise.
 //!
-//! A z-score is a difference over its standard error: over many of them, two pictures of the same expectation show an
-//! RMS of 1, and one in 16 000 lies beyond 4. Pixels are too noisy for this where samples are few and heavy-tailed,
-//! because the standard errors are then estimates themselves; means of 8 x 8 pixels are nearly normal.
+//! A z-score is a difference over its standard error. If two pictures have the same expectation, their z-scores have an RMS of
+//! 1, and one in 16 000 lies beyond 4. With few, heavy-tailed samples single pixels are too noisy for this, because their
+//! standard errors are only estimates; means of 8 x 8 pixels are nearly normal.
 
 use serde::Serialize;
 
-/// Pixels along the side of a block.
+/// Side of a block in pixels.
 const BLOCK: usize = 8;
 
-/// Half a unit in the last place of an `f32`, relative, and the smallest `f32` above 0. A stored value is at least so
-/// uncertain, however small its standard error: without this, the tails of narrow Phong lobes (1e-60 in `f64`, the
-/// smallest subnormal when stored) would differ by 1e15 standard errors.
+/// Half a unit in the last place of an `f32`, relative, and the smallest `f32` above 0: the least uncertainty of a stored
+/// value, whatever its standard error. Otherwise the tails of narrow Phong lobes (1e-60 in `f64`, the smallest subnormal when
+/// stored) would differ by 1e15 standard errors.
 const ROUNDING: (f64, f64) = (5.960_464_477_539_063e-8, 1.401_298_464_324_817e-45);
 
 /// A picture with the standard errors of its values, where they are known.
 #[derive(Clone, Copy, Debug)]
 pub struct Measured<'a, T> {
-    /// The values.
+    /// The pixel values.
     pub pixels: &'a [[T; 3]],
-    /// Their standard errors; `None` takes the picture as exact.
+    /// Their standard errors; `None` treats the picture as exact.
     pub stderr: Option<&'a [[T; 3]]>,
 }
 
 /// The difference `x - r` in units of its standard error `s`, with `s^2 = stderr_x^2 + stderr_r^2`.
 ///
-/// If only the reference has standard errors, `s` misses the noise of `x`: the z-scores are then as large as `x` is
-/// noisier than the reference, and say only that. An RMS near 1 is to be expected only when both are given, or when
-/// `x` has far less noise than the reference.
+/// If only the reference has standard errors, `s` lacks the noise of `x`: the z-scores then only show how much noisier `x` is.
+/// Expect an RMS near 1 only when both are given, or when `x` has far less noise than the reference.
 ///
-/// Values whose `s` is 0 are left out: nothing is known of them (pixels wholly inside an emitter have no noise; neither
-/// has a pixel that the samples happened to find black). Values that are not finite are left out too.
+/// Values whose `s` is 0 are left out, because their error is unknown (pixels wholly inside an emitter have no noise; neither
+/// has a pixel whose samples all happened to be black). Values that are not finite are left out too.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Significance {
-    /// For each channel: `sum(x - r) / sqrt(sum(s^2))` over the picture. Channels are kept apart because they share
-    /// their samples.
+    /// For each channel: `sum(x - r) / sqrt(sum(s^2))` over the picture. Channels are separate because they share their
+    /// samples.
     pub z_mean: [f64; 3],
-    /// Over values: the z-scores `(x - r) / s`. Expect a few beyond 10 where `x` has some hundred samples: a pixel of
-    /// an emitter's edge whose samples all fell inside reports no noise of its own.
+    /// The z-scores `(x - r) / s` of values. Expect a few beyond 10 if `x` has a few hundred samples: an edge pixel of an
+    /// emitter whose samples all fell inside reports no noise.
     pub pixels: ZScores,
     /// Over blocks of 8 x 8 pixels and channels (smaller ones at the right and lower edge):
     /// `sum(x - r) / sqrt(sum(s^2))` of each block.
     pub blocks: ZScores,
     /// Values left out because their standard error is 0.
     pub left_out: u64,
-    /// Those among them that differ all the same, by more than 1e-5 of the larger one and 1.2e-38 (below which an
-    /// `f32` loses digits).
+    /// Left-out values that nevertheless differ, by more than 1e-5 of the larger one and 1.2e-38 (below which an `f32` loses
+    /// digits).
     pub left_out_different: u64,
 }
 
-/// What many z-scores look like together.
+/// A summary of many z-scores.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct ZScores {
     /// How many there are.
     pub count: u64,
     /// Root of the mean square; 1 is expected.
     pub rms: f64,
-    /// The largest by amount.
+    /// The largest in magnitude.
     pub max: f64,
 }
 
@@ -133,7 +132,7 @@ impl Sum {
         self.variance += other.variance;
     }
 
-    /// 0 for a sum of nothing.
+    /// The z-score; 0 for an empty sum.
     fn score(&self) -> f64 {
         if self.variance > 0.0 {
             self.difference / self.variance.sqrt()
@@ -177,7 +176,7 @@ mod tests {
     const WIDTH: usize = 20;
     const PIXELS: usize = 240;
 
-    /// Noise of variance 1: the sum of 12 uniform numbers.
+    /// Noise of variance 1: the sum of 12 uniform numbers, centred.
     fn noisy(rng: &mut Pcg64) -> Vec<[f64; 3]> {
         let mut normal = || 100.0 + (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
         (0..PIXELS).map(|_| [normal(), normal(), normal()]).collect()
@@ -204,7 +203,7 @@ mod tests {
             (both.pixels.rms - 1.0).abs() < 0.1 && (both.blocks.rms - 1.0).abs() < 0.5,
             "{both:?}"
         );
-        // Without the errors of x, its noise is counted as a difference: sqrt(2) times as much.
+        // Without the errors of x, its noise counts as a difference: sqrt(2) times as much.
         let one_sided = Significance::between(
             Measured {
                 pixels: &x,
@@ -214,7 +213,7 @@ mod tests {
             WIDTH,
         );
         assert!((one_sided.pixels.rms / both.pixels.rms - 2.0_f64.sqrt()).abs() < 1e-9);
-        // A bias of a third of s is lost in every pixel, and plain in the mean.
+        // A bias of a third of s is invisible in single pixels, and clear in the mean.
         let biased: Vec<_> = x.iter().map(|pixel| pixel.map(|value| value + 0.5)).collect();
         let shifted = Significance::between(Measured { pixels: &biased, ..mx }, mr, WIDTH);
         assert!(

@@ -1,4 +1,4 @@
-//! The map of the noise: the standard deviation of every pixel.
+//! The noise map: the standard deviation of every pixel.
 
 use std::path::Path;
 
@@ -11,13 +11,14 @@ use octolux::film::{Attributes, Picture, write_picture};
 use octolux::pipeline::Prepared;
 use octolux::run::{Goal, replicates};
 
-/// Samples a pixel of each seed.
+/// Samples per pixel of each seed.
 const SPP: u32 = 4;
 
-/// What the ends of the scale of colours stand for: standard deviations over the mean of the picture.
+/// Range of the colour scale: standard deviations over the mean of the picture.
 pub const ENDS: [f64; 2] = [0.01, 10.0];
 
-/// From dark violet to yellow: five places on the scale "viridis" (Smith and van der Walt, 2015), whose lightness grows evenly.
+/// From dark violet to yellow: five points of the scale "viridis" (Smith and van der Walt, 2015), which is uniform in
+/// lightness.
 const COLOURS: [[f64; 3]; 5] = [
     [68.0, 1.0, 84.0],
     [59.0, 82.0, 139.0],
@@ -30,18 +31,19 @@ const COLOURS: [[f64; 3]; 5] = [
 pub struct Map {
     width: u32,
     height: u32,
-    /// Over the square of the mean of the picture, the mean of the three colours, of a render of [`SPP`] samples a pixel.
+    /// Variance averaged over the three colours, over the squared mean of the picture, for a render of [`SPP`] samples per
+    /// pixel.
     variance: Vec<f64>,
 }
 
-/// How the noise is spread over the picture.
+/// The distribution of the noise over the picture.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Spread {
-    /// Samples a pixel of the renders behind the map.
+    /// Samples per pixel of the renders for the map.
     pub map_spp: u32,
     /// The root of the mean variance of the pixels over the mean of the picture.
     pub map_error: f64,
-    /// The smallest share of the pixels that holds half of the variance.
+    /// The smallest share of the pixels that contains half of the variance.
     pub half_in: f64,
 }
 
@@ -79,7 +81,7 @@ impl Map {
         }
     }
 
-    /// How the noise is spread; `None` where there is none.
+    /// The distribution of the noise; `None` without noise.
     pub fn spread(&self) -> Option<Spread> {
         let total: f64 = self.variance.iter().sum();
         if total.is_nan() || total <= 0.0 {
@@ -100,7 +102,7 @@ impl Map {
         })
     }
 
-    /// Writes it: in colours as a PNG, as numbers in the other formats.
+    /// Writes the map: in colours as a PNG, as numbers in other formats.
     pub fn write(&self, path: &Path) -> Result<(), CliError> {
         let in_colours = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
         let deviations = self.variance.iter().map(|variance| variance.sqrt());
@@ -116,7 +118,7 @@ impl Map {
     }
 }
 
-/// Means over 3 x 3 pixels: eight seeds know a single variance to a half.
+/// Means over 3 x 3 pixels: eight seeds determine a single variance only to a half.
 fn smoothed(raw: &[f64], width: usize, height: usize) -> Vec<f64> {
     let around = |at: usize, end: usize| at.saturating_sub(1)..(at + 2).min(end);
     let mean = |x: usize, y: usize| {
@@ -127,7 +129,7 @@ fn smoothed(raw: &[f64], width: usize, height: usize) -> Vec<f64> {
     (0..height).flat_map(|y| (0..width).map(move |x| mean(x, y))).collect()
 }
 
-/// The colour of a standard deviation, as the radiance whose PNG shows it.
+/// The colour of a standard deviation, as linear radiance for a PNG.
 fn colour(deviation: f64) -> [f32; 3] {
     let [low, high] = ENDS.map(f64::log10);
     let at = ((deviation.max(1e-9).log10() - low) / (high - low)).clamp(0.0, 1.0) * (COLOURS.len() - 1) as f64;
@@ -159,7 +161,7 @@ mod tests {
         assert_eq!(colour(middle).map(srgb), [33, 145, 140]);
     }
 
-    /// One of 4 x 4 pixels has a variance of 14/3 between four renders, and the picture's mean is 3/16.
+    /// One of 4 x 4 pixels has a variance of 14/3 over four renders, and the picture's mean is 3/16.
     #[test]
     fn the_noise_of_one_pixel_is_spread_over_its_window_alone() {
         let pictures = [1.0, 2.0, 3.0, 6.0].map(|v| {

@@ -1,7 +1,7 @@
-//! `explain --noise`: where the noise of a picture comes from, and what would be the cheapest way to have less of it.
+//! `explain --noise`: the sources of a picture's noise, and the cheapest way to reduce it.
 //!
-//! Noise is the variance of pixels between renders of different seeds; all figures are of it. A map shows it at the picture's own
-//! size; the shares of lights and materials (`parts`) and the price of settings (`prices`) are measured on a smaller film.
+//! Noise is the variance of pixels between renders with different seeds. The map has the picture's own size; the shares of
+//! lights and materials (`parts`) and the cost of settings (`prices`) are measured on a smaller film.
 
 mod map;
 mod parts;
@@ -28,27 +28,28 @@ use octolux::settings::LightsAsked;
 
 pub use self::words::lines;
 
-/// Renders of different seeds. Eight tell the variance of a whole picture to a few percent: every pixel counts.
+/// Renders with different seeds. Eight determine the variance of a whole picture to a few percent, since every pixel
+/// contributes.
 const SEEDS: usize = 8;
 
-/// Samples a pixel of each of them: as many as let Sobol points and adaptive sampling show what they are worth.
+/// Samples per pixel of each: enough for Sobol points and adaptive sampling to show their advantage.
 const SPP: u32 = 16;
 
-/// The longer side of the film on which shares and prices are measured.
+/// The longer side of the film for shares and costs.
 const SIDE: u32 = 192;
 
-/// What `--noise` says.
+/// The results of `--noise`.
 #[derive(Debug, Serialize)]
 pub struct Noise {
     /// The map.
     map: PathBuf,
     #[serde(flatten)]
     spread: map::Spread,
-    /// Pixels of the film on which the rest was measured, and samples a pixel of each of its renders.
+    /// Size of the film for the other measurements, and samples per pixel of each of its renders.
     film: [u32; 2],
     spp: u32,
     seeds: usize,
-    /// The root of the mean variance of the pixels of one such render, over the mean of the picture; and its standard error.
+    /// The root of the pixels' mean variance of one such render, over the mean of the picture; and its standard error.
     error: f64,
     error_uncertainty: f64,
     lights: Vec<Part>,
@@ -57,7 +58,7 @@ pub struct Noise {
     seconds: f64,
 }
 
-/// Why there is no answer.
+/// Why there is no result.
 enum Ended {
     Stopped,
     Setup(SetupError),
@@ -70,10 +71,10 @@ impl From<SetupError> for Ended {
     }
 }
 
-/// Measures, and writes the map to `to`; `None` if ctrl-c came first.
+/// Measures, and writes the map to `to`; `None` after ctrl-c.
 ///
 /// # Errors
-/// A map that cannot be written, a scene that cannot be rendered so, a picture without light or noise.
+/// A map that cannot be written, a scene that cannot be rendered with these settings, a picture without light or noise.
 pub fn measure(path: &Path, scene: &Scene, settings: Settings, to: &Path) -> Result<Option<Noise>, CliError> {
     let to = outputs::of_scene(path, &[to.to_owned()], None, None).pictures.remove(0);
     Inputs::of_scene(scene).are_kept_by([to.as_path()])?;
@@ -99,7 +100,7 @@ fn all(scene: &Scene, settings: Settings, to: &Path, looker: &PreviewWriter) -> 
     };
     map.write(to).map_err(Ended::Other)?;
     let film = shrunk(settings.film);
-    // The parts of a picture add up where each is rendered as in the whole: lists of many lights would be others for each part.
+    // Parts only add up to the whole if all lights are sampled: lists of many lights would differ between parts.
     let lights = LightsAsked::All;
     let settings = Settings {
         film,
@@ -132,7 +133,7 @@ fn all(scene: &Scene, settings: Settings, to: &Path, looker: &PreviewWriter) -> 
     })
 }
 
-/// The film with its longer side cut down to [`SIDE`].
+/// The film with its longer side reduced to [`SIDE`].
 fn shrunk(FilmSize { width, height }: FilmSize) -> FilmSize {
     let scale = f64::from(SIDE.min(width.max(height))) / f64::from(width.max(height));
     let side = |side: u32| ((f64::from(side) * scale).round() as u32).max(1);
@@ -142,7 +143,7 @@ fn shrunk(FilmSize { width, height }: FilmSize) -> FilmSize {
     }
 }
 
-/// One of the renders of different seeds, and its seconds.
+/// One of the renders with different seeds, and its time in seconds.
 fn render(prepared: &Prepared, goal: Goal, seed: usize, looker: &PreviewWriter) -> Result<(Picture, f64), Ended> {
     let seed = replicates::seed(prepared.settings().seed, seed);
     let mut run = prepared.with_seed(seed).start(goal);

@@ -1,16 +1,16 @@
-//! What share of the variance each light and each material has.
+//! Shares of lights and materials in the variance.
 //!
-//! With the same seeds, the pictures of one light after the other add up to the picture of all: light is a sum, and the directions
-//! drawn for one light do not depend on how bright the others are. So the variance of the whole is the sum of the covariances of
-//! each part with it, exactly, whatever the estimator: `Var(sum of x) = sum of Cov(x, sum of x)`. The share of a part is its
-//! covariance with the whole over the variance of the whole, summed over all pixels and colours. What two parts have in common, such as the
-//! noise at an edge between them, is divided between both; a part that makes up for others has a share below 0.
+//! With the same seeds, the pictures of the single lights add up to the picture of all: light is additive, and the directions
+//! sampled for one light do not depend on the brightness of others. So the variance of the whole is exactly the sum of the
+//! covariances of each part with it, for any estimator: `Var(sum of x) = sum of Cov(x, sum of x)`. The share of a part is its
+//! covariance with the whole over the variance of the whole, summed over all pixels and colours. Correlated noise, such as at
+//! an edge between two parts, is divided between both; a part that compensates others has a negative share.
 //!
-//! There are two measures of noise: the mean variance of the pixels, which `--target-error` is about and bright pixels decide, and
-//! relMSE, where each pixel's variance is divided by the square of its radiance, as eyes do.
+//! There are two measures of noise: the mean variance of the pixels, as in `--target-error`, which bright pixels dominate; and
+//! relMSE, where each pixel's variance is divided by its squared radiance, closer to perception.
 //!
-//! Other lights are dimmed by 2^-60 and not put out: a light of 0 is not sampled, and the numbers that others draw would change.
-//! Other materials are black.
+//! Other lights are dimmed by 2^-60 instead of switched off: a light of 0 is not sampled, which would change the random numbers
+//! of others. Other materials become black.
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -27,22 +27,22 @@ use octolux::run::Goal;
 use octolux::scene::{self, Bsdf, Environment, InvalidScene, Scene, SceneBuilder, Surface, Texels};
 use octolux::study::error::RELMSE_FLOOR;
 
-/// More lights or materials than these are not rendered one by one; the rest is one part.
+/// Maximum number of lights or materials rendered separately; the rest is one part.
 const MOST: usize = 12;
 
-/// What a light is dimmed by that is not the one in question: far below the rounding of `f32`, and far above where `f32` ends.
+/// Factor of the other lights: far below the precision of `f32`, and far above its smallest number.
 const DIM: f64 = 1.0 / (1_u64 << 60) as f64;
 
 /// A part and its share.
 #[derive(Clone, Debug, Serialize)]
 pub struct Part {
-    /// What it is.
+    /// Its name.
     pub name: String,
-    /// Its share of the variance; all shares of a kind add up to 1.
+    /// Its share of the variance; the shares of all lights, or of all materials, add up to 1.
     pub share: f64,
     /// The standard error of the share.
     pub uncertainty: f64,
-    /// Its share of relMSE, of which the same holds.
+    /// Its share of relMSE, with the same property.
     pub share_of_relmse: f64,
     /// The standard error of this share.
     pub uncertainty_of_relmse: f64,
@@ -54,7 +54,7 @@ pub struct Parts {
     pub materials: Vec<Part>,
 }
 
-/// A light: the sphere, mesh or light without a shape of this number, or the environment.
+/// A light: the index of a sphere, a mesh or a light without shape; or the environment.
 #[derive(Clone, Copy, PartialEq)]
 enum Light {
     Sphere(usize),
@@ -63,19 +63,19 @@ enum Light {
     Environment,
 }
 
-/// What is rendered for one part.
+/// The render of one part.
 struct Layer {
     name: String,
     scene: Result<Scene, InvalidScene>,
 }
 
 impl Parts {
-    /// How many layers are rendered.
+    /// Number of layers to render.
     pub fn count(scene: &Scene) -> usize {
         lights_of(scene).len().min(MOST + 1) + scene.materials().len().min(MOST + 1) + 1
     }
 
-    /// Measures; `whole` are the pictures of all seeds, `begins` is told which layer begins.
+    /// Measures the shares; `whole` are the pictures of all seeds, `begins` is called at the start of each layer.
     pub fn measure<'l>(
         scene: &Scene,
         settings: Settings,
@@ -85,7 +85,7 @@ impl Parts {
         let number = Cell::new(0);
         let pictures = |scene: &Result<Scene, InvalidScene>| -> Result<Option<Vec<Picture>>, Ended> {
             let looker = begins(number.replace(number.get() + 1));
-            // A part that no scene can be without is left out.
+            // Skip a part without which the scene is invalid.
             let Ok(scene) = scene else { return Ok(None) };
             let prepared = Prepared::new(scene, settings)?;
             let all = (0..SEEDS).map(|seed| render(&prepared, Goal::passes(SPP), seed, looker));
@@ -95,7 +95,7 @@ impl Parts {
         for Layer { name, scene } in light_layers(scene) {
             lights.extend(pictures(&scene)?.map(|part| Part::of(name, &part, whole)));
         }
-        // What is seen itself is in the layer of every material.
+        // Directly visible emission is in the layer of every material.
         let seen = pictures(&only_materials(scene, &|_| false).build())?;
         for Layer { name, scene } in material_layers(scene) {
             if let (Some(mut part), Some(seen)) = (pictures(&scene)?, &seen) {
@@ -132,7 +132,7 @@ fn subtract(from: &mut Picture, what: &Picture) {
     values.zip(what.pixels.as_flattened()).for_each(|(x, y)| *x -= y);
 }
 
-/// Everything that emits, the brightest first.
+/// All emitters, the brightest first.
 fn lights_of(scene: &Scene) -> Vec<Light> {
     let of = |surface: &Surface| match surface {
         Surface::Emission(le) if surface.emits() => Some(le.element_sum()),
@@ -149,13 +149,13 @@ fn lights_of(scene: &Scene) -> Vec<Light> {
                 .length()
                 / 2.0
         };
-        // Of a sphere, pi r^2 is seen from afar; of a mesh, a quarter of its area on average.
+        // The projected area from afar: pi r^2 for a sphere, a quarter of the area on average for a mesh.
         let seen = m.triangles.iter().map(area).sum::<f64>() / (4.0 * std::f64::consts::PI);
         Some((Light::Mesh(i), of(&m.surface)? * seen))
     });
     let sky = scene.environment().filter(|sky| sky.emits());
     let sky = sky.map(|_| (Light::Environment, f64::INFINITY));
-    // Without a shape or nearness to compare, they come before those that have one.
+    // Lights without shape have no comparable power, so they come first.
     let bare = scene.lights().iter().enumerate().filter(|(_, light)| light.emits());
     let bare = bare.map(|(i, _)| (Light::Bare(i), f64::MAX));
     let mut all: Vec<(Light, f64)> = spheres.chain(meshes).chain(bare).chain(sky).collect();
@@ -183,7 +183,7 @@ fn light_layers(scene: &Scene) -> Vec<Layer> {
     layers
 }
 
-/// The scene with all lights dimmed but these.
+/// The scene with all lights dimmed except these.
 fn only_lights(scene: &Scene, kept: &[Light]) -> SceneBuilder {
     let mut dimmed = scene.to_builder();
     let dim = |surface: &mut Surface| {
@@ -239,7 +239,7 @@ fn material_layers(scene: &Scene) -> Vec<Layer> {
     layers
 }
 
-/// The scene with all materials black but these.
+/// The scene with all materials black except these.
 fn only_materials(scene: &Scene, kept: &dyn Fn(usize) -> bool) -> SceneBuilder {
     let mut black = scene.to_builder();
     for (i, material) in black.materials.iter_mut().enumerate() {
@@ -250,7 +250,8 @@ fn only_materials(scene: &Scene, kept: &dyn Fn(usize) -> bool) -> SceneBuilder {
     black
 }
 
-/// The shares of a part of the variance of the whole and of its relMSE, by the pictures of all seeds; each with its standard error.
+/// A part's shares of the variance of the whole and of its relMSE, from the pictures of all seeds; each with its standard
+/// error.
 fn shares(part: &[Picture], whole: &[Picture]) -> [(f64, f64); 2] {
     let ratios = covariances(part, whole).into_iter().zip(covariances(whole, whole));
     let ratio = |cov: f64, var: f64| if var > 0.0 { cov / var } else { 0.0 };
@@ -258,8 +259,8 @@ fn shares(part: &[Picture], whole: &[Picture]) -> [(f64, f64); 2] {
     jackknife(&ratios.collect::<Vec<_>>())
 }
 
-/// The covariance of two kinds of pictures of the same seeds, summed over all values: first of all seeds, then with each left out in
-/// turn. Plain, and over `r^2 + 1e-4` as in relMSE, where `r` is the mean of the second kind.
+/// The covariance of two kinds of pictures with the same seeds, summed over all values: first over all seeds, then with each
+/// left out in turn. Unweighted, and over `r^2 + 1e-4` as in relMSE, where `r` is the mean of the second kind.
 pub fn covariances(part: &[Picture], whole: &[Picture]) -> Vec<[f64; 2]> {
     let n = whole.len() as f64;
     let mut sums = vec![[0.0; 2]; whole.len() + 1];
@@ -288,7 +289,8 @@ pub fn covariances(part: &[Picture], whole: &[Picture]) -> Vec<[f64; 2]> {
     sums
 }
 
-/// From a value by all seeds, then with each left out in turn, to the value and its standard error (Quenouille and Tukey's jackknife).
+/// Computes a value and its standard error from the value of all seeds and those with each left out (Quenouille and Tukey's
+/// jackknife).
 pub fn jackknife(values: &[[f64; 2]]) -> [(f64, f64); 2] {
     let without = &values[1..];
     let n = without.len() as f64;
@@ -306,8 +308,8 @@ mod tests {
 
     use super::*;
 
-    /// Independent normal-like parts of variances 1, 4 and 0: shares 0.2, 0.8 and 0, which add up to 1 exactly; a bound of 5
-    /// standard errors is passed by chance once in a million.
+    /// Independent, nearly normal parts of variances 1, 4 and 0: shares 0.2, 0.8 and 0, which add up to exactly 1; chance
+    /// exceeds a bound of 5 standard errors once in a million.
     #[test]
     fn shares_are_those_of_the_variances_and_add_up_to_one() {
         let mut rng = Pcg64::seed_from_u64(23);

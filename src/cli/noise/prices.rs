@@ -1,4 +1,4 @@
-//! What settings cost: each estimator, the other sampler, and adaptive sampling, rendered in turn on the same film.
+//! The cost of settings: each estimator, the other sampler, and adaptive sampling, rendered alternately on the same film.
 
 use serde::Serialize;
 
@@ -10,16 +10,16 @@ use octolux::pipeline::{Prepared, Settings};
 use octolux::run::{Goal, replicates};
 use octolux::scene::{EstimatorKind, SamplerKind, Scene};
 
-/// The error whose price is told.
+/// The error for which costs are given.
 pub const ASKED: f64 = 0.01;
 
-/// What settings cost. The price is the relative variance of a render times its seconds, over the square of [`ASKED`]: so long takes
-/// the mean of as many such renders as have this error.
+/// The cost of a setting: the relative variance of a render times its seconds, over the square of [`ASKED`]. This is the time
+/// for the mean of enough such renders to reach this error.
 #[derive(Clone, Debug, Serialize)]
 pub struct Price {
-    /// What is added to the command line; nothing for the settings as they are.
+    /// The arguments to add to the command line; empty for the current settings.
     pub arguments: String,
-    /// In words.
+    /// Its name in text.
     pub name: String,
     /// Seconds of a render.
     pub seconds: f64,
@@ -33,7 +33,7 @@ pub struct Price {
     pub relmse_uncertainty: f64,
 }
 
-/// What a price is of.
+/// The measure of noise for a cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Of {
     /// The mean variance, as for `--target-error`.
@@ -43,7 +43,7 @@ pub enum Of {
 }
 
 impl Price {
-    /// Price and standard error.
+    /// The cost and its standard error.
     pub fn of(&self, what: Of) -> (f64, f64) {
         match what {
             Of::Error => (self.seconds_to_1_percent, self.uncertainty),
@@ -51,7 +51,7 @@ impl Price {
         }
     }
 
-    /// Whether the ratio to another one may be chance: its logarithm is less than two standard errors from 0.
+    /// Whether the ratio to another cost may be chance: its logarithm is less than two standard errors from 0.
     pub fn ties(&self, other: &Self, what: Of) -> bool {
         let ((a, da), (b, db)) = (self.of(what), other.of(what));
         (a / b).ln().abs() <= 2.0 * (da / a).hypot(db / b)
@@ -67,7 +67,7 @@ struct Candidate {
     seconds: Vec<f64>,
 }
 
-/// The prices, the cheapest first, and the pictures of the settings as they are.
+/// The costs, the cheapest first, and the pictures of the current settings.
 pub fn measure<'l>(
     scene: &Scene,
     settings: Settings,
@@ -77,10 +77,10 @@ pub fn measure<'l>(
     let mut all = candidates(&prepared)?;
     for seed in 0..SEEDS {
         let looker = begins(seed);
-        // In turn, so that whatever else the machine does meets all of them alike.
+        // Alternates them, so that other load on the machine affects all alike.
         for one in &mut all {
             if seed == 0 {
-                // The first pass of any meets new memory.
+                // The first pass includes page faults for new memory.
                 let _ = render(&one.prepared, Goal::passes(1), SEEDS, looker)?;
             }
             let (picture, seconds) = render(&one.prepared, one.goal, seed, looker)?;
@@ -129,7 +129,7 @@ impl Candidate {
         let seconds = self.seconds.iter().sum::<f64>() / n;
         let spread = self.seconds.iter().map(|s| (s - seconds).powi(2)).sum::<f64>() / (n * (n - 1.0));
         let price = variance * seconds / (ASKED * ASKED);
-        // Of the variance twice that of its root; of a product the squares of both add up.
+        // The relative error of a variance is twice that of its root; for a product the squares of both add up.
         let of_time = spread.sqrt() / seconds.max(1e-9);
         let [_, (sum, error)] = jackknife(&covariances(&self.pictures, &self.pictures));
         let values = self.pictures[0].pixels.as_flattened().len() as f64;

@@ -1,11 +1,11 @@
-//! The answer in words.
+//! The results as text.
 
 use super::Noise;
 use super::map::ENDS;
 use super::parts::Part;
 use super::prices::{ASKED, Of, Price};
 
-/// Lines for people.
+/// The lines of the report.
 pub fn lines(noise: &Noise) -> Vec<String> {
     let percent = |x: f64| 100.0 * x;
     let [width, height] = noise.film;
@@ -77,7 +77,7 @@ fn digits(x: f64) -> String {
     }
 }
 
-/// What to do.
+/// Recommendations.
 fn advice(noise: &Noise) -> Vec<String> {
     let mut said: Vec<String> = Vec::new();
     for (what, name) in [(Of::Error, "the variance"), (Of::RelMse, "relMSE")] {
@@ -96,7 +96,7 @@ fn advice(noise: &Noise) -> Vec<String> {
     lines.map(|(lead, what)| format!("    {lead:<10} {what}")).collect()
 }
 
-/// The part with the largest share, if any has one.
+/// The part with the largest share, if any.
 fn most(parts: &[Part], what: Of) -> Option<String> {
     let of = |part: &Part| match what {
         Of::Error => part.share,

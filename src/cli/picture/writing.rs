@@ -1,4 +1,4 @@
-//! What is written of a run: pictures, sums, snapshots, figures and its checkpoint.
+//! Writes the outputs of a run: pictures, sums, snapshots, figures and its checkpoint.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -12,7 +12,7 @@ use octolux::film::write_picture;
 use octolux::run::Run;
 
 impl Writer<'_> {
-    /// Writes what `--snapshots` asks for.
+    /// Writes the pictures for `--snapshots`.
     pub fn snapshot(&self, run: &Run, kept: &mut Kept) {
         let request = self.job.request;
         if request.snapshots && run.passes().is_power_of_two() {
@@ -22,10 +22,10 @@ impl Writer<'_> {
         }
     }
 
-    /// Writes the pictures and tells how it went.
+    /// Writes the pictures and reports the result.
     ///
     /// # Errors
-    /// Figures that could not be written; what goes wrong with pictures is kept.
+    /// Figures that could not be written; errors of pictures are collected.
     pub fn finish(&self, run: &Run, kept: &mut Kept) -> Result<(), CliError> {
         let request = self.job.request;
         if let Some(error) = run.failure() {
@@ -81,7 +81,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// Keeps the state. A disk that is full is no reason to stop: the state before this one still stands.
+    /// Saves a checkpoint. A full disk is no reason to stop: the previous checkpoint is kept.
     pub fn save(&self, run: &Run, kept: &mut Kept) {
         let attributes = self.stats(run, kept).attributes(0.0).settings;
         if let Some(Err(error)) = kept
@@ -93,8 +93,8 @@ impl Writer<'_> {
         }
     }
 
-    /// Removes the checkpoint of a render that is done, or keeps all of it where that was asked for, its pictures could not be
-    /// written, or its time was over before its error was reached.
+    /// Removes the checkpoint of a finished render. Saves it instead if requested, if its pictures could not be written, or if
+    /// its time limit ended before its error was reached.
     fn leave_checkpoint(&self, run: &Run, kept: &mut Kept) {
         let early = run.reached().is_some_and(|reached| reached.early)
             || (run.goal().error_asked().is_some() && run.reached().is_none());
@@ -105,7 +105,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Writes the picture, or its sums if they are complete, to each path; returns the names of those that stand.
+    /// Writes the picture, or its sums if they are complete, to each path; returns the names of written files.
     fn write(&self, run: &Run, paths: Vec<PathBuf>, kept: &mut Kept) -> Vec<String> {
         let started = Instant::now();
         let (sums, pictures): (Vec<_>, Vec<_>) = paths.into_iter().partition(|path| is_sums(path));

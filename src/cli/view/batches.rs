@@ -1,13 +1,13 @@
-//! How sure a pixel is: its standard error, from the means of batches of its samples.
+//! The standard error of a pixel, estimated from means of batches of its samples.
 //!
-//! Looks come at the ends of blocks; the samples between two of them are a batch. For batches of `k_i` samples with the means `m_i`,
-//! `sum k_i (m_i - m)^2 / (batches - 1)` estimates the variance of one sample where samples are independent, and that over the number of
-//! samples is the variance of the mean. Points of a Sobol sequence repel each other, so that their batches differ by more than the
-//! mean of all is wrong: the figure is an upper estimate there.
+//! Looks occur at the ends of blocks; the samples between two of them form a batch. For batches of `k_i` samples with the means
+//! `m_i`, `sum k_i (m_i - m)^2 / (batches - 1)` estimates the variance of one sample if samples are independent; divided by the
+//! number of samples it is the variance of the mean. Points of a Sobol sequence are stratified, so their batches vary more than
+//! the error of the total mean: the result is then an upper estimate.
 
 use octolux::film::Picture;
 
-/// The fewest batches that say anything.
+/// Minimum number of batches for an estimate.
 const FEWEST: u32 = 4;
 
 /// The batches of one picture.
@@ -18,7 +18,7 @@ pub struct Batches {
     batches: u32,
     /// Mean luminance of each pixel so far.
     means: Vec<f32>,
-    /// Sum of samples times squared means of batches.
+    /// Sum of sample counts times squared means of batches.
     squares: Vec<f64>,
 }
 
@@ -28,12 +28,12 @@ fn luminance([r, g, b]: [f32; 3]) -> f32 {
 }
 
 impl Batches {
-    /// Forgets everything: another picture begins.
+    /// Resets for another picture.
     pub fn clear(&mut self) {
         *self = Self::default();
     }
 
-    /// Takes a picture of so many samples of every pixel; one of no more than the last brings nothing.
+    /// Adds a picture of so many samples of every pixel; ignored if it has no more than the last.
     pub fn take(&mut self, picture: &Picture, samples: u32) {
         if samples <= self.samples {
             return;
@@ -54,11 +54,11 @@ impl Batches {
         self.batches += 1;
     }
 
-    /// The standard error of a pixel's luminance, by its place in the picture; `None` while too few batches are there.
+    /// The standard error of a pixel's luminance, by its index in the picture; `None` with too few batches.
     pub fn standard_error(&self, pixel: usize) -> Option<f64> {
         let (mean, squares) = (f64::from(*self.means.get(pixel)?), *self.squares.get(pixel)?);
         let samples = f64::from(self.samples);
-        // Rounding may leave a little less than nothing.
+        // Rounding may make it slightly negative.
         let variance = (squares - samples * mean * mean).max(0.0) / f64::from(self.batches.saturating_sub(1).max(1));
         (self.batches >= FEWEST).then(|| (variance / samples).sqrt())
     }

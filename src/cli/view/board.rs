@@ -1,7 +1,7 @@
-//! What the renderer shows and the pages see: the newest of each, and nothing that waits.
+//! The board between the renderer and the pages: the newest state of everything, without queues.
 //!
-//! The renderer pins up a look and goes on; each page takes the newest one when it is ready for it. A page that does not read
-//! loses looks, and costs no sample.
+//! The renderer posts a look and continues; each page takes the newest one when it is ready. A page that does not read misses
+//! looks, and costs no samples.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
@@ -13,23 +13,23 @@ use half::slice::HalfFloatSliceExt as _;
 use octolux::film::Picture;
 use octolux::pipeline::Progress;
 
-/// How many looks may be on their way to a page: one is drawn while another travels.
+/// Maximum looks in flight to a page: one is drawn while another is sent.
 const CREDIT: u32 = 2;
 
-/// Answers that wait for a page at most; one that asks for more without reading is closed.
+/// Maximum queued answers of a page; a page that sends more requests without reading is closed.
 const MOST_ANSWERS: usize = 64;
 
 /// One picture of a look.
 #[derive(Debug)]
 pub struct Layer {
-    /// 0 is the picture, or the first racer; [`REFERENCE`] what races are measured against.
+    /// 0 is the picture, or the first racer; [`REFERENCE`] is the reference of a race.
     pub id: u8,
     /// Linear radiances.
     pub picture: Picture,
     halves: OnceLock<Vec<f16>>,
 }
 
-/// The layer that others are measured against.
+/// The layer of the reference.
 pub const REFERENCE: u8 = 255;
 
 impl Layer {
@@ -42,7 +42,7 @@ impl Layer {
         }
     }
 
-    /// The radiances in half precision, for all pages, as soon as one of them wants any.
+    /// The radiances in half precision, shared by all pages and converted on first use.
     pub fn halves(&self) -> &[f16] {
         self.halves.get_or_init(|| {
             let values = self.picture.pixels.as_flattened();
@@ -53,23 +53,23 @@ impl Layer {
     }
 }
 
-/// What is seen at one moment.
+/// The pictures at one moment.
 #[derive(Debug, Default)]
 pub struct Look {
-    /// Counts cameras, settings and races: pictures of one epoch are of one thing.
+    /// Counter of cameras, settings and races: pictures with the same epoch show the same thing.
     pub epoch: u32,
     /// The pictures.
     pub layers: Vec<Arc<Layer>>,
 }
 
-/// Texts of which only the newest counts.
+/// Kinds of texts of which only the newest matters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Topic {
-    /// What there is to choose from.
+    /// The available choices.
     Hello,
-    /// How far the render is.
+    /// The progress of the render.
     Status,
-    /// The scene's text and what is wrong with it.
+    /// The scene's text and its error.
     Scene,
 }
 
@@ -100,16 +100,16 @@ pub struct Board {
     changed: Condvar,
 }
 
-/// What a page has to send next.
+/// The next message for a page.
 #[derive(Debug)]
 pub enum News {
     /// A text.
     Text(String),
     /// A look.
     Look(Arc<Look>),
-    /// Nothing came for a while.
+    /// Nothing new for a while.
     Quiet,
-    /// The page has gone.
+    /// The page is gone.
     Closed,
 }
 
@@ -118,19 +118,19 @@ impl Board {
         self.pinned.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Pins up a look.
+    /// Posts a look.
     pub fn show(&self, look: Look) {
         let mut pinned = self.lock();
         pinned.look = (pinned.look.0 + 1, Arc::new(look));
         self.changed.notify_all();
     }
 
-    /// The look that is pinned up.
+    /// The current look.
     pub fn look(&self) -> Arc<Look> {
         self.lock().look.1.clone()
     }
 
-    /// Pins up a text.
+    /// Posts a text.
     pub fn tell(&self, topic: Topic, text: String) {
         let mut pinned = self.lock();
         let slot = &mut pinned.texts[topic as usize];
@@ -138,7 +138,7 @@ impl Board {
         self.changed.notify_all();
     }
 
-    /// Whether a page is ready for a picture that it has not.
+    /// Whether a page is ready for a picture that it does not have.
     pub fn is_awaited(&self) -> bool {
         let pinned = self.lock();
         let newest = pinned.look.0;
@@ -148,14 +148,14 @@ impl Board {
             .any(|page| page.credit > 0 && page.seen_look == newest)
     }
 
-    /// Tells every page something once.
+    /// Sends every page a message.
     pub fn say(&self, text: &str) {
         let mut pinned = self.lock();
         pinned.pages.values_mut().for_each(|page| page.take(text.to_owned()));
         self.changed.notify_all();
     }
 
-    /// Tells one page something.
+    /// Sends one page a message.
     pub fn answer(&self, page: u64, text: String) {
         if let Some(page) = self.lock().pages.get_mut(&page) {
             page.take(text);
@@ -163,7 +163,7 @@ impl Board {
         self.changed.notify_all();
     }
 
-    /// A new page.
+    /// Registers a new page.
     pub fn enter(&self) -> u64 {
         let mut pinned = self.lock();
         pinned.next_page += 1;
@@ -176,7 +176,7 @@ impl Board {
         number
     }
 
-    /// A page has gone.
+    /// Removes a page.
     pub fn leave(&self, page: u64) {
         if let Some(page) = self.lock().pages.get_mut(&page) {
             page.closed = true;
@@ -184,12 +184,12 @@ impl Board {
         self.changed.notify_all();
     }
 
-    /// Nothing more is sent to a page.
+    /// Stops sending to a page.
     pub fn forget(&self, page: u64) {
         self.lock().pages.remove(&page);
     }
 
-    /// A page takes another look.
+    /// A page is ready for another look.
     pub fn credit(&self, page: u64) {
         if let Some(page) = self.lock().pages.get_mut(&page) {
             page.credit = (page.credit + 1).min(CREDIT);
@@ -197,7 +197,7 @@ impl Board {
         self.changed.notify_all();
     }
 
-    /// The next thing for a page: answers, then texts, then the newest look.
+    /// The next message for a page: answers, then texts, then the newest look.
     pub fn news(&self, number: u64, patience: Duration) -> News {
         let ready = |pinned: &mut Pinned| pinned.news(number);
         let mut found = News::Quiet;
@@ -209,12 +209,12 @@ impl Board {
         found
     }
 
-    /// The runs that [`interrupt`](Self::interrupt) ends.
+    /// Sets the runs that [`interrupt`](Self::interrupt) ends.
     pub fn watch(&self, runs: Vec<Arc<Progress>>) {
         self.lock().watched = runs;
     }
 
-    /// Ends the runs at hand at their next tiles: something else is wanted.
+    /// Ends the current runs at their next tiles because something else is wanted.
     pub fn interrupt(&self) {
         self.lock().watched.iter().for_each(|progress| progress.request_stop());
     }

@@ -1,4 +1,4 @@
-//! The scene as it is looked at: another camera, other lights, and what to write into the file to keep that.
+//! The scene as viewed: with another camera and other lights, and the text to store these in the file.
 
 use std::sync::Arc;
 
@@ -7,12 +7,12 @@ use serde_json::{Value, json};
 use super::message::View;
 use octolux::scene::{Camera, Environment, Fov, InvalidScene, Lens, Scene, Surface};
 
-/// What the user has changed.
+/// The user's changes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Changes {
     /// The camera.
     pub view: Option<View>,
-    /// A factor for each of [`lights`]; those that are missing count as 1.
+    /// A factor for each of [`lights`]; missing factors are 1.
     pub gains: Vec<f64>,
 }
 
@@ -20,7 +20,7 @@ impl Changes {
     /// The scene with these changes.
     ///
     /// # Errors
-    /// A camera without a direction, and other things that a scene cannot have.
+    /// A camera without a direction, and other invalid values.
     pub fn of(&self, scene: &Arc<Scene>) -> Result<Arc<Scene>, InvalidScene> {
         if *self == Self::default() {
             return Ok(scene.clone());
@@ -35,7 +35,7 @@ impl Changes {
             dim(&mut sphere.surface, gain());
         }
         for mesh in changed.meshes.iter_mut().filter(|mesh| mesh.surface.emits()) {
-            // A mesh may hold millions of corners: it is copied only if it changes.
+            // A mesh may have millions of corners: copy it only if it changes.
             match gain() {
                 1.0 => {}
                 gain => dim(&mut Arc::make_mut(mesh).surface, gain),
@@ -57,7 +57,7 @@ fn dim(surface: &mut Surface, gain: f64) {
     }
 }
 
-/// The lights that can be dimmed, as the page calls them.
+/// The adjustable lights, for the page.
 pub fn lights(scene: &Scene) -> Vec<Value> {
     let one = |name: String, surface: &Surface| match surface {
         Surface::Emission(le) if surface.emits() => Some(json!({ "name": name, "radiance": le.to_array() })),
@@ -77,7 +77,7 @@ pub fn lights(scene: &Scene) -> Vec<Value> {
     spheres.chain(meshes).chain(sky).chain(others).collect()
 }
 
-/// The scene's camera, looking as `view` says.
+/// The scene's camera with the view of `view`.
 fn camera(own: &Camera, view: View) -> Camera {
     let lens = own.lens.map(|lens| Lens {
         focus: view.focus.unwrap_or(lens.focus),
@@ -105,9 +105,9 @@ pub fn told(camera: &Camera) -> Value {
     })
 }
 
-/// The table `[camera]` of a scene file.
+/// The table `[camera]` for a scene file.
 fn table(camera: &Camera) -> String {
-    // Six digits after the point: a micrometre where a metre is meant.
+    // Six decimals: a micrometre if the unit is a metre.
     let number = |x: f64| {
         let rounded = (x * 1e6).round() / 1e6;
         format!("{:?}", if rounded == 0.0 { 0.0 } else { rounded })

@@ -1,4 +1,4 @@
-//! Answers that need no renderer: the value of a pixel, and one sample step by step.
+//! Requests answered without the renderer: the value of a pixel, and one sample step by step.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -13,16 +13,16 @@ use super::message::Ask;
 use super::said;
 use crate::cli::replay;
 
-/// What is rendered now.
+/// The current render.
 #[derive(Clone, Debug)]
 pub struct Shown {
-    /// The scene as it is looked at.
+    /// The scene as viewed.
     pub scene: Arc<Scene>,
-    /// The picture, or the racers in their order.
+    /// The picture, or the racers in order.
     pub prepared: Vec<Prepared>,
 }
 
-/// Where answers are looked up.
+/// The data for answers.
 #[derive(Debug)]
 pub struct Desk {
     board: Arc<Board>,
@@ -31,7 +31,7 @@ pub struct Desk {
 }
 
 impl Desk {
-    /// A desk that knows nothing yet.
+    /// An empty desk.
     pub fn new(board: Arc<Board>) -> Self {
         Self {
             board,
@@ -40,23 +40,23 @@ impl Desk {
         }
     }
 
-    /// From now on this is rendered.
+    /// Sets the current render.
     pub fn put(&self, shown: Shown) {
         self.batches().clear();
         *self.shown.lock().unwrap_or_else(PoisonError::into_inner) = Some(shown);
     }
 
-    /// How sure the pixels are.
+    /// The batches for standard errors.
     pub fn batches(&self) -> MutexGuard<'_, Batches> {
         self.batches.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// What is rendered.
+    /// The current render.
     pub fn shown(&self) -> Option<Shown> {
         self.shown.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// The answer to what a page asks, if it is for the desk.
+    /// The answer to a request, if the desk can answer it.
     pub fn answer(&self, ask: &Ask) -> Option<String> {
         match *ask {
             Ask::Pixel { x, y } => Some(self.pixel(x, y).to_string()),
@@ -74,7 +74,7 @@ impl Desk {
         }
     }
 
-    /// Every layer's radiance in full precision, and how sure the picture's is.
+    /// Every layer's radiance in full precision, and the picture's standard error.
     fn pixel(&self, x: u32, y: u32) -> Value {
         let look = self.board.look();
         let value = |picture: &octolux::film::Picture| {
@@ -105,7 +105,7 @@ impl Desk {
         let replays = one_lane(prepared, count, [x, y, pass])?;
         let point = replays.iter().find_map(|replay| replay.point);
         let first = replays.first().ok_or("no sample")?;
-        // Meshes and the environment are not told one by one, but the rays to them are there.
+        // Meshes and the environment are not listed one by one, but their rays are.
         let untold = replays.iter().filter(|replay| replay.meshes_untold);
         let rays: Vec<[f32; 3]> = untold
             .flat_map(|replay| &replay.rays)
@@ -126,7 +126,7 @@ impl Desk {
         }))
     }
 
-    /// What the middle of a pixel's first sample meets, in the scene's own coordinates.
+    /// The hit point of the centre of a pixel's first sample, in scene coordinates.
     pub fn met(&self, x: u32, y: u32) -> Option<[f64; 3]> {
         let Shown { scene, prepared } = self.shown()?;
         let replay = one_lane(prepared.first()?, 1, [x, y, 0]).ok()?.pop()?;
@@ -137,7 +137,7 @@ impl Desk {
     }
 }
 
-/// Samples by the kernel of one lane, which has the bits of all.
+/// Samples by the scalar kernel, which has the bits of all widths.
 fn one_lane(prepared: &Prepared, count: u32, [x, y, pass]: [u32; 3]) -> Result<Vec<Replay>, String> {
     let settings = Settings {
         lanes: Some(Lanes::One),
@@ -152,7 +152,7 @@ fn one_lane(prepared: &Prepared, count: u32, [x, y, pass]: [u32; 3]) -> Result<V
     passes.map(one).collect()
 }
 
-/// What each emitting sphere covers of the directions around a point, which is relative to the pinhole.
+/// The spherical cap of each emitting sphere seen from a point, which is relative to the pinhole.
 fn caps(scene: &Scene, point: [f32; 3]) -> Vec<Value> {
     let pinhole = scene.camera().origin;
     let spheres = scene.spheres().iter().enumerate();
@@ -162,7 +162,7 @@ fn caps(scene: &Scene, point: [f32; 3]) -> Vec<Value> {
         let towards = [0, 1, 2].map(|axis| towards[axis] - f64::from(point[axis]));
         let distance = towards.iter().map(|x| x * x).sum::<f64>().sqrt();
         let sine = sphere.radius / distance;
-        // From inside a light is everywhere: no cap.
+        // From inside a light covers all directions: no cap.
         (sine < 1.0).then(|| {
             json!({
                 "sphere": at,

@@ -1,4 +1,4 @@
-//! The one thread that renders. It takes orders between steps, and pins up looks that somebody waits for.
+//! The render thread. It handles orders between steps, and posts looks that pages are waiting for.
 
 mod told;
 mod turning;
@@ -22,74 +22,74 @@ use octolux::pipeline::{Prepared, Settings, SetupError};
 use octolux::run::{MOST_SPP, Run};
 use octolux::scene::{Effects, FilmSize, Scene};
 
-/// Time between two looks at a young picture.
+/// Interval of looks at a young picture.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// Time between two looks at an old one. A look costs some milliseconds of a thread, and the eye sees less and less change.
+/// Interval of looks at an old one. A look costs some milliseconds of a thread, and later changes are hardly visible.
 const LATE_LOOK: Duration = Duration::from_millis(500);
 
-/// The age of a picture over the time between two looks at it.
+/// Ratio of a picture's age and the interval of looks.
 const LOOKS_OF_AN_AGE: u32 = 20;
 
-/// A first picture of more pixels than these is preceded by a smaller one.
+/// A first picture with more pixels than this is preceded by a smaller one.
 const LARGE: u32 = 1 << 16;
 
-/// Time between two looks at a race, which shows several pictures and measures their errors.
+/// Interval of looks at a race, which shows several pictures and measures their errors.
 const RACE_LOOK: Duration = Duration::from_millis(250);
 
-/// What a picture may take that follows a turned camera. One that takes longer is preceded by a smaller one.
+/// Maximum seconds of a first pass after a camera change without a smaller preview.
 const SWIFT: f64 = 0.02;
 
-/// What a first pass is taken for before there was one.
+/// Assumed seconds of the first pass before any was measured.
 const UNKNOWN: f64 = 0.3;
 
-/// What the engine is told.
+/// Orders to the engine.
 #[derive(Debug)]
 pub enum Order {
-    /// A page asks.
+    /// A request of a page.
     Ask(u64, Ask),
     /// The file has changed.
     Scene(Arc<Scene>),
 }
 
-/// What does not change.
+/// The constant setup.
 pub struct Setup {
-    /// The scene file as it was named.
+    /// The scene file as given.
     pub path: PathBuf,
-    /// What the command line says of settings.
+    /// The settings of the command line.
     pub options: Options,
-    /// Samples a pixel at the end; no end where it is `None`.
+    /// Samples per pixel at the end; `None` renders without end.
     pub spp: Option<u32>,
-    /// Files to write when the page asks for it.
+    /// Files to write on the page's request.
     pub outputs: Vec<PathBuf>,
-    /// What races are measured against, as the scene is in the file.
+    /// The reference of races, for the scene as in the file.
     pub reference: Option<Picture>,
-    /// How long a reference is rendered where there is none.
+    /// Time for rendering a reference if none is given.
     pub reference_time: Duration,
 }
 
-/// What is rendered.
+/// The current render.
 enum Show {
     Nothing,
     Picture(Box<Run>),
     Race(Race),
 }
 
-/// The renderer's thread.
+/// The render thread.
 pub struct Engine {
     setup: Setup,
     board: Arc<Board>,
     desk: Arc<Desk>,
     orders: Receiver<Order>,
     waiting: VecDeque<Order>,
-    /// As it is in the file.
+    /// The scene as in the file.
     file: Arc<Scene>,
     changes: Changes,
     choice: Choice,
     show: Show,
     epoch: u32,
     playing: bool,
-    /// Nothing is left to do, or the run was ended for an order that comes.
+    /// The run is finished, or was ended for a pending order.
     halted: bool,
     looked: Option<Instant>,
     /// Seconds of the last picture's first pass.
@@ -126,13 +126,13 @@ impl Engine {
     /// Sets up the first picture.
     ///
     /// # Errors
-    /// A scene that cannot be rendered so.
+    /// A scene that cannot be rendered with these settings.
     pub fn set_up(&mut self) -> Result<Prepared, SetupError> {
         self.hello();
         self.prepare(&self.file, self.film())
     }
 
-    /// Renders and takes orders until nobody can give any; begins with what was set up.
+    /// Renders and handles orders until all senders are gone; begins with the prepared picture.
     pub fn run(mut self, prepared: Prepared) {
         let scene = self.file.clone();
         if self.film().width * self.film().height > LARGE {
@@ -149,7 +149,7 @@ impl Engine {
         }
     }
 
-    /// The next order. Of several cameras in a row the last counts.
+    /// The next order. Of several consecutive cameras only the last counts.
     fn next_order(&mut self, busy: bool) -> Result<Option<Order>, ()> {
         if !busy && self.waiting.is_empty() {
             self.waiting.push_back(self.orders.recv().map_err(drop)?);
@@ -209,7 +209,7 @@ impl Engine {
                 self.begin(false);
             }
             Order::Ask(_, Ask::Aim { x, y }) => self.aim(x, y),
-            // Others answer these.
+            // Other threads answer these.
             Order::Ask(_, Ask::Next | Ask::Sample { .. } | Ask::Pixel { .. }) => {}
         }
     }
@@ -231,7 +231,7 @@ impl Engine {
         Prepared::holding(scene, self.settings(scene, film), Effects::of(&self.setup.options.hold))
     }
 
-    /// Begins the picture anew; `swiftly` shows a smaller one first where the whole one takes long.
+    /// Restarts the picture; `swiftly` shows a smaller one first if the full one is slow.
     fn begin(&mut self, swiftly: bool) {
         let scene = match self.changes.of(&self.file) {
             Ok(scene) => scene,
@@ -243,7 +243,7 @@ impl Engine {
         };
         if swiftly && self.first_pass > SWIFT {
             self.show_small(&scene);
-            // Another camera makes the whole picture of this one needless.
+            // A newer camera makes the full picture of this one unnecessary.
             while let Ok(order) = self.orders.try_recv() {
                 self.waiting.push_back(order);
             }
@@ -265,7 +265,7 @@ impl Engine {
         }
     }
 
-    /// One pass of a smaller picture, so small that it is there at once.
+    /// One pass of a picture small enough to be finished at once.
     fn show_small(&mut self, scene: &Arc<Scene>) {
         let factor = (self.first_pass / SWIFT).sqrt().ceil().clamp(2.0, 8.0) as u32;
         let FilmSize { width, height } = self.film();
@@ -295,7 +295,7 @@ impl Engine {
         let shown = self.desk.shown().ok_or("nothing is rendered yet")?;
         let prepared = shown.prepared.first().ok_or("nothing is rendered yet")?;
         let FilmSize { width, height } = self.film();
-        // A picture of the file is no reference for what is looked at in another way.
+        // A picture of the scene as in the file is no reference for changed cameras or lights.
         let own = self.changes == Changes::default();
         let reference = self.setup.reference.clone().filter(|_| own);
         let reference = reference.filter(|picture| (picture.width, picture.height) == (width, height));
@@ -333,13 +333,13 @@ impl Engine {
             return;
         }
         let due = self.looked.is_none_or(|looked| looked.elapsed() >= every);
-        // The first look and the last are for pages that come later, too.
+        // The first and last look are also posted for pages that connect later.
         if !more || self.looked.is_none() || (due && self.board.is_awaited()) {
             self.look();
         }
     }
 
-    /// Whether the runs at hand were ended for something else that is wanted.
+    /// Whether the current runs were ended because something else is wanted.
     fn is_given_up(&self) -> bool {
         match &self.show {
             Show::Nothing => false,

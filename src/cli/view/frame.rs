@@ -1,4 +1,4 @@
-//! A picture on its way to a page: half floats, tile by tile, and only the tiles that have changed.
+//! The encoding of a picture for a page: half floats in tiles, only those that have changed.
 //!
 //! All numbers are little-endian. Five `u32`: layer, epoch, width, height, number of tiles; for each tile four `u16`: column,
 //! row, width, height; then the radiances of the tiles in this order, row by row, `R G B` in half floats.
@@ -12,10 +12,10 @@ use super::board::Layer;
 /// The side of a tile in pixels.
 const SIDE: usize = 64;
 
-/// The longest side of a picture: tiles are told in `u16`, and a page would not draw more.
+/// Maximum side of a picture: tile coordinates are `u16`, and browsers would not draw more.
 pub const LONGEST_SIDE: u32 = 16_384;
 
-/// The message that turns what a page has into `layer`; `before` is what it has of the same epoch.
+/// The message that updates a page to `layer`; `before` is the page's layer of the same epoch.
 pub fn encode(epoch: u32, layer: &Layer, before: Option<&Arc<Layer>>) -> Vec<u8> {
     let (width, height) = (layer.picture.width as usize, layer.picture.height as usize);
     let same_size = |old: &&Arc<Layer>| (old.picture.width, old.picture.height) == (width as u32, height as u32);
@@ -25,7 +25,7 @@ pub fn encode(epoch: u32, layer: &Layer, before: Option<&Arc<Layer>>) -> Vec<u8>
     for y in (0..height).step_by(SIDE) {
         for x in (0..width).step_by(SIDE) {
             let (w, h) = (SIDE.min(width - x), SIDE.min(height - y));
-            // Bits are compared: a NaN is the same NaN.
+            // Compare bits, so that NaN equals NaN.
             let same = |row: std::ops::Range<usize>| {
                 before.is_some_and(|before| bits(&before[row.clone()]) == bits(&halves[row]))
             };
@@ -43,7 +43,7 @@ pub fn encode(epoch: u32, layer: &Layer, before: Option<&Arc<Layer>>) -> Vec<u8>
     table.for_each(|&number| message.extend((number as u16).to_le_bytes()));
     for [x, y, w, h] in tiles {
         for y in y..y + h {
-            // A little-endian machine, as everything that this program runs on.
+            // Every supported machine is little-endian.
             message.extend_from_slice(bytemuck::cast_slice(bits(&halves[row(x, y, w)])));
         }
     }

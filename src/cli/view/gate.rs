@@ -1,23 +1,23 @@
-//! Who may come in: a token in the address, a `Host` that no foreign name can forge, an `Origin` that is this page's own.
+//! Access control: a token in the address, a `Host` that a foreign name cannot forge, an `Origin` that is this page's own.
 
 use std::net::{IpAddr, SocketAddr};
 
 use rand::TryRng as _;
 
-/// Letters of a token: 128 bits in hexadecimal.
+/// Length of a token: 128 bits in hexadecimal.
 const TOKEN_LETTERS: usize = 32;
 
-/// What a request has to show.
+/// The requirements of a request.
 #[derive(Debug)]
 pub struct Gate {
     token: String,
 }
 
-/// Why a request is refused: the status and a sentence for whoever sent it.
+/// Why a request is refused: the status and a sentence for the sender.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Refusal(pub &'static str, pub &'static str);
 
-/// Random letters that nobody guesses: from the system's own source.
+/// Unguessable random letters, from the system's source.
 fn token() -> std::io::Result<String> {
     let mut bytes = [0_u8; TOKEN_LETTERS / 2];
     rand::rngs::SysRng
@@ -30,7 +30,7 @@ impl Gate {
     /// A gate with a new token.
     ///
     /// # Errors
-    /// Where the system has no random numbers.
+    /// If the system has no random numbers.
     pub fn new() -> std::io::Result<Self> {
         Ok(Self { token: token()? })
     }
@@ -40,14 +40,14 @@ impl Gate {
         format!("http://{at}/{}/", self.token)
     }
 
-    /// The part of a path behind the token.
+    /// The part of a path after the token.
     ///
     /// # Errors
-    /// A path that does not begin with it.
+    /// A path without the token.
     pub fn inside<'a>(&self, path: &'a str) -> Result<&'a str, Refusal> {
         let rest = path.strip_prefix('/').unwrap_or_default();
         let (token, inside) = rest.split_once('/').unwrap_or((rest, ""));
-        // Every letter is looked at, so that the time tells nothing of how many were right.
+        // Compare in constant time: every letter is examined.
         let differ = |(a, b): (u8, u8)| usize::from(a != b);
         let wrong: usize = token.bytes().zip(self.token.bytes()).map(differ).sum();
         if token.len() != self.token.len() || wrong != 0 {
@@ -59,7 +59,7 @@ impl Gate {
         Ok(inside)
     }
 
-    /// Looks at the name by which this server was called. A page of another site can make its own name mean this machine, but it
+    /// Checks the name by which this server was called. Another site can make its own name resolve to this machine, but it
     /// cannot make a browser call this server by a number or by `localhost`.
     ///
     /// # Errors
@@ -82,7 +82,7 @@ impl Gate {
         Err(Refusal("403 Forbidden", "call this server localhost or by its number"))
     }
 
-    /// Looks at the page that asks: its own, or, where `needed` is false, none.
+    /// Checks the origin of the request: the own page or, unless `needed`, none.
     ///
     /// # Errors
     /// A page of another origin.

@@ -1,4 +1,4 @@
-//! The little of HTTP that a page needs: five files from memory, and the door to the WebSocket.
+//! The part of HTTP that a page needs: static files from memory, and the WebSocket upgrade.
 
 use std::io::{self, Read, Write};
 use std::net::{Shutdown, TcpStream};
@@ -8,19 +8,19 @@ use tungstenite::handshake::derive_accept_key;
 
 use super::gate::{Gate, Refusal};
 
-/// The longest head of a request.
+/// Maximum size of a request head.
 const LONGEST_HEAD: usize = 8 << 10;
 
-/// The most headers of a request.
+/// Maximum number of headers.
 const MOST_HEADERS: usize = 64;
 
-/// How long a head may take to arrive.
+/// Timeout of a request head.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// How long a client that is refused may go on talking.
+/// How long to keep reading from a refused client.
 const LINGER: Duration = Duration::from_millis(500);
 
-/// What the page is made of: name, kind, text.
+/// The files of the page: name, content type, text.
 const FILES: [(&str, &str, &str); 8] = [
     ("", "text/html; charset=utf-8", include_str!("page/index.html")),
     ("view.css", "text/css; charset=utf-8", include_str!("page/view.css")),
@@ -34,10 +34,10 @@ const FILES: [(&str, &str, &str); 8] = [
 
 const JAVASCRIPT: &str = "text/javascript; charset=utf-8";
 
-/// Answers one request; returns the stream where it has become a WebSocket.
+/// Answers one request; returns the stream after an upgrade to a WebSocket.
 ///
 /// # Errors
-/// What the network answers.
+/// Errors of the network.
 pub fn serve(mut stream: TcpStream, gate: &Gate) -> io::Result<Option<TcpStream>> {
     stream.set_read_timeout(Some(PATIENCE))?;
     stream.set_write_timeout(Some(PATIENCE))?;
@@ -76,11 +76,11 @@ pub fn serve(mut stream: TcpStream, gate: &Gate) -> io::Result<Option<TcpStream>
     }
 }
 
-/// What a request gets.
+/// The answer to a request.
 enum Answer {
-    /// A file: its kind and its text.
+    /// A file: its content type and its text.
     File(&'static str, &'static str),
-    /// A WebSocket, with the key that says so.
+    /// An upgrade to a WebSocket, with its accept key.
     Upgrade(String),
 }
 
@@ -111,7 +111,7 @@ fn answer(request: &httparse::Request<'_, '_>, gate: &Gate) -> Result<Answer, Re
     Ok(Answer::File(kind, text))
 }
 
-/// A header that occurs once, as UTF-8. Two of a name are none: which one counts would be a guess.
+/// A header that occurs once, as UTF-8. Duplicates count as missing, because which one applies would be a guess.
 fn header<'a>(request: &httparse::Request<'_, 'a>, name: &str) -> Option<&'a str> {
     let mut found = request
         .headers
@@ -121,7 +121,7 @@ fn header<'a>(request: &httparse::Request<'_, 'a>, name: &str) -> Option<&'a str
     found.next().is_none().then(|| std::str::from_utf8(one.value).ok())?
 }
 
-/// Reads to the empty line; `None` where it does not come within [`LONGEST_HEAD`].
+/// Reads up to the empty line; `None` if it does not come within [`LONGEST_HEAD`].
 fn head(stream: &mut TcpStream) -> io::Result<Option<Vec<u8>>> {
     let (mut head, deadline) = (Vec::new(), Instant::now() + PATIENCE);
     let mut part = [0; 1024];
@@ -129,7 +129,7 @@ fn head(stream: &mut TcpStream) -> io::Result<Option<Vec<u8>>> {
         if head.len() > LONGEST_HEAD {
             return Ok(None);
         }
-        // One byte a second must not hold a connection for hours.
+        // A client that sends one byte a second must not hold a connection for hours.
         let left = deadline.saturating_duration_since(Instant::now());
         if left.is_zero() {
             return Err(io::ErrorKind::TimedOut.into());
@@ -143,16 +143,16 @@ fn head(stream: &mut TcpStream) -> io::Result<Option<Vec<u8>>> {
     Ok(Some(head))
 }
 
-/// Says why not.
+/// Sends a refusal.
 ///
 /// # Errors
-/// What the network answers.
+/// Errors of the network.
 pub fn refuse(stream: &mut TcpStream, Refusal(status, why): Refusal) -> io::Result<()> {
     reply(stream, status, "text/plain; charset=utf-8", &format!("{why}\n"), "")
 }
 
 fn reply(stream: &mut TcpStream, status: &str, kind: &str, text: &str, host: &str) -> io::Result<()> {
-    // `host` has passed the gate: a number or `localhost`.
+    // `host` was checked by the gate: a number or `localhost`.
     let head = format!(
         "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {}\r\nConnection: close\r\nCache-Control: no-store\r\n\
          Referrer-Policy: no-referrer\r\nX-Content-Type-Options: nosniff\r\nX-Frame-Options: DENY\r\n\
@@ -164,7 +164,7 @@ fn reply(stream: &mut TcpStream, status: &str, kind: &str, text: &str, host: &st
     stream.write_all(head.as_bytes())?;
     stream.write_all(text.as_bytes())?;
     stream.shutdown(Shutdown::Write)?;
-    // What was sent and not read would make the system reset the connection, and the answer would be lost.
+    // Read the rest of the request: unread data would make the system reset the connection, and the answer would be lost.
     let (deadline, mut rest) = (Instant::now() + LINGER, [0; 4096]);
     stream.set_read_timeout(Some(LINGER))?;
     while Instant::now() < deadline && stream.read(&mut rest)? > 0 {}

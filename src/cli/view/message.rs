@@ -1,36 +1,36 @@
-//! What a page may ask for.
+//! Requests of a page.
 
 use serde::Deserialize;
 
 use octolux::settings::{EstimatorKind, SamplerKind};
 
-/// The longest message of a page in bytes: the longest is a race of four.
+/// Maximum message length in bytes: the longest is a race of four.
 pub const LONGEST: usize = 16 << 10;
 
-/// The most settings of a race.
+/// Maximum number of settings in a race.
 pub const MOST_RACERS: usize = 4;
 
-/// The most passes of a pixel that are drawn at once.
+/// Maximum number of passes of a pixel per request.
 pub const MOST_SAMPLES: u32 = 256;
 
 /// One message.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(tag = "do", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Ask {
-    /// The page has shown a picture and takes another one.
+    /// The page has shown a picture and is ready for another one.
     Next,
-    /// Go on rendering.
+    /// Continue rendering.
     Go,
-    /// Stop until `Go`.
+    /// Pause until `Go`.
     Stop,
-    /// Write the files that the command line names; the PNG brightened by so many stops.
+    /// Write the files named on the command line; PNGs with this exposure.
     Write {
         /// Stops, as `--exposure`.
         exposure: f64,
     },
-    /// Look from elsewhere.
+    /// Change the camera.
     Camera(View),
-    /// Look as the scene says.
+    /// Reset the camera to the scene's.
     ResetCamera,
     /// Render with another estimator and sampler.
     Settings(Choice),
@@ -39,9 +39,9 @@ pub enum Ask {
         /// Two to [`MOST_RACERS`].
         racers: Vec<Choice>,
     },
-    /// Back to one picture.
+    /// Return to one picture.
     EndRace,
-    /// Samples of one pixel, step by step.
+    /// Replay samples of one pixel.
     Sample {
         /// Column.
         x: u32,
@@ -51,7 +51,7 @@ pub enum Ask {
         pass: u32,
         /// How many, at most [`MOST_SAMPLES`].
         count: u32,
-        /// Which racer's estimator; 0 where there is no race.
+        /// The racer whose estimator to use; 0 without a race.
         #[serde(default)]
         layer: usize,
     },
@@ -62,35 +62,35 @@ pub enum Ask {
         /// Row.
         y: u32,
     },
-    /// Focus on what a pixel shows, or turn about it where there is no lens.
+    /// Focus on the point that a pixel shows, or orbit around it if there is no lens.
     Aim {
         /// Column.
         x: u32,
         /// Row.
         y: u32,
     },
-    /// Every light's radiance times a factor.
+    /// Scale the radiance of every light.
     Lights {
-        /// One for each light, in the order in which the page was told of them.
+        /// One factor per light, in the order sent to the page.
         gains: Vec<f64>,
     },
 }
 
-/// A camera; the angle of view stays the scene's.
+/// A camera; the field of view stays the scene's.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct View {
     /// The pinhole.
     pub origin: [f64; 3],
-    /// The point in the middle.
+    /// The point at the centre of the picture.
     pub target: [f64; 3],
     /// Up.
     pub up: [f64; 3],
-    /// Distance of the plane in focus, where there is a lens.
+    /// Distance of the focal plane, if there is a lens.
     pub focus: Option<f64>,
 }
 
-/// How a picture is made.
+/// The settings of a picture.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 #[serde(deny_unknown_fields)]
 pub struct Choice {
@@ -98,16 +98,16 @@ pub struct Choice {
     pub estimator: EstimatorKind,
     /// Its sampler.
     pub sampler: SamplerKind,
-    /// Whether samples go where the error is.
+    /// Adaptive sampling.
     #[serde(default)]
     pub adaptive: bool,
 }
 
 impl Ask {
-    /// Reads a message.
+    /// Parses a message.
     ///
     /// # Errors
-    /// A sentence about what it is not.
+    /// A sentence about the problem.
     pub fn read(text: &str) -> Result<Self, String> {
         let ask: Self = serde_json::from_str(text).map_err(|error| format!("not understood: {error}"))?;
         match &ask {
@@ -127,7 +127,7 @@ impl Ask {
         }
     }
 
-    /// Whether the picture at hand is given up for it, so that its run need not come to the end of its tiles.
+    /// Whether it discards the current picture, so that its run can be stopped early.
     pub fn begins_anew(&self) -> bool {
         matches!(
             self,

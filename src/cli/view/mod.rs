@@ -1,7 +1,7 @@
 //! `octolux view`: the live picture in the browser.
 //!
-//! One thread renders (`engine`), one accepts connections, each page has two (`socket`); between them hangs a `board` with the
-//! newest of everything, so that nobody waits for anybody.
+//! One thread renders (`engine`), one accepts connections, each page has two (`socket`). They share a `board` with the newest
+//! state of everything, so that none waits for another.
 
 mod batches;
 mod board;
@@ -38,7 +38,7 @@ use super::outputs::{self, is_sums};
 use super::{CliError, Exit, report, units};
 use octolux::film::{read_picture, replace};
 
-/// Connections at a time: each page holds one, and a few more while it loads.
+/// Maximum number of connections: each page uses one, and a few more while it loads.
 const MOST_CONNECTIONS: usize = 64;
 
 const EXAMPLES: &str = "\
@@ -99,7 +99,7 @@ pub struct Args {
 /// Serves the page until ctrl-c.
 ///
 /// # Errors
-/// A scene that cannot be rendered, a file that could not be written, an address that is taken.
+/// A scene that cannot be rendered, a file that could not be written, an address in use.
 pub fn run(args: &Args) -> Result<Exit, CliError> {
     if let Some(path) = args.outputs.iter().find(|path| is_sums(path)) {
         let what = format!("{}: view writes pictures, and .acc holds sums", path.display());
@@ -205,7 +205,7 @@ fn listen(args: &Args) -> Result<(TcpListener, SocketAddr), CliError> {
     Ok((listener, at))
 }
 
-/// Ctrl-c ends everything at once; a file that is being written stays as it was.
+/// Ctrl-c exits at once; a file that is being written keeps its old content.
 fn listen_for_the_end() -> Result<(), CliError> {
     ctrlc::set_handler(|| {
         replace::abandon_all();
@@ -221,7 +221,7 @@ fn spawn(name: &str, work: impl FnOnce() + Send + 'static) -> Result<(), CliErro
         .map_err(|error| CliError::failed(format!("cannot start a thread: {error}")))
 }
 
-/// Accepts connections for ever.
+/// Accepts connections forever.
 fn serve(
     listener: &TcpListener,
     gate: &Arc<Gate>,
@@ -232,7 +232,7 @@ fn serve(
     let open = Arc::<AtomicUsize>::default();
     for stream in listener.incoming() {
         let Ok(mut stream) = stream else {
-            // No descriptors, or a peer that has gone: a pause, for the first does not pass at once.
+            // Out of descriptors, or the peer is gone: wait, because the former lasts.
             thread::sleep(Duration::from_millis(20));
             continue;
         };
@@ -267,7 +267,7 @@ fn attend(
     }
 }
 
-/// A connection that is counted as long as it is there.
+/// Counts a connection while it exists.
 struct Guest(Arc<AtomicUsize>);
 
 impl Guest {
@@ -283,7 +283,7 @@ impl Drop for Guest {
     }
 }
 
-/// Opens the browser where there is a screen to show it on.
+/// Opens the browser if there is a display.
 fn open(address: &str, quiet: bool) {
     let has = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
     let screen = cfg!(target_os = "macos") || has("DISPLAY") || has("WAYLAND_DISPLAY");
@@ -303,14 +303,14 @@ fn open(address: &str, quiet: bool) {
         .stderr(silent())
         .spawn();
     match child {
-        // Waited for in a thread of its own, so that nothing is left behind.
+        // Wait in a separate thread, so that no zombie process is left.
         Ok(mut child) => drop(spawn("browser", move || drop(child.wait()))),
         Err(_) if !quiet => report::note("no browser could be opened: open this address yourself"),
         Err(_) => {}
     }
 }
 
-/// A message for people.
+/// A message as JSON.
 fn said(level: &str, what: &str) -> String {
     json!({ "kind": "said", "level": level, "what": what }).to_string()
 }

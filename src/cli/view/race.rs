@@ -1,4 +1,4 @@
-//! Two to four settings at equal time on one machine, and how far each is from a reference.
+//! Races: two to four settings at equal time on one machine, with their errors against a reference.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -14,13 +14,13 @@ use octolux::run::{Goal, MOST_SPP, Run};
 use octolux::settings::{EstimatorKind, SamplerKind};
 use octolux::study::error::{Errors, relmse_of_reference};
 
-/// How long a racer renders before it is another one's turn.
+/// How long a racer renders per turn.
 const TURN: Duration = Duration::from_millis(40);
 
-/// Samples a pixel of a racer that allocates them: what it gives is known from the start.
+/// Samples per pixel of an adaptive racer: its allocation needs a total from the start.
 const ADAPTIVE_SPP: u32 = 4096;
 
-/// An error is noted when a racer has rendered so much longer than at the last one: a curve over decades of time needs no more.
+/// Factor of render time between recorded errors: enough for a curve over decades of time.
 const NOTED: f64 = 1.04;
 
 /// What takes part.
@@ -32,11 +32,11 @@ struct Racer {
     curve: Vec<[f64; 2]>,
 }
 
-/// What the racers are measured against.
+/// The reference of a race.
 enum Reference {
-    /// Two renders of other seeds, which between them say how noisy their mean is.
+    /// Two renders with other seeds, whose difference measures the noise of their mean.
     Underway([Box<Run>; 2]),
-    /// A picture, with the share of every relMSE that is its own noise, where that is known.
+    /// A picture, with the share of every relMSE that is its own noise, if known.
     Ready(Arc<Layer>, Option<f64>),
 }
 
@@ -44,16 +44,16 @@ enum Reference {
 pub struct Race {
     racers: Vec<Racer>,
     reference: Reference,
-    /// Seconds of rendering that the reference gets.
+    /// Seconds of rendering for the reference.
     limit: f64,
 }
 
 impl Race {
-    /// A race of `choices`, against `reference` if that is a picture of the same scene, else against one that is rendered
-    /// before it, for `limit`.
+    /// A race of `choices`, against `reference` if that is a picture of the same scene, otherwise against one that is rendered
+    /// first, for `limit`.
     ///
     /// # Errors
-    /// A setting that no kernel does.
+    /// A setting without a kernel.
     pub fn new(
         prepared: &Prepared,
         choices: &[Choice],
@@ -89,7 +89,7 @@ impl Race {
                     ..settings
                 };
                 let prepared = prepared.with_settings(settings)?;
-                // Seeds that none of the racers has.
+                // Seeds different from those of the racers.
                 let run = |turn: u32| {
                     let seed = settings.seed ^ 0x5eed_0000 ^ turn;
                     Box::new(prepared.with_seed(seed).passes(MOST_SPP))
@@ -104,12 +104,12 @@ impl Race {
         })
     }
 
-    /// The racers' scenes, in their order.
+    /// The racers' prepared scenes, in order.
     pub fn prepared(&self) -> Vec<Prepared> {
         self.racers.iter().map(|racer| racer.run.prepared().clone()).collect()
     }
 
-    /// What ends the runs.
+    /// Handles to stop the runs.
     pub fn progress(&self) -> Vec<Arc<Progress>> {
         let racers = self.racers.iter().map(|racer| racer.run.progress().clone());
         let of_reference: &[Box<Run>] = match &self.reference {
@@ -121,7 +121,7 @@ impl Race {
             .collect()
     }
 
-    /// Gives the turn to whoever has rendered least; whether there is more to do.
+    /// Steps the racer with the least render time; returns whether there is more to do.
     pub fn step(&mut self) -> bool {
         let pause = Some(Instant::now() + TURN);
         if let Reference::Underway(runs) = &mut self.reference {
@@ -145,7 +145,7 @@ impl Race {
         self.racers.iter().any(|racer| !racer.ended)
     }
 
-    /// The pictures as they stand; notes the errors.
+    /// The current pictures; records the errors.
     pub fn look(&mut self) -> Vec<Arc<Layer>> {
         let mut layers = Vec::new();
         match &self.reference {
@@ -169,7 +169,7 @@ impl Race {
         layers
     }
 
-    /// How the race stands.
+    /// The state of the race as JSON.
     pub fn told(&self) -> Value {
         let racer = |racer: &Racer| {
             let (least, total, most) = racer.run.spread();
@@ -197,8 +197,8 @@ impl Race {
     }
 }
 
-/// The mean of two independent pictures, and the share of a relMSE that its own noise is: half of their difference is an
-/// estimate of its standard error.
+/// The mean of two independent pictures, and its own noise as a share of relMSE: half of their difference estimates its
+/// standard error.
 fn mean_and_noise(a: &Picture, b: &Picture) -> (Picture, f64) {
     let both = a.pixels.iter().zip(&b.pixels);
     let mean = both
@@ -228,7 +228,7 @@ mod tests {
         };
         let (mean, noise) = mean_and_noise(&picture(1.5), &picture(0.5));
         assert_eq!(mean.pixels, picture(1.0).pixels);
-        // A difference of 1 between two: the mean of both has a variance of 1/4.
+        // A difference of 1 between the two: their mean has a variance of 1/4.
         assert!((noise - 0.25 / 1.0001).abs() < 1e-12);
     }
 }

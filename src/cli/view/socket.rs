@@ -1,4 +1,4 @@
-//! A page: one thread reads what it asks, one writes what it sees.
+//! Serves a page: one thread reads its requests, one sends updates.
 
 use std::collections::BTreeMap;
 use std::io::{self, Read, Write};
@@ -15,19 +15,19 @@ use super::engine::Order;
 use super::message::{self, Ask};
 use super::{desk, frame};
 
-/// How often a silent page is asked whether it is there.
+/// Interval of pings to a silent page.
 const PULSE: Duration = Duration::from_secs(20);
 
-/// How long a page may leave what is sent to it unread.
+/// How long a page may leave sent data unread.
 const WRITE_PATIENCE: Duration = Duration::from_secs(30);
 
-/// How long a page may say nothing, pongs included.
+/// How long a page may be silent, pongs included.
 const READ_PATIENCE: Duration = Duration::from_secs(90);
 
 /// One end of a stream that two WebSockets share: one reads, the other writes, and both send whole frames.
 struct End {
     stream: TcpStream,
-    /// Held while frames are written.
+    /// Locked while frames are written.
     whole: Arc<Mutex<()>>,
     buffer: Vec<u8>,
 }
@@ -52,7 +52,7 @@ impl Write for End {
     }
 }
 
-/// Serves a page until it goes.
+/// Serves a page until it disconnects.
 ///
 /// # Errors
 /// What the network answers.
@@ -88,13 +88,13 @@ pub fn serve(stream: TcpStream, board: &Arc<Board>, desk: &Arc<desk::Desk>, engi
     Ok(())
 }
 
-/// Passes on what a page asks until it goes or sends what no page of ours sends.
+/// Forwards requests until the page disconnects or sends an invalid message.
 fn read(socket: &mut WebSocket<End>, page: u64, board: &Board, desk: &desk::Desk, engine: &Sender<Order>) {
     loop {
         let text = match socket.read() {
             Ok(Message::Text(text)) => text,
             Ok(Message::Ping(_) | Message::Pong(_)) => continue,
-            // tungstenite has queued the answer to a close, and to a message that is too long nothing is owed.
+            // tungstenite has queued the answer to a close; a message that is too long gets none.
             Ok(_) | Err(_) => {
                 let _ = socket.close(None);
                 let _ = socket.flush();
@@ -120,7 +120,7 @@ fn read(socket: &mut WebSocket<End>, page: u64, board: &Board, desk: &desk::Desk
     }
 }
 
-/// Sends what is new until the page goes.
+/// Sends updates until the page disconnects.
 fn write(socket: &mut WebSocket<End>, board: &Board, page: u64) -> Result<(), tungstenite::Error> {
     let mut sent = (0, BTreeMap::<u8, Arc<Layer>>::new());
     loop {
@@ -135,7 +135,7 @@ fn write(socket: &mut WebSocket<End>, board: &Board, page: u64) -> Result<(), tu
                     socket.send(Message::binary(message))?;
                     sent.1.insert(layer.id, layer.clone());
                 }
-                // What asks the page to be ready for another look.
+                // Asks the page to report when it is ready for another look.
                 socket.send(Message::text(format!(r#"{{"kind":"look","epoch":{}}}"#, look.epoch)))?;
             }
             News::Quiet => socket.send(Message::Ping(Default::default()))?,

@@ -1,6 +1,6 @@
 //! `--tev HOST:PORT`: the same picture in the viewer tev.
 //!
-//! tev is one more reader of the board: it gets the newest look when it has taken the one before.
+//! tev is another reader of the board: it gets the newest look once it has taken the previous one.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -12,10 +12,10 @@ use tev_client::TevClient;
 use super::board::{Board, Layer, News, REFERENCE};
 use crate::cli::tev::send;
 
-/// Sends looks until tev goes.
+/// Sends looks until tev disconnects.
 ///
 /// # Errors
-/// What the network answers.
+/// Errors of the network.
 pub fn feed(mut tev: TevClient, board: &Board, name: &str) -> io::Result<()> {
     let reader = board.enter();
     let mut sent = BTreeMap::<u8, Arc<Layer>>::new();

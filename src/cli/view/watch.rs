@@ -1,4 +1,4 @@
-//! The scene's text beside the picture: saving the file renders again, and an error stands at its line.
+//! Shows the scene's text beside the picture: saving the file renders again, and errors are shown at their line.
 
 use std::fs::Metadata;
 use std::path::{Path, PathBuf};
@@ -13,29 +13,29 @@ use super::engine::Order;
 use crate::cli::CliError;
 use crate::cli::reading::LoadOptions;
 
-/// How often the files are looked at.
+/// Polling interval of the files.
 const PERIOD: Duration = Duration::from_millis(100);
 
-/// What is shown of a long text, in bytes: a mesh may stand in it.
+/// Maximum length of the shown text in bytes: it may contain a mesh.
 const LONGEST_TEXT: usize = 256 << 10;
 
-/// What tells that a file was saved.
+/// Detects that a file was saved.
 type Stamp = Vec<Option<(SystemTime, u64)>>;
 
 /// Shows the text of a scene, and reads it again when it or a file that it names is saved.
 pub struct Watch {
-    /// The scene file as it was named.
+    /// The scene file as given.
     pub path: PathBuf,
     /// Which files it may name.
     pub reading: LoadOptions,
     /// Where its text is shown.
     pub board: Arc<Board>,
-    /// Who renders it.
+    /// Orders to the engine.
     pub orders: Sender<Order>,
 }
 
 impl Watch {
-    /// Watches until nobody renders any more.
+    /// Watches until the engine is gone.
     pub fn run(self, mut files: Vec<PathBuf>) {
         self.show(&Value::Null);
         let mut seen = stamp(&files);
@@ -43,7 +43,7 @@ impl Watch {
         loop {
             std::thread::sleep(PERIOD);
             let now = stamp(&files);
-            // A file that is being saved may be empty for a moment: it is read when it has come to rest.
+            // A file may be empty for a moment during saving: read it once it stays unchanged.
             if now == seen || std::mem::replace(&mut changing, now.clone()) != now {
                 continue;
             }
@@ -58,7 +58,7 @@ impl Watch {
                         return;
                     }
                 }
-                // The last good picture stays.
+                // Keep the last good picture.
                 Err(error) => self.show(&fault(&error)),
             }
         }

@@ -1,4 +1,4 @@
-//! The files that the command line names, with the bits of `octolux render`.
+//! Writes the files named on the command line, with the bits of `octolux render`.
 
 use std::path::{Path, PathBuf};
 
@@ -7,8 +7,8 @@ use crate::cli::stats::{Stats, Times};
 use octolux::film::write_picture;
 use octolux::run::Run;
 
-/// Takes a run to where all pixels have the same samples, unless they are allocated: a block's end, at which a render of as many
-/// samples has the same bits.
+/// Runs until all pixels have the same sample count, unless adaptive: at the end of a block, a render of as many samples has
+/// the same bits.
 pub fn complete_block(run: &mut Run) {
     let ragged = |run: &Run| {
         let (least, _, most) = run.spread();
@@ -17,7 +17,7 @@ pub fn complete_block(run: &mut Run) {
     while ragged(run) && run.step().is_more() {}
 }
 
-/// Writes each file; returns the names of those that stand.
+/// Writes each file; returns the names of written files.
 ///
 /// # Errors
 /// The first that cannot be written.

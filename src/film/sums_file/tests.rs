@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// 20 x 17 pixels: four shapes of tiles; a first one with two nodes and an open leaf.
+/// 20 x 17 pixels: tiles of four different sizes; the first one has two nodes and an open leaf.
 fn film() -> Film {
     let mut film = Film::new(FilmSize { width: 20, height: 17 });
     for (at, tile) in film.tiles_mut().iter_mut().enumerate() {
@@ -31,7 +31,7 @@ fn sums_come_back_to_the_bit() {
     for (tile, same) in film().tiles().iter().zip(back.tiles()) {
         assert_eq!((tile.sums(), tile.passes()), (same.sums(), same.passes()));
     }
-    // Deliberately measured while it is open: pilot passes of an adaptive render.
+    // Saved while noise is measured: pilot passes of an adaptive render.
     let mut film = Film::new(FilmSize { width: 5, height: 1 });
     film.measure_noise();
     let chunk = film.tiles()[0].empty_sum(4);
@@ -55,7 +55,7 @@ fn every_flipped_byte_and_every_cut_is_found() {
         assert!(read::<String>(&path).is_err(), "{what}");
         assert!(read_about::<String>(&path).is_err(), "{what}");
     };
-    // All of the header and of the end, and each byte of the sums in one place or another.
+    // All of the header and of the end, and every byte position within sums at some place.
     for at in (0..200)
         .chain((200..whole.len()).step_by(203))
         .chain(whole.len() - 8..whole.len())

@@ -1,4 +1,4 @@
-//! Runs to an error: several films of different seeds, and what is kept of them.
+//! Runs to an error: several films of different seeds, and their saved state.
 
 use std::time::{Duration, Instant};
 
@@ -12,7 +12,7 @@ use crate::run::record::Replicates;
 use crate::run::{MOST_SPP, replicates};
 
 impl Run {
-    /// Goes on from the films and pictures of a run to an error.
+    /// Resumes from the films and pictures of a run to an error.
     pub(in crate::run) fn resumed_replicates(prepared: Prepared, goal: Goal, saved: Saved, kept: Replicates) -> Self {
         let Saved { record, film, others } = saved;
         let mut run = Self::new(prepared, goal);
@@ -42,7 +42,7 @@ impl Run {
         run
     }
 
-    /// What a file keeps of a run: how its replicates stand, films, and pictures.
+    /// The saved state of a run: its replicates, films, and pictures.
     pub(in crate::run) fn kept(&self) -> (Option<Replicates>, Vec<&Film>, Vec<&Picture>) {
         let films = self.films.iter().map(Renderer::film).collect();
         let Some((halves, pictures)) = self.halves.as_ref().map(Halves::state) else {
@@ -52,8 +52,8 @@ impl Run {
         (Some(Replicates { levels, halves }), films, pictures)
     }
 
-    /// Pictures of the replicates so far, of which none has less than half of the passes of any: their plain mean is a picture, and
-    /// their spread tells its error without bias, however their passes differ.
+    /// Pictures of the replicates so far, leaving out those with less than half of the maximum passes: their plain mean is a
+    /// picture, and their spread estimates its error without bias even if their passes differ.
     pub(super) fn comparable(&self) -> Vec<Picture> {
         let latest = self.halves.as_ref().filter(|_| self.goal.is_adaptive());
         let latest = latest.map(Halves::latest).unwrap_or_default();
@@ -66,7 +66,7 @@ impl Run {
         films.map(|film| film.film().picture()).collect()
     }
 
-    /// Whether that was the last step, as for the other kinds of step.
+    /// Returns whether this was the last step.
     pub(super) fn step_replicates(
         &mut self,
         asked: f64,
@@ -119,7 +119,7 @@ impl Run {
         done || samples > MOST_SPP.into() || self.time_is_over(started)
     }
 
-    /// At the end of a run whose halves have not both ended: the picture of what there is, and its error.
+    /// For a run that ended before both halves had: computes the picture so far, and its error.
     pub(super) fn sum_up(&mut self) {
         if let Work::Error(asked, _) = self.goal.work
             && self.halves.as_ref().is_some_and(|halves| halves.error().is_none())

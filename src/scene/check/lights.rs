@@ -1,4 +1,4 @@
-//! What a light that is no shape must be.
+//! Validation of lights without shape.
 
 use glam::DVec3;
 
@@ -7,7 +7,7 @@ use crate::scene::invalid::Wrong;
 use crate::scene::light::{Light, LightClass};
 use crate::scene::rule::{ANGULAR_RADIUS, FINITE, INNER_ANGLE, NOT_NEGATIVE, OUTER_ANGLE};
 
-/// Irradiance on what faces a disk in the sky, over its radiance: `pi sin²` of the angular radius in degrees.
+/// Irradiance on a perpendicular surface over the radiance of a sun: `pi sin²` of the angular radius in degrees.
 fn facing(angular_radius: f64) -> f64 {
     std::f64::consts::PI * angular_radius.to_radians().sin().powi(2)
 }
@@ -54,7 +54,7 @@ pub(super) fn light(light: &Light) -> Checked {
     }
 }
 
-/// Any finite vector but 0; of a target, its place relative to the light.
+/// Any finite vector except 0; a target is given relative to the light.
 fn direction(axis: DVec3, remedy: &'static str) -> Checked {
     vector("direction", axis, &FINITE)?;
     if axis != DVec3::ZERO {

@@ -1,4 +1,4 @@
-//! What is found to coincide, and what is not.
+//! Tests of coincident shapes.
 
 use super::*;
 use crate::scene::{Camera, FilmSize, Fov, Material, MaterialId, Scene};
@@ -50,7 +50,7 @@ fn what_lies_exactly_on_an_earlier_face_is_left_out() {
     };
     let (up, down) = ([[0, 1, 2], [0, 2, 3]], [[2, 1, 0], [0, 3, 2]]);
     let glow = || mesh(&FLOOR, &[[2, 1, 0], [0, 3, 2]], Surface::Emission(DVec3::ONE));
-    // Meshes, whether only fronts reflect, and how many faces are left of the second.
+    // Meshes, whether only fronts reflect, and the number of faces left of the second.
     for (mut meshes, one_sided, left) in [
         (vec![floor(&up, 0), floor(&[[1, 2, 0], [3, 0, 2]], 1)], false, 0),
         (vec![floor(&up, 0), floor(&[[0, 1, 2], [0, 1, 3]], 1)], false, 1),
@@ -62,7 +62,7 @@ fn what_lies_exactly_on_an_earlier_face_is_left_out() {
         assert_eq!((meshes[0].triangles.len(), meshes[1].triangles.len()), (2, left));
         assert_eq!(said.is_some(), left < 2);
     }
-    // Both sides of a sheet in one mesh: needed where only fronts reflect.
+    // Both sides of a surface in one mesh: needed where only fronts reflect.
     for (one_sided, left) in [(true, 4), (false, 2)] {
         let mut meshes = vec![floor(&[up, down].concat(), 0)];
         drop_twins(&mut meshes, |_| one_sided, keep);
@@ -131,7 +131,7 @@ fn of_spheres_with_one_centre_the_one_behind_goes() {
     assert!(drop_close(&mut apart, DVec3::X * 5.0).is_empty() && apart.len() == 2);
 }
 
-/// A builder leaves out what is hidden, and pairs faces in one plane by the places that their meshes have in the scene.
+/// A builder removes hidden faces, and reports overlapping meshes by their indices in the final scene.
 #[test]
 fn a_scene_names_what_coincides_by_its_own_places() {
     let camera = Camera::new(CAMERA, [0.0; 3], Fov::X(40.0));

@@ -1,17 +1,17 @@
-//! What no mesh file may have: indices out of range, numbers that are none. And whether a triangle has an area.
+//! Validation of mesh files: indices and numbers. And the area test of triangles.
 
 use glam::{DVec2, DVec3};
 
 use super::{NO_NORMAL, NO_UV, Problem, RawMesh};
 
-/// `true` if single precision can hold `v`: the packets compute in it.
+/// Whether single precision, in which packets compute, can hold `v`.
 pub fn in_range(v: DVec3) -> bool {
     // NaN fails the comparison too.
     v.to_array().iter().all(|x| x.abs() <= f64::from(f32::MAX))
 }
 
-/// Whether a file's numbers and indices are possible at all. Vertices that no triangle uses may be anything; they become
-/// points that are used. Normals that are not finite become none, with a note.
+/// Checks a file's numbers and indices. Unused vertices may be anything; they are replaced by a used point. Normals that are
+/// not finite are removed, with a note.
 pub fn check(raw: &mut RawMesh) -> Result<(), Problem> {
     let mend = "save the mesh again; vertices and triangles are counted from 0";
     let count = raw.vertices.len();
@@ -66,13 +66,13 @@ fn triple(v: DVec3) -> String {
     format!("[{}, {}, {}]", v.x, v.y, v.z)
 }
 
-/// Whether a triangle has an area, as far as `f64` can tell: its corners do not lie on one line.
+/// Whether a triangle has an area in `f64`: its corners are not collinear.
 ///
-/// Those that do cannot be seen, have no normal, and Embree's hits on them can be far outside (RenderKit/embree issue 387).
+/// Collinear ones are invisible, have no normal, and Embree's hits on them can be far outside (RenderKit/embree issue 387).
 pub fn has_area([a, b, c]: [DVec3; 3]) -> bool {
     let (ab, bc, ca) = (b - a, c - b, a - c);
     let longest = ab.length_squared().max(bc.length_squared()).max(ca.length_squared());
-    // The differences of the two shorter edges cancel least: their cross product is the most exact of the three.
+    // The cross product of the two shorter edges has the least cancellation.
     let twice_area = if longest == bc.length_squared() {
         ab.cross(ca)
     } else if longest == ca.length_squared() {

@@ -1,5 +1,5 @@
-//! Vertices of files whose corners have normals or texture coordinates of their own: each set that a position occurs
-//! with becomes a vertex. Corners without them share vertices with each other alone.
+//! Splits vertices of files whose corners have normals or texture coordinates: each distinct set at a position becomes a
+//! vertex. Corners without a set only share vertices with each other.
 
 use std::collections::HashMap;
 
@@ -8,18 +8,18 @@ use super::Problem;
 /// "No normal" or "no texture coordinates".
 pub const NONE: u32 = u32::MAX;
 
-/// In place of the number of a normal: corners with the same number share a computed normal.
+/// From here on, a normal index is a smoothing group: corners with the same number share a computed normal.
 pub const SMOOTHING: u32 = 1 << 31;
 
-/// Vertices beyond the positions of the file are numbered from here until it is known how many positions there are.
+/// Vertices beyond the file's positions are numbered from here until the number of positions is known.
 const EXTRA: u32 = 1 << 31;
 
-/// What a corner has beside its position.
+/// The attributes of a corner besides its position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Set {
-    /// Number of a normal, or [`SMOOTHING`] and more, or [`NONE`].
+    /// Index of a normal, [`SMOOTHING`] or more for a smoothing group, or [`NONE`].
     pub normal: u32,
-    /// Number of texture coordinates, or [`NONE`].
+    /// Index of texture coordinates, or [`NONE`].
     pub uv: u32,
 }
 
@@ -31,8 +31,8 @@ impl Set {
     };
 }
 
-/// Which vertex a corner is. The first set of a position keeps the position's number; most have one set, so that hardly
-/// anything is looked up.
+/// Maps corners to vertices. The first set of a position keeps the position's index; most positions have only one, so lookups
+/// are rare.
 #[derive(Debug)]
 pub struct Corners {
     first: Vec<Set>,
@@ -41,7 +41,7 @@ pub struct Corners {
 }
 
 impl Corners {
-    /// Behind these triangles, whose corners have positions alone.
+    /// Continues after these triangles, whose corners only have positions.
     pub fn after(triangles: &[[u32; 3]]) -> Self {
         let mut corners = Self {
             first: Vec::new(),
@@ -57,7 +57,7 @@ impl Corners {
         corners
     }
 
-    /// The vertex of a corner; there are `positions`, and `position` is one of them.
+    /// The vertex of a corner at `position`, out of `positions`.
     pub fn vertex(&mut self, position: u32, set: Set, positions: usize) -> Result<u32, Problem> {
         if self.first.len() <= position as usize {
             self.first.resize(positions, Set::UNUSED);
@@ -80,8 +80,7 @@ impl Corners {
         Ok(vertex)
     }
 
-    /// Gives the triangles their vertices' final numbers; the positions of the file, of which there are so many, come
-    /// first.
+    /// Assigns final vertex indices to the triangles; the `positions` of the file come first.
     pub fn finish(mut self, positions: usize, triangles: &mut [[u32; 3]]) -> Self {
         self.found = HashMap::new();
         self.first.resize(positions, Set::UNUSED);
@@ -91,7 +90,7 @@ impl Corners {
         self
     }
 
-    /// Gives each corner whose set is `alone` a vertex of its own; after [`finish`](Self::finish).
+    /// Gives each corner whose set satisfies `alone` a separate vertex; call after [`finish`](Self::finish).
     pub fn part(&mut self, triangles: &mut [[u32; 3]], alone: fn(Set) -> bool) -> Result<(), Problem> {
         let positions = self.first.len();
         for corner in triangles.iter_mut().flatten() {
@@ -109,7 +108,7 @@ impl Corners {
         Ok(())
     }
 
-    /// Adds the vertices beyond the positions to a list that is by position.
+    /// Extends a list by position with the additional vertices.
     pub fn extend<T: Copy>(&self, values: &mut Vec<T>) {
         values.reserve_exact(self.others.len());
         for &(position, _) in &self.others {
@@ -117,7 +116,7 @@ impl Corners {
         }
     }
 
-    /// What `number` finds in each vertex's set; `none` where there is nothing.
+    /// Looks up the value of `number` for each vertex; `none` where there is none.
     pub fn gather<T: Copy>(&self, values: &[T], none: T, number: fn(Set) -> u32) -> Vec<T> {
         let sets = self.first.iter().chain(self.others.iter().map(|(_, set)| set));
         let mut gathered = Vec::with_capacity(self.first.len() + self.others.len());

@@ -1,4 +1,4 @@
-//! Meshes that are written into the scene file.
+//! Meshes written in the scene file.
 
 use glam::DVec2;
 
@@ -11,7 +11,7 @@ use super::polygons::Polygons;
 /// The mesh that the lists `vertices` and `faces` describe.
 pub fn inline(vertices: &Value<'_>, faces: &Value<'_>, uvs: Option<Value<'_>>) -> Result<RawMesh, Fault> {
     let points = vertices.list("write a list of points, such as [[0, 0, 0], [1, 0, 0], [0, 1, 0]]")?;
-    // Polygons are cut by these numbers: they have to be some.
+    // Polygon triangulation needs finite numbers.
     let points = points
         .map(|point| point.ruled_triple(&FINITE))
         .collect::<Result<Vec<_>, _>>()?;

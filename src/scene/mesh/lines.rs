@@ -1,19 +1,19 @@
-//! Lines of text files: with every line end and mark that people's programs write, counted from 1.
+//! Lines of text files, counted from 1, with all common line ends and byte order marks.
 
 use std::io::{self, BufRead};
 
 use super::Problem;
 
-/// What would do for a file that breaks off.
+/// The remedy for a truncated file.
 pub const DAMAGED: &str = "the file is damaged or cut short: save or fetch it again";
 
-/// The lines of a text: `\n`, `\r\n` and `\r` end them, and a byte order mark in front is skipped.
+/// The lines of a text: `\n`, `\r\n` and `\r` end them, and a leading byte order mark is skipped.
 pub struct Lines<R> {
     source: R,
     line: Vec<u8>,
-    /// Of the line that was returned last, from 1.
+    /// Number of the line returned last, from 1.
     number: usize,
-    /// The last line ended in `\r`: a `\n` that follows belongs to that end.
+    /// The last line ended in `\r`: a following `\n` belongs to that end.
     after_return: bool,
     /// Whether any line ended in `\r\n`.
     pairs: bool,
@@ -40,13 +40,13 @@ impl<R: BufRead> Lines<R> {
         })
     }
 
-    /// The next line without its end, and its number; `None` behind the last one.
+    /// The next line without its end, and its number; `None` after the last one.
     pub fn next(&mut self) -> Result<Option<(usize, &[u8])>, Problem> {
         self.line.clear();
         Ok(self.append()?.then_some((self.number, &self.line)))
     }
 
-    /// Adds the next line to what stands in `line`; `false` behind the last one.
+    /// Appends the next line to `line`; `false` after the last one.
     fn append(&mut self) -> Result<bool, Problem> {
         let mut any = false;
         loop {
@@ -75,7 +75,7 @@ impl<R: BufRead> Lines<R> {
         }
     }
 
-    /// As [`next`](Self::next), with the lines that a `\` at the end of a line continues; beside them the number of the first.
+    /// Like [`next`](Self::next), but joins lines continued by a `\` at the end; returns the number of the first.
     pub fn next_continued(&mut self) -> Result<Option<(usize, &[u8])>, Problem> {
         self.line.clear();
         if !self.append()? {
@@ -96,9 +96,9 @@ impl<R: BufRead> Lines<R> {
         self.number
     }
 
-    /// What follows the line that was returned last, to the byte.
+    /// The rest of the source after the line returned last, exact to the byte.
     pub fn into_rest(mut self) -> Result<R, Problem> {
-        // In a text of `\r` alone a `\n` is the first byte of what follows.
+        // If lines only end in `\r`, a `\n` is the first byte of the rest.
         if self.after_return && self.pairs && self.source.fill_buf().map_err(unreadable)?.first() == Some(&b'\n') {
             self.source.consume(1);
         }
@@ -108,17 +108,17 @@ impl<R: BufRead> Lines<R> {
 
 /// The words of a line.
 pub fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
-    // A vertical tab is a space too.
+    // A vertical tab counts as a space.
     let parts = line.split(|byte| byte.is_ascii_whitespace() || *byte == 0x0b);
     parts.filter(|word| !word.is_empty())
 }
 
-/// The number that a word is.
+/// Parses a word as a number.
 pub fn number<T: std::str::FromStr>(word: &[u8]) -> Option<T> {
     std::str::from_utf8(word).ok()?.parse().ok()
 }
 
-/// The next `N` words as numbers.
+/// Parses the next `N` words as numbers.
 pub fn numbers<'w, const N: usize>(words: &mut impl Iterator<Item = &'w [u8]>) -> Option<[f64; N]> {
     let mut all = [0.0; N];
     for place in &mut all {
@@ -127,7 +127,7 @@ pub fn numbers<'w, const N: usize>(words: &mut impl Iterator<Item = &'w [u8]>) -
     Some(all)
 }
 
-/// Why the bytes of a file do not come.
+/// The problem of a read error.
 pub fn unreadable(error: io::Error) -> Problem {
     match error.kind() {
         io::ErrorKind::UnexpectedEof => Problem::new("is cut short: its compressed data has no end", DAMAGED),
@@ -143,7 +143,7 @@ mod tests {
     use super::*;
 
     fn lines(text: &[u8]) -> Vec<(usize, String)> {
-        // Buffers of three bytes: ends and marks fall between two of them.
+        // A tiny buffer, so that line ends and marks span two reads.
         let mut lines = Lines::new(io::BufReader::with_capacity(4, text)).unwrap();
         let mut all = Vec::new();
         while let Some((number, line)) = lines.next().unwrap() {

@@ -1,4 +1,4 @@
-//! Triangle meshes: what an inline table or a file says, and the steps from there to a [`Mesh`].
+//! Triangle meshes: from an inline table or a file to a [`Mesh`].
 
 mod clean;
 mod corners;
@@ -26,7 +26,7 @@ pub(super) use ply::points;
 pub(super) use source::read;
 pub(super) use transform::{rotations, transform};
 
-/// What a file or a table says: nothing is known of it but that the lengths of `vertices`, `normals` and `uvs` agree.
+/// Unchecked data of a file or a table; only the lengths of `vertices`, `normals` and `uvs` agree.
 #[derive(Debug, Default)]
 pub(super) struct RawMesh {
     vertices: Vec<DVec3>,
@@ -35,17 +35,17 @@ pub(super) struct RawMesh {
     normals: Option<Vec<DVec3>>,
     /// [`NO_UV`] where a vertex has none.
     uvs: Option<Vec<DVec2>>,
-    /// What was left out or guessed: sentences without a subject.
+    /// Notes about omissions and guesses: sentences without a subject.
     notes: Vec<String>,
 }
 
-/// In the place of a normal: the vertex gets one from the triangles around it.
+/// Marks a missing normal: the vertex gets one from the triangles around it.
 const NO_NORMAL: DVec3 = DVec3::ZERO;
 
-/// In the place of texture coordinates.
+/// Marks missing texture coordinates.
 const NO_UV: DVec2 = DVec2::INFINITY;
 
-/// What of a file is needed beside positions and faces.
+/// What to read from a file besides positions and faces.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Wanted {
     pub uvs: bool,
@@ -57,7 +57,7 @@ pub(super) struct Wanted {
 pub(super) enum Normals {
     /// By the normal of each triangle.
     Flat,
-    /// By normals at the vertices: the file's, else area-weighted ones.
+    /// By normals at the vertices: from the file, or area-weighted averages.
     Smooth,
 }
 
@@ -72,10 +72,10 @@ impl Normals {
     }
 }
 
-/// What is wrong with the contents of a mesh file; `what` follows the file's name.
+/// A problem with the contents of a mesh file; `what` follows the file's name.
 type Problem = Fault;
 
-/// Moves a mesh into place and gives it normals. The sentences say what was left out of it or guessed.
+/// Transforms a mesh and computes normals. The sentences report omissions and guesses.
 pub(super) fn finish(
     mut raw: RawMesh,
     placement: DMat4,
@@ -113,9 +113,9 @@ impl RawMesh {
 }
 
 impl Mesh {
-    /// The mesh with smooth shading: unit normals at its vertices, of those that it has, else the mean of the triangles around
-    /// each, weighted by their areas. Triangles are wound as the normals of their corners say. A mesh that a builder would refuse
-    /// stays as it is.
+    /// The mesh with smooth shading: unit normals at its vertices, its own if it has them, otherwise area-weighted averages
+    /// over the surrounding triangles. Triangles are wound to agree with the normals of their corners. A mesh that a builder
+    /// would reject is returned unchanged.
     #[must_use]
     pub fn smooth(self) -> Self {
         let count = self.vertices.len();
@@ -140,12 +140,12 @@ impl Mesh {
     }
 }
 
-/// Refuses triangles without texture coordinates in a mesh that has some: they are read only where there is a texture.
+/// Rejects triangles without texture coordinates in a mesh that has some: coordinates are only read for textures.
 fn bare_triangles(raw: &mut RawMesh, title: &str) -> Result<(), Fault> {
     let Some(uvs) = raw.uvs.as_mut().filter(|uvs| uvs.len() == raw.vertices.len()) else {
         return Ok(());
     };
-    // Those without area are left out later.
+    // Triangles without area are removed later.
     let area = |triangle: &&[u32; 3]| has_area(triangle.map(|corner| raw.vertices[corner as usize]));
     let bare = |triangle: &&[u32; 3]| triangle.iter().any(|&corner| uvs[corner as usize] == NO_UV);
     let count = raw.triangles.iter().filter(area).filter(bare).count();
@@ -166,8 +166,8 @@ fn bare_triangles(raw: &mut RawMesh, title: &str) -> Result<(), Fault> {
     ))
 }
 
-/// The triangles of a strip: each corner makes one with the two before it, and every second one is wound the other way
-/// round. Repeated corners join strips; their triangles are nothing.
+/// The triangles of a strip: each corner forms one with the two before it, with alternating winding. Repeated corners join
+/// strips; their degenerate triangles are dropped.
 fn strip(corners: &[u32]) -> impl Iterator<Item = [u32; 3]> + '_ {
     let triangles = corners.windows(3).enumerate().map(|(i, t)| match i % 2 {
         0 => [t[0], t[1], t[2]],
@@ -176,7 +176,7 @@ fn strip(corners: &[u32]) -> impl Iterator<Item = [u32; 3]> + '_ {
     triangles.filter(|[a, b, c]| a != b && b != c && c != a)
 }
 
-/// A sentence about faces without an inside.
+/// A sentence about faces with fewer than three corners.
 fn short_faces(count: usize) -> Option<String> {
     let (noun, verb) = if count == 1 { ("face", "is") } else { ("faces", "are") };
     (count > 0).then(|| format!("{count} {noun} of fewer than 3 corners {verb} left out"))

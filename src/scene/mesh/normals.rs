@@ -4,11 +4,10 @@ use glam::DVec3;
 
 use super::{NO_NORMAL, RawMesh, has_area};
 
-/// A unit normal for each vertex: the file's own, else the mean of the triangles around it, weighted by their areas.
+/// A unit normal for each vertex: from the file, or an area-weighted average of the surrounding triangles.
 ///
-/// The winding of a triangle that disagrees with the normals of its corners is turned round: surfaces are two-sided, so
-/// its only meaning is to say which way the shading normals point. Files whose faces are wound the wrong way, and
-/// mirrored meshes, come out right.
+/// Triangles whose winding disagrees with the normals of their corners are flipped. Surfaces are two-sided, so winding only
+/// defines the side of the shading normals. This corrects files with wrong winding, and mirrored meshes.
 pub fn smooth(raw: &mut RawMesh) -> Vec<DVec3> {
     let RawMesh {
         vertices,
@@ -22,7 +21,7 @@ pub fn smooth(raw: &mut RawMesh) -> Vec<DVec3> {
         (b - a).cross(c - a)
     };
 
-    // Vertices with a normal of their own do not need the sum, which is made in its place.
+    // Vertices with their own normal do not need the sum, so it is accumulated in place.
     let mut normals = normals.take().unwrap_or_else(|| vec![NO_NORMAL; vertices.len()]);
     let given: Vec<bool> = normals.iter().map(|&given| unit(given).is_some()).collect();
     for corners in triangles.iter().filter(|corners| has_area(points(corners))) {
@@ -36,7 +35,7 @@ pub fn smooth(raw: &mut RawMesh) -> Vec<DVec3> {
         *normal = unit(*normal).unwrap_or(NO_NORMAL);
         opposed |= *normal == NO_NORMAL;
     }
-    // A vertex between two faces that look in opposite directions has no mean: the last of its faces will do.
+    // A vertex between two opposite faces has no average: use the last of its faces.
     if opposed {
         for corners in triangles.iter().rev().filter(|corners| has_area(points(corners))) {
             for &corner in corners.iter() {
@@ -61,7 +60,7 @@ pub fn smooth(raw: &mut RawMesh) -> Vec<DVec3> {
     normals
 }
 
-/// `v` at length 1, unless it is zero. Brought to about 1 first: squares of small areas would underflow.
+/// `v` normalized, unless it is zero. Scaled to about 1 first: squares of small areas would underflow.
 fn unit(v: DVec3) -> Option<DVec3> {
     let largest = v.abs().max_element();
     (largest > 0.0 && largest.is_finite()).then(|| (v / largest).normalize())

@@ -8,7 +8,7 @@ use super::lines::{DAMAGED, Lines, number, words};
 use super::polygons::Polygons;
 use super::{Problem, RawMesh, Wanted};
 
-/// Reads all faces. Lines may have comments behind `#`; counts may stand behind the keyword, even joined to it.
+/// Reads all faces. Lines may have comments after `#`; counts may follow the keyword, even without a space.
 pub fn read<R: BufRead>(source: R, wanted: Wanted) -> Result<RawMesh, Problem> {
     let mut lines = Content(Lines::new(source)?);
     let first = lines.need("its header")?;
@@ -85,11 +85,11 @@ pub fn read<R: BufRead>(source: R, wanted: Wanted) -> Result<RawMesh, Problem> {
     Ok(raw)
 }
 
-/// What the keyword says that vertices have.
+/// Vertex attributes declared by the keyword.
 struct Kind {
     normals: bool,
     uvs: bool,
-    /// A count that nobody put a space before.
+    /// A count joined to the keyword.
     joined: Option<Vec<u8>>,
 }
 
@@ -108,7 +108,7 @@ impl Kind {
                 "save it with three coordinates",
             ));
         }
-        // The order of the letters is fixed; there is nothing to gain from insisting.
+        // The format fixes the order of the letters, but any order is accepted.
         let (uvs, others) = prefix
             .strip_prefix("ST")
             .map_or((false, prefix), |others| (true, others));
@@ -126,11 +126,11 @@ impl Kind {
     }
 }
 
-/// Lines with something in them.
+/// Lines that are not blank.
 struct Content<R>(Lines<R>);
 
 impl<R: BufRead> Content<R> {
-    /// The words of the next one; `what` is what its file promised.
+    /// The words of the next line; `what` is what the file declared.
     fn need(&mut self, what: &str) -> Result<Vec<Vec<u8>>, Problem> {
         while let Some((_, line)) = self.0.next()? {
             let content = line.split(|&byte| byte == b'#').next().unwrap_or_default();

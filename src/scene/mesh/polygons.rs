@@ -1,23 +1,23 @@
-//! Triangles of polygons. Where a fan from the first corner covers the polygon, as it does every convex one, it is that
-//! fan; elsewhere ears are cut off by the crate `earcut`, in the plane that fits the polygon best.
+//! Triangulates polygons. If a fan from the first corner covers the polygon, as for every convex one, the fan is used;
+//! otherwise the crate `earcut` clips ears in the best-fitting plane.
 
 use earcut::Earcut;
 use glam::DVec3;
 
-/// How far, as a part of the whole, areas may be off by rounding alone.
+/// Relative rounding error allowed for areas.
 const ROUNDING: f64 = 1e-9;
 
-/// Ears are cut from polygons of up to so many corners: their time grows with the square.
+/// Maximum number of corners for ear clipping, whose time is quadratic.
 const MOST: usize = 1 << 16;
 
-/// Makes triangles of polygons, and remembers those whose edges cross.
+/// Triangulates polygons, and counts those whose edges intersect.
 pub struct Polygons {
     earcut: Earcut<f64>,
     /// Corners relative to the first, in units of the polygon's extent.
     points: Vec<DVec3>,
     flat: Vec<[f64; 2]>,
     indices: Vec<u32>,
-    /// How many cross themselves, and where the first of them stands.
+    /// Number of self-intersecting polygons, and the place of the first.
     crossing: Option<(usize, usize)>,
 }
 
@@ -34,8 +34,8 @@ impl Default for Polygons {
 }
 
 impl Polygons {
-    /// The triangles of the polygon with these corners, wound as it is: three numbers of corners each, counted from 0.
-    /// `place` is its line or number, for [`note`](Self::note).
+    /// The triangles of the polygon with these corners, in the same winding: three corner indices each, from 0. `place` is its
+    /// line or number, for [`note`](Self::note).
     pub fn triangles(
         &mut self,
         corners: impl ExactSizeIterator<Item = DVec3>,
@@ -49,8 +49,8 @@ impl Polygons {
         self.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]])
     }
 
-    /// Fills `points`. Whether the fan from the first corner covers the polygon once and no more: no triangle of it
-    /// looks away from the normal of the whole, and together they do not go round more than once.
+    /// Fills `points`. Returns whether the fan from the first corner covers the polygon exactly once: no triangle of it faces
+    /// away from the normal of the whole, and together they go round at most once.
     fn fan_covers(&mut self, corners: impl Iterator<Item = DVec3>) -> bool {
         self.points.clear();
         self.points.extend(corners);
@@ -58,26 +58,26 @@ impl Polygons {
         let points = self.points.iter_mut();
         points.for_each(|point| *point -= first);
         let extent = self.points.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
-        // What is not finite is an error that somebody else reports, and a point has no triangles to get wrong.
+        // Non-finite values are reported elsewhere, and a point has no triangles.
         if !extent.is_finite() || extent == 0.0 {
             return true;
         }
         let points = self.points.iter_mut();
         points.for_each(|point| *point /= extent);
 
-        // Twice the area of the polygon along its normal (Newell), as the sum over the fan.
+        // Twice the area vector of the polygon (Newell), as the sum over the fan.
         let fan = || self.points[1..].windows(2).map(|pair| (pair[0], pair[1]));
         let normal: DVec3 = fan().map(|(a, b)| a.cross(b)).sum();
         let least = -ROUNDING * normal.length_squared();
         if fan().any(|(a, b)| a.cross(b).dot(normal) < least) {
             return false;
         }
-        // Two triangles cannot go round.
+        // Two triangles cannot go round the full circle.
         let sweep = || fan().map(|(a, b)| a.angle_between(b)).filter(|angle| angle.is_finite());
         normal != DVec3::ZERO && (self.points.len() < 5 || sweep().sum::<f64>() <= std::f64::consts::TAU + 1e-6)
     }
 
-    /// Fills `indices`; `false` if there is nothing to cut.
+    /// Clips ears into `indices`; `false` if there is nothing to clip.
     fn cut_ears(&mut self, place: usize) -> bool {
         if self.points.len() > MOST {
             self.guessed(place);
@@ -86,7 +86,7 @@ impl Polygons {
         let fan = || self.points[1..].windows(2).map(|pair| pair[0].cross(pair[1]));
         let mut normal: DVec3 = fan().sum();
         if normal.length() < ROUNDING {
-            // The halves of a bow tie cancel. Any of its triangles has its plane.
+            // The halves of a bow tie cancel, but any of its triangles has its plane.
             normal = fan()
                 .max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()))
                 .unwrap_or_default();
@@ -113,7 +113,7 @@ impl Polygons {
             .windows(2)
             .map(|pair| twice([self.flat[0], pair[0], pair[1]]))
             .sum::<f64>();
-        // A polygon that does not cross itself is as large as its triangles.
+        // The triangles of a simple polygon sum to its area.
         if (covered - whole).abs() > 1e-6 {
             self.guessed(place);
         }
@@ -125,7 +125,7 @@ impl Polygons {
         self.crossing = Some((count + 1, first));
     }
 
-    /// A sentence if polygons cross themselves; `places` says what their places are: lines or faces.
+    /// A sentence if polygons intersect themselves; `places` is the kind of their places: lines or faces.
     pub fn note(&self, places: &str) -> Option<String> {
         let (count, first) = self.crossing?;
         let (faces, verb, their) = match count {
@@ -157,7 +157,7 @@ mod tests {
         points.iter().map(|p| DVec3::new(p[0], p[1], 0.0)).collect()
     }
 
-    /// From each corner in turn, in both directions: all triangles are wound as the polygon is and sum to its area.
+    /// From each corner in turn, in both directions: all triangles have the winding of the polygon and sum to its area.
     fn covers(points: &[[f64; 2]], area: f64) {
         let points = plane(points);
         for start in 0..points.len() {
@@ -220,7 +220,7 @@ mod tests {
             ],
             9.0,
         );
-        // A square with a square hole, which a bridge joins to the outside.
+        // A square with a square hole, connected to the outside by a bridge.
         covers(
             &[
                 [0., 0.],

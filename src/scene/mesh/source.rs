@@ -1,4 +1,4 @@
-//! From the name of a mesh file to its reader.
+//! Chooses the reader of a mesh file by its name.
 
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
@@ -13,10 +13,10 @@ use super::{Problem, RawMesh, Wanted, clean, gltf, obj, off, ply, stl};
 
 const ENDINGS: [&str; 6] = ["obj", "ply", "stl", "off", "gltf", "glb"];
 
-/// Deflate packs no more than so many bytes into one (zlib's technical notes).
+/// Maximum compression factor of deflate (zlib's technical notes).
 const DENSEST: u64 = 1032;
 
-/// Reads the mesh file `name`, with its normals and texture coordinates where they are wanted: they split vertices.
+/// Reads the mesh file `name`. Normals and texture coordinates are read only if wanted, because they split vertices.
 pub fn read(files: &Files, name: &str, wanted: Wanted) -> Result<RawMesh, Fault> {
     let ending = |path: &Path| path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     let path = Path::new(name);
@@ -54,7 +54,7 @@ pub fn read(files: &Files, name: &str, wanted: Wanted) -> Result<RawMesh, Fault>
             };
             let mut source = BufReader::with_capacity(1 << 16, source);
             let raw = text(&format, &mut source, length.saturating_mul(DENSEST), wanted)?;
-            // The checksum is behind the last byte.
+            // The checksum follows the last byte.
             io::copy(&mut source, &mut io::sink()).map_err(unreadable)?;
             Ok(raw)
         })?
@@ -82,7 +82,7 @@ fn unpacked(bytes: &[u8]) -> Result<Vec<u8>, Problem> {
     Ok(all)
 }
 
-/// Counts what comes out of a packed file, and stops where it cannot be kept: a few bytes may unpack to anything.
+/// Counts uncompressed bytes, and stops if they cannot fit into memory: a few bytes may expand to any size.
 struct Unpacked<R> {
     source: R,
     bytes: u64,
@@ -93,7 +93,7 @@ impl<R: Read> Read for Unpacked<R> {
         let count = self.source.read(buffer)?;
         let (before, step) = (self.bytes, 64 << 20);
         self.bytes += count as u64;
-        // The numbers of a file take about as much room as the file: as much again must be free.
+        // Parsed numbers take about as much memory as the file: that much must be free.
         if before / step != self.bytes / step && !memory::fits(self.bytes) {
             return Err(io::ErrorKind::OutOfMemory.into());
         }

@@ -1,5 +1,5 @@
-//! STL, binary and ASCII. The crate `stl_io` needs to seek, which compressed files cannot, takes every file that begins
-//! with `solid` for ASCII, and reads the first solid alone. Normals of facets say nothing that the corners do not.
+//! STL, binary and ASCII. The crate `stl_io` needs to seek, which compressed files cannot, treats every file that begins with
+//! `solid` as ASCII, and only reads the first solid. Facet normals are redundant and ignored.
 
 use std::collections::HashMap;
 use std::io::{BufRead, ErrorKind, Read};
@@ -10,10 +10,10 @@ use super::lines::{DAMAGED, Lines, numbers, unreadable, words};
 use super::polygons::Polygons;
 use super::{Problem, RawMesh};
 
-/// A binary file begins with 80 bytes for anybody and the number of its triangles.
+/// A binary file begins with 80 arbitrary bytes and the number of its triangles.
 const HEADER: usize = 84;
 
-/// Reads all triangles. Corners at the same point become one vertex, so that smooth normals have neighbours.
+/// Reads all triangles. Corners at the same point become one vertex, so that smooth normals can be averaged.
 pub fn read<R: BufRead>(mut source: R) -> Result<RawMesh, Problem> {
     let mut start = Vec::new();
     source
@@ -22,8 +22,8 @@ pub fn read<R: BufRead>(mut source: R) -> Result<RawMesh, Problem> {
         .read_to_end(&mut start)
         .map_err(unreadable)?;
     let mut mesh = Stl::default();
-    // Texts hold no zeros, but those in UTF-16. Binary headers may begin with `solid`; the count behind them holds a zero,
-    // or is the largest that there is.
+    // Text has no zero bytes, except in UTF-16. Binary headers may begin with `solid`; the count after them contains a zero
+    // byte, or is the maximum.
     let marked = start.starts_with(&[0xff, 0xfe]) || start.starts_with(&[0xfe, 0xff]);
     let binary = start.contains(&0) || start.ends_with(&[0xff; 4]);
     if start.len() == HEADER && binary && !marked {
@@ -48,7 +48,7 @@ impl Stl {
     fn vertex(&mut self, point: [f32; 3]) -> Result<u32, Problem> {
         let next = u32::try_from(self.raw.vertices.len())
             .map_err(|_| Problem::new("has more vertices than 32 bits can count", "use a smaller mesh"))?;
-        // The sum makes one zero of the two.
+        // The addition turns -0 into 0.
         let vertex = *self.found.entry(point.map(|x| (x + 0.0).to_bits())).or_insert(next);
         if vertex == next {
             self.raw.vertices.push(DVec3::from_array(point.map(f64::from)));
@@ -57,7 +57,7 @@ impl Stl {
     }
 
     fn binary<R: BufRead>(&mut self, mut source: R, count: u32) -> Result<(), Problem> {
-        // Programs that write as they go leave one of these in the header.
+        // Streaming writers leave one of these in the header.
         let unknown = count == 0 || count == u32::MAX;
         let mut facet = [0; 50];
         let mut read = 0_u32;
@@ -101,7 +101,7 @@ impl Stl {
             let mut rest = words(line);
             let mut word = rest.next().unwrap_or_default().to_ascii_lowercase();
             if word == b"end" {
-                // Some programs part `endloop` and `endsolid`.
+                // Some programs write `end loop` and `end solid`.
                 word.extend(rest.next().unwrap_or_default().to_ascii_lowercase());
             }
             let understood = match &*word {

@@ -1,4 +1,4 @@
-//! `transform = { scale, rotate_x, rotate_y, rotate_z, rotate, translate }`: applied in this order, whatever the order of the
+//! `transform = { scale, rotate_x, rotate_y, rotate_z, rotate, translate }`: applied in this order, not in the order of the
 //! keys.
 
 use glam::{DMat3, DMat4, DVec3};
@@ -11,7 +11,7 @@ use super::RawMesh;
 
 const KEYS: &[&str] = &["scale", "rotate_x", "rotate_y", "rotate_z", "rotate", "translate"];
 
-/// The matrix that takes the points of a mesh to their places in the scene; the identity without a table.
+/// The matrix from mesh space to scene space; the identity without a table.
 pub fn transform(value: Option<Value<'_>>) -> Result<DMat4, Fault> {
     let Some(value) = value else { return Ok(DMat4::IDENTITY) };
     let table = value.table("transform".to_owned(), "transform", KEYS)?;
@@ -30,7 +30,7 @@ pub fn transform(value: Option<Value<'_>>) -> Result<DMat4, Fault> {
     ))
 }
 
-/// The turn of `rotate_x`, `rotate_y`, `rotate_z` and `rotate` in a table, applied in this order.
+/// The rotation by `rotate_x`, `rotate_y`, `rotate_z` and `rotate` of a table, applied in this order.
 pub fn rotations(table: &Table<'_>) -> Result<DMat3, Fault> {
     let turn = |key, axis| match table.get(key) {
         None => Ok(DMat3::IDENTITY),
@@ -42,7 +42,7 @@ pub fn rotations(table: &Table<'_>) -> Result<DMat3, Fault> {
     Ok(about * turn("rotate_z", 2)? * turn("rotate_y", 1)? * turn("rotate_x", 0)?)
 }
 
-/// `rotate = [x, y, z, degrees]`: a turn about the axis `(x, y, z)` through the origin.
+/// `rotate = [x, y, z, degrees]`: a rotation about the axis `(x, y, z)` through the origin.
 fn about_axis(value: &Value<'_>) -> Result<DMat3, Fault> {
     let help = "write an axis and degrees, such as rotate = [0, 1, 0, 30], or rotate_y = 30";
     if value.numbers::<4>().is_err() {
@@ -56,13 +56,13 @@ fn about_axis(value: &Value<'_>) -> Result<DMat3, Fault> {
     }
     let along: Vec<usize> = (0..3).filter(|&k| axis[k] != 0.0).collect();
     Ok(match along[..] {
-        // About a coordinate axis quarter turns are exact.
+        // Quarter turns about coordinate axes are exact.
         [k] => rotation(k, degrees * axis[k].signum()),
         _ => DMat3::from_axis_angle((axis / size).normalize(), (degrees % 360.0).to_radians()),
     })
 }
 
-/// A turn about a coordinate axis, counter-clockwise when the axis points at the eye. Quarter turns are exact.
+/// A rotation about a coordinate axis, counter-clockwise when the axis points at the viewer. Quarter turns are exact.
 fn rotation(axis: usize, degrees: f64) -> DMat3 {
     let degrees = degrees % 360.0;
     let quarters = degrees / 90.0;
@@ -82,8 +82,8 @@ fn rotation(axis: usize, degrees: f64) -> DMat3 {
     DMat3::from_cols(columns[0], columns[1], columns[2])
 }
 
-/// Moves points by `matrix` and normals by its inverse transpose (their lengths do not matter here). A mirror turns the
-/// winding of triangles, so that the front stays in front.
+/// Transforms points by `matrix` and normals by its inverse transpose (without normalizing). A mirror flips the winding of
+/// triangles, which preserves their front.
 pub fn apply(raw: &mut RawMesh, matrix: DMat4) {
     if matrix == DMat4::IDENTITY {
         return;
@@ -101,15 +101,15 @@ pub fn apply(raw: &mut RawMesh, matrix: DMat4) {
     }
 }
 
-/// Whether right hands become left hands.
+/// Whether the map changes handedness.
 pub fn mirrors(linear: DMat3) -> bool {
     linear.x_axis.dot(linear.y_axis.cross(linear.z_axis)) < 0.0
 }
 
-/// What moves normals where `linear` moves points.
+/// The normal matrix of `linear`.
 pub fn of_normals(linear: DMat3) -> DMat3 {
-    // The cofactors are the inverse transpose times the determinant: they exist for every matrix. A mirror has a
-    // negative determinant, which would turn the normals inside out.
+    // The cofactors are the inverse transpose times the determinant: they exist for every matrix. A mirror has a negative
+    // determinant, which would flip the normals.
     let (x, y, z) = (linear.x_axis, linear.y_axis, linear.z_axis);
     let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
     if mirrors(linear) { cofactors * -1.0 } else { cofactors }
@@ -134,7 +134,7 @@ mod tests {
         assert!((third - DVec3::new(0.75_f64.sqrt(), 0.0, -0.5)).length() < 1e-15);
     }
 
-    /// The diagonal takes x to y to z to x in thirds of a turn.
+    /// A rotation about the diagonal by a third of a turn takes x to y to z to x.
     #[test]
     fn a_turn_about_the_diagonal_permutes_the_axes_and_about_an_axis_is_that_of_its_key() {
         let text = "d = { rotate = [2, 2, 2, 120] }\ny = { rotate = [0, -3, 0, -90] }\nn = { rotate = [0, 0, 0, 5] }";
@@ -158,7 +158,7 @@ mod tests {
         apply(&mut raw, DMat4::from_scale(DVec3::new(-2.0, 1.0, 1.0)));
         assert_eq!(raw.vertices, [DVec3::new(-2.0, 0.0, 0.0), DVec3::Y, DVec3::Z]);
         assert_eq!(raw.normals.unwrap(), [DVec3::NEG_X]);
-        // The plane through the three points looked away from 0, and it still does.
+        // The plane through the three points faced away from 0, and it still does.
         assert_eq!(raw.triangles, [[0, 2, 1]]);
     }
 

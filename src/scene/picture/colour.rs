@@ -1,4 +1,4 @@
-//! From the primaries that a file names to those of Rec. 709, in which scenes are written.
+//! Converts from the primaries of a file to Rec. 709, the colour space of scenes.
 
 use glam::{DMat3, DVec3};
 
@@ -19,7 +19,7 @@ pub(super) const REC_709: Primaries = Primaries {
     white: [0.3127, 0.3290],
 };
 
-/// The axes of CIE XYZ, whose numbers are measured and not relative to a white.
+/// The axes of CIE XYZ, which is absolute and not relative to a white point.
 pub(super) const XYZ: Primaries = Primaries {
     red: [1.0, 0.0],
     green: [0.0, 1.0],
@@ -27,7 +27,7 @@ pub(super) const XYZ: Primaries = Primaries {
     white: [1.0 / 3.0, 1.0 / 3.0],
 };
 
-/// Files round what they name: chromaticities are the same up to this.
+/// Tolerance of chromaticities, which files round.
 const SAME: f64 = 1e-3;
 
 /// Long, medium and short cones of Bradford's transform (Lam 1985; the numbers of ICC.1:2022, annex E.3), column by column.
@@ -38,13 +38,13 @@ const BRADFORD: DMat3 = DMat3::from_cols(
 );
 
 impl Primaries {
-    /// Whether these are those of another one, as far as files tell.
+    /// Whether both are the same, within the tolerance of files.
     pub fn are(&self, other: &Self) -> bool {
         let all = |p: &Self| [p.red, p.green, p.blue, p.white].concat();
         all(self).iter().zip(all(other)).all(|(a, b)| (a - b).abs() < SAME)
     }
 
-    /// From RGB to CIE XYZ; 1 of each is the white of luminance 1. `None` where these are no primaries.
+    /// From RGB to CIE XYZ; (1, 1, 1) is white with luminance 1. `None` for invalid primaries.
     pub fn to_xyz(self) -> Option<DMat3> {
         let xyz = |[x, y]: [f64; 2]| DVec3::new(x, y, 1.0 - x - y);
         let axes = DMat3::from_cols(xyz(self.red), xyz(self.green), xyz(self.blue));
@@ -54,8 +54,8 @@ impl Primaries {
         (sound && self.white[1] > 0.0).then(|| axes * DMat3::from_diagonal(shares))
     }
 
-    /// From RGB of these primaries to that of Rec. 709. White stays white by Bradford's adaptation, `neutral` being what the file
-    /// calls white where that is not the white of its primaries; CIE XYZ is converted as it is. `None` where these are no
+    /// From RGB of these primaries to that of Rec. 709. Bradford's adaptation keeps white white; `neutral` is the file's white
+    /// if it differs from the white point of its primaries. CIE XYZ is converted without adaptation. `None` for invalid
     /// primaries.
     pub fn to_rec_709(self, neutral: Option<[f64; 2]>) -> Option<DMat3> {
         let from_xyz = REC_709.to_xyz()?.inverse();
@@ -82,7 +82,7 @@ mod tests {
         );
     }
 
-    /// IEC 61966-2-1 prints the matrix of Rec. 709 to four digits; ACES (S-2014-004) those of AP1, with Bradford's adaptation.
+    /// IEC 61966-2-1 prints the matrix of Rec. 709 to four digits; ACES (S-2014-004) that of AP1, with Bradford's adaptation.
     #[test]
     fn matrices_are_those_of_the_standards() {
         let rec_709 = REC_709.to_xyz().unwrap();

@@ -1,7 +1,7 @@
-//! Radiance pictures: what the header says, around the crate `image`, which decodes the scan lines.
+//! Radiance pictures: the header is parsed here, the crate `image` decodes the scan lines.
 //!
-//! The format: "Radiance File Formats" (radsite.lbl.gov/radiance/refer/filefmts.pdf), and `color.h` and `resolu.h` of Radiance. The
-//! crate reads `#?RADIANCE` with rows from the top alone, so it gets a header of its own, and scan lines are put in place here.
+//! The format: "Radiance File Formats" (radsite.lbl.gov/radiance/refer/filefmts.pdf), and `color.h` and `resolu.h` of Radiance.
+//! The crate only reads `#?RADIANCE` with rows from the top, so it gets a new header, and scan lines are arranged here.
 
 use std::io::Cursor;
 
@@ -12,27 +12,27 @@ use super::colour::{Primaries, XYZ};
 use super::{Decoded, Problem, Purpose, damaged, room_for};
 use crate::texels::Texels;
 
-/// The longest header, in bytes: programs add a line each time that a picture passes through them.
+/// Maximum header length in bytes: programs add a line each time they process a picture.
 const LONGEST_HEADER: usize = 1 << 20;
 
-/// What a header says.
+/// The contents of a header.
 #[derive(Debug, PartialEq)]
 struct Header {
-    /// Of all pixels, over what was measured: red, green, blue.
+    /// Factor of stored over measured values: red, green, blue.
     exposure: [f64; 3],
     xyz: bool,
     /// Whether there is any `EXPOSURE`.
     exposed: bool,
     primaries: Option<Primaries>,
     resolution: Resolution,
-    /// Where the scan lines begin.
+    /// Offset of the scan lines.
     end: usize,
 }
 
-/// How scan lines lie in the picture.
+/// The arrangement of scan lines in the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Resolution {
-    /// Scan lines, and pixels of each.
+    /// Number of scan lines, and pixels per line.
     lines: usize,
     pixels: usize,
     /// Scan lines are columns, not rows.
@@ -59,7 +59,7 @@ pub(super) fn read(bytes: &[u8], purpose: Purpose) -> Result<Decoded, Problem> {
     let mut plain = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {lines} +X {pixels}\n").into_bytes();
     plain.extend_from_slice(&bytes[header.end..]);
     let mut decoder = HdrDecoder::new(Cursor::new(plain)).map_err(|error| damaged(&error))?;
-    // How much there is room for was asked above.
+    // Memory was checked above.
     let _ = decoder.set_limits(image::Limits::no_limits());
     let picture = DynamicImage::from_decoder(decoder).map_err(|error| damaged(&error))?;
     let scan = picture.into_rgb32f().into_raw();
@@ -67,11 +67,12 @@ pub(super) fn read(bytes: &[u8], purpose: Purpose) -> Result<Decoded, Problem> {
     Ok(decoded(header, (width, height), texels))
 }
 
-/// Lumens of a watt of white in Radiance (`WHTEFFICACY` of its `color.h`).
+/// Lumens per watt of white in Radiance (`WHTEFFICACY` of its `color.h`).
 const EFFICACY: f64 = 179.0;
 
 fn decoded(header: Header, (width, height): (usize, usize), texels: Vec<[f32; 3]>) -> Decoded {
-    // Radiance's `ra_xyze` makes radiances luminances by an exposure of 1 / 179. Numbers without any exposure are not from it.
+    // Radiance's `ra_xyze` converts radiance to luminance by an exposure of 1 / 179. Files without any exposure are not from
+    // it.
     let luminances = header.xyz && header.exposed;
     let efficacy = if luminances { EFFICACY } else { 1.0 };
     let note = luminances.then(|| format!("its luminances are radiances of {EFFICACY} lumens a watt"));
@@ -86,11 +87,11 @@ fn decoded(header: Header, (width, height): (usize, usize), texels: Vec<[f32; 3]
     }
 }
 
-/// Widths of scan lines that may be stored in runs of components (`color.c` of Radiance).
+/// Widths of scan lines that may use run-length encoding by component (`color.c` of Radiance).
 const IN_RUNS: std::ops::RangeInclusive<usize> = 8..=0x7fff;
 
-/// The pixels of a file that stores each in four bytes, where the first one looks like the mark of runs: the crate takes it for one
-/// whatever the width.
+/// Decodes a file of four bytes per pixel whose first pixel looks like a run-length marker: the crate mistakes it for one at
+/// any width.
 fn flat(data: &[u8], lines: usize, pixels: usize) -> Option<Vec<[f32; 3]>> {
     let [2, 2, high @ 0..128, low, ..] = *data else {
         return None;
@@ -158,7 +159,7 @@ fn header(bytes: &[u8]) -> Result<Header, Problem> {
         if line.is_empty() {
             break;
         }
-        // Lines that begin with a tabulator come from pictures that went into this one, and say nothing of it.
+        // Lines that begin with a tab describe pictures that this one was made from.
         let Some((name, value)) = line.split_once('=') else {
             continue;
         };
@@ -221,7 +222,7 @@ fn header(bytes: &[u8]) -> Result<Header, Problem> {
     Ok(header)
 }
 
-/// `-Y 512 +X 1024` and seven other orders: the first is that of scan lines, the second that of the pixels in one.
+/// Parses `-Y 512 +X 1024` and seven other orders: the first axis is that of scan lines, the second that of pixels in a line.
 fn resolution(line: &str) -> Option<Resolution> {
     let words: Vec<&str> = line.split_whitespace().collect();
     let [first, lines, second, pixels] = words[..] else {
@@ -248,7 +249,7 @@ fn resolution(line: &str) -> Option<Resolution> {
     })
 }
 
-/// The lines of a header, without what ends them.
+/// The lines of a header, without line ends.
 struct Lines<'b> {
     bytes: &'b [u8],
     at: usize,

@@ -1,4 +1,4 @@
-//! Pictures that a scene names, for textures and environments alike: what a file says, as linear Rec. 709.
+//! Pictures named by a scene, for textures and environments: file contents as linear Rec. 709.
 
 mod colour;
 mod exr;
@@ -16,20 +16,20 @@ use super::memory;
 use crate::texels::Texels;
 use colour::{Primaries, REC_709};
 
-/// What is wrong with a file; `what` follows its name.
+/// A problem with a file; `what` follows its name.
 type Problem = Fault;
 
-/// What a picture is for.
+/// The purpose of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Purpose {
     /// Reflectances.
     Texture,
-    /// Light from all directions.
+    /// An environment map.
     Environment,
 }
 
 impl Purpose {
-    /// What errors call the file.
+    /// Its name in errors.
     const fn name(self) -> &'static str {
         match self {
             Self::Texture => "texture",
@@ -37,7 +37,7 @@ impl Purpose {
         }
     }
 
-    /// The longest side, in texels.
+    /// Maximum side, in texels.
     const fn longest_side(self) -> usize {
         match self {
             Self::Texture => 65_536,
@@ -46,34 +46,34 @@ impl Purpose {
     }
 }
 
-/// A picture as a scene needs it: every number finite and not negative, neither side 0.
+/// A picture ready for a scene: every number finite and not negative, no side 0.
 pub(super) struct Picture {
     pub width: u32,
     pub height: u32,
     pub texels: Texels,
-    /// What the user should be told, a sentence each.
+    /// Messages for the user, one sentence each.
     pub notes: Vec<String>,
 }
 
-/// What a file says.
+/// The decoded contents of a file.
 struct Decoded {
     width: u32,
     height: u32,
     texels: Texels,
-    /// What its numbers are to be multiplied by, channel by channel.
+    /// Factors of the numbers, per channel.
     factors: [f64; 3],
-    /// `None` where it names none: those of Rec. 709.
+    /// `None` if not given: Rec. 709.
     primaries: Option<Primaries>,
-    /// What counts as white where that is not the white of its primaries.
+    /// The white point if it differs from that of its primaries.
     neutral: Option<[f64; 2]>,
     notes: Vec<String>,
 }
 
-/// Bytes that a texel takes at most while it is read and put in place.
+/// Peak memory per texel in bytes during reading.
 const BYTES_PER_TEXEL: u64 = 36;
 
-/// Reads the picture `name`: PNG or JPEG, decoded from sRGB; EXR, of which `layer` chooses a picture; or Radiance. All numbers are
-/// multiplied by `scale`.
+/// Reads the picture `name`: PNG or JPEG, decoded from sRGB; EXR, with `layer` selecting a picture; or Radiance. All numbers
+/// are multiplied by `scale`.
 pub(super) fn read(
     files: &Files,
     purpose: Purpose,
@@ -107,7 +107,7 @@ pub(super) fn read(
         "png" => ordinary::png(&bytes, purpose),
         _ => ordinary::jpeg(&bytes, purpose),
     };
-    // Decoders of damaged files are not beyond panicking: the B44 codec of `exr` 1.74.2 does. That ends the scene, not the program.
+    // Decoders may panic on damaged files: the B44 codec of `exr` 1.74.2 does. That fails the scene, not the program.
     let decoded = catch_unwind(AssertUnwindSafe(decode)).unwrap_or_else(|_| Err(damaged(&"its decoder gave up")));
     drop(bytes);
     let ordinary = ["png", "jpg", "jpeg"].contains(&ending.as_str());
@@ -126,7 +126,7 @@ pub(super) fn read(
     Ok(picture)
 }
 
-/// From what a file says to what a scene may hold.
+/// Converts decoded contents to a picture for a scene.
 fn settle(decoded: Decoded, purpose: Purpose, scale: f64) -> Result<Picture, Problem> {
     let Decoded {
         width,
@@ -191,7 +191,7 @@ fn scaled(texels: Texels, factors: [f64; 3]) -> Texels {
     })
 }
 
-/// Whether so many texels may be read.
+/// Checks that so many texels may be read.
 fn room_for(width: usize, height: usize, purpose: Purpose) -> Result<(), Problem> {
     let longest = purpose.longest_side();
     if width.max(height) > longest {
@@ -205,7 +205,7 @@ fn room_for(width: usize, height: usize, purpose: Purpose) -> Result<(), Problem
     Ok(())
 }
 
-/// What a decoder says, in one line.
+/// The problem of a decoder error, in one line.
 fn damaged(said: &dyn Display) -> Problem {
     let said = said.to_string();
     let first = said.lines().next().unwrap_or_default();

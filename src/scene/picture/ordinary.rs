@@ -1,4 +1,4 @@
-//! PNG and JPEG: what cameras and programs show, decoded from sRGB.
+//! PNG and JPEG, decoded from sRGB.
 
 use std::io::{BufRead, Cursor, Seek};
 
@@ -10,7 +10,7 @@ use image::{DynamicImage, ImageDecoder, ImageResult, Limits};
 use super::{Decoded, Problem, Purpose, damaged, room_for};
 use crate::texels::Texels;
 
-/// The exponent of sRGB as PNG writes it, and how far others are from it that mean the same.
+/// The exponent of sRGB as PNG writes it, with a tolerance.
 const GAMMA: std::ops::Range<f64> = 0.45..0.46;
 
 pub(super) fn png(bytes: &[u8], purpose: Purpose) -> Result<Decoded, Problem> {
@@ -59,7 +59,7 @@ fn decode(mut decoder: impl ImageDecoder, purpose: Purpose, note: Option<String>
     })
 }
 
-/// Whether a profile says that it is of sRGB, which its description does in one way or the other.
+/// Whether a profile is sRGB, judged by its description.
 fn is_srgb(profile: &[u8]) -> bool {
     let letters: Vec<u8> = profile.iter().copied().filter(|&byte| byte != 0).collect();
     letters.windows(4).any(|word| word.eq_ignore_ascii_case(b"sRGB"))
@@ -81,7 +81,7 @@ mod tests {
     #[test]
     fn srgb_is_decoded() {
         assert_eq!((linear(0.0), linear(1.0)), (0.0, 1.0));
-        // The grey card: 18 % is 118 of 255, nearly.
+        // The grey card: 18 % is about 118 of 255.
         assert!((linear(118.0 / 255.0) - 0.181).abs() < 1e-3);
     }
 }

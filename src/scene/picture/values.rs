@@ -1,4 +1,4 @@
-//! Every number of a picture is finite and not negative once it is read; what is just below 0 is taken for noise.
+//! Makes every number of a picture finite and nonnegative; values slightly below 0 are treated as noise.
 
 use glam::{DMat3, DVec3};
 use half::f16;
@@ -6,27 +6,27 @@ use rayon::prelude::*;
 
 use crate::texels::Texels;
 
-/// Lossy compression and filters of resampling leave numbers below 0, of this part of the picture's mean at most; beyond, a
-/// picture means something else than light.
+/// Lossy compression and resampling filters cause negative values, at most this part of the picture's mean; larger ones mean
+/// that the picture does not store light.
 pub(super) const NOISE: f64 = 0.01;
 
-/// Texels of a piece of work.
+/// Texels per work item.
 const PIECE: usize = 1 << 16;
 
-/// What a look at all texels finds.
+/// Statistics of all texels.
 #[derive(Clone, Copy, Default)]
 struct Found {
     infinite: Option<usize>,
-    /// Of all numbers above 0.
+    /// Sum of all positive numbers.
     sum: f64,
     negative: u64,
     least: f32,
 }
 
-/// Sets what is just below 0 to 0; returns a sentence if there is any.
+/// Sets values slightly below 0 to 0; returns a sentence if there are any.
 ///
 /// # Errors
-/// The first texel that is not finite, else the first that is farther below 0.
+/// The first texel that is not finite, otherwise the first that is too far below 0.
 pub(super) fn settle(texels: &mut Texels) -> Result<Option<String>, usize> {
     let found = look(texels);
     if let Some(at) = found.infinite {
@@ -79,12 +79,13 @@ fn look(texels: &Texels) -> Found {
     })
 }
 
-/// Multiplies all colours by a matrix, in single precision; colours outside of Rec. 709 lose what is below 0. Returns how many.
+/// Multiplies all colours by a matrix, in single precision, and clamps colours outside Rec. 709 at 0. Also returns the number
+/// of clamped colours.
 pub(super) fn convert(texels: &Texels, by: DMat3) -> (Texels, usize) {
     let mut outside = 0;
     let converted = texels.iter().map(|texel| {
         let colour = by * DVec3::from_array(texel.map(f64::from));
-        // What rounding leaves below 0 is no colour outside.
+        // Negative values from rounding do not count as outside.
         outside += usize::from(colour.min_element() < -1e-6 * colour.abs().max_element());
         colour.max(DVec3::ZERO).to_array().map(|x| x as f32)
     });

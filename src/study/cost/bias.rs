@@ -1,10 +1,12 @@
 //! Whether a setting's pictures converge to the right picture.
 //!
-//! Two figures. *Brightness*: the mean of the picture against the truth, signed, which a wrong constant changes most.
-//! *Hidden bias*: the root of the mean of squared biases of pixels, which sees light in the wrong place too, but less sharply.
-//! A variant is compared with the defaults seed by seed, since what noise they share then cancels; the defaults are compared
-//! with the oracle. What rare samples may have hidden is granted on top of every interval ([`Tails`](crate::study::verify::tails)):
-//! an estimator that never met a small light looks calm and dark. Pixels on the rims of visible lights are left out, see [`Truth::silhouettes`]: they weigh 0.
+//! Two figures. *Brightness* is the signed relative difference between the means of the picture and of the truth; a wrong
+//! constant changes it most. *Hidden bias* is the root of the mean squared bias of a pixel; it also sees light in the wrong
+//! place, but less sharply.
+//! A variant is compared with the defaults seed by seed, which cancels shared noise. The defaults are compared with the oracle.
+//! Every interval is widened by what rare samples may have missed ([`Tails`](crate::study::verify::tails)): an estimator that
+//! never hit a small light looks noise-free and dark. Silhouette pixels of visible lights get weight 0, see
+//! [`Truth::silhouettes`].
 
 use super::measure::Runs;
 use super::statistics::{Estimate, Figure, mean};
@@ -12,7 +14,7 @@ use super::truth::Truth;
 use crate::scene::EstimatorKind;
 use crate::study::verify::tails::Source;
 
-/// A squared bias summed over blocks of so many pixels has as many independent terms as there are blocks.
+/// Side of the blocks over which squared biases are summed. The number of blocks is the number of independent terms.
 const BLOCK: usize = 16;
 
 /// The two figures of one setting.
@@ -22,7 +24,7 @@ pub struct Bias {
     pub brightness: Estimate,
     /// Weighted mean of the squared bias of a pixel. An unbiased estimate: may be below 0.
     pub squared: Estimate,
-    /// What rare samples may hide of the brightness.
+    /// Relative brightness that rare samples may have missed.
     pub hidden: f64,
 }
 
@@ -41,7 +43,7 @@ impl Bias {
         }
     };
 
-    /// The brightness with its interval, what may be hidden included.
+    /// The brightness with its interval, including what rare samples may have missed.
     pub fn figure(&self) -> Figure {
         let figure = self.brightness.figure();
         Figure {
@@ -51,8 +53,8 @@ impl Bias {
         }
     }
 
-    /// Whether it is beyond chance, with a probability of `alpha` for each of the two figures to be wrong, and relevant: above
-    /// `size`. Light in the wrong place is looked for only where next to nothing is hidden.
+    /// Whether the bias is significant (probability `alpha` of error for each of the two figures) and above `size`. The hidden
+    /// bias is tested only where almost nothing is hidden.
     pub fn is_real(&self, alpha: f64, size: f64) -> bool {
         let beyond = |estimate: Estimate| estimate.value > 0.0 && estimate.probability_of_zero() < alpha;
         let brightness = Estimate {
@@ -65,10 +67,10 @@ impl Bias {
     }
 }
 
-/// Less hidden than this is next to nothing.
+/// A hidden share below this is negligible.
 const CALM: f64 = 1e-3;
 
-/// The part of the light that `passes` samples of each source may have missed, with the probability of a false alarm.
+/// The share of light that `passes` samples of each source may have missed, given the probability of a false alarm.
 fn hidden(truth: &Truth, sources: [(Source, f64); 2], false_alarms: f64) -> f64 {
     let light: f64 = truth.tails.light(truth.whole).iter().sum();
     let missed = |(source, passes): (Source, f64)| -> f64 {
@@ -82,7 +84,7 @@ fn hidden(truth: &Truth, sources: [(Source, f64); 2], false_alarms: f64) -> f64 
     }
 }
 
-/// Samples a pixel of all runs together.
+/// Samples per pixel of all runs together.
 fn samples(runs: &Runs) -> f64 {
     runs.iter()
         .filter_map(|run| run.looks.last())
@@ -90,7 +92,7 @@ fn samples(runs: &Runs) -> f64 {
         .sum()
 }
 
-/// A variant against the defaults, at the last look of each, seed by seed; each with its estimator.
+/// A variant against the defaults, at the last look of each, seed by seed; `Source` is the estimator of each.
 pub fn of_variant(
     (runs, estimator): (&Runs, EstimatorKind),
     (defaults, default): (&Runs, EstimatorKind),
@@ -150,7 +152,7 @@ pub fn of_defaults(
         .collect();
     let off_rims = truth.stderr.iter().zip(&truth.silhouettes).filter(|(_, rim)| !**rim);
     let values = 3.0 * off_rims.clone().count() as f64;
-    // Colours of a pixel come from the same samples and err together: their errors add up, not their squares.
+    // The channels of a pixel share samples, so their errors are correlated: add errors, not squares.
     let variance: f64 = off_rims.map(|(e, _)| e.iter().sum::<f64>().powi(2)).sum();
     let oracle = Estimate {
         value: 0.0,
@@ -176,7 +178,7 @@ fn last(run: &super::measure::Run) -> &[[f32; 3]] {
     run.looks.last().map_or(&[], |look| &look.pixels)
 }
 
-/// The mean of all pixels off the rims.
+/// The mean of all pixels outside silhouettes.
 fn mean_of(pixels: &[[f64; 3]], silhouettes: &[bool]) -> f64 {
     let off_rims = pixels.iter().zip(silhouettes).filter(|(_, rim)| !**rim);
     let (sum, count) = off_rims.fold((0.0, 0), |(sum, count), (p, _)| {
@@ -185,8 +187,9 @@ fn mean_of(pixels: &[[f64; 3]], silhouettes: &[bool]) -> f64 {
     sum / f64::from(count.max(1))
 }
 
-/// The mean over pixels of weighted squares of the mean difference, less the part that is noise: that of the seeds, and
-/// `further` known variance. Blocks of pixels are independent, as pixels have independent numbers; their spread is the error.
+/// The weighted mean over pixels of the squared mean difference, minus the noise: the variance over seeds and the known
+/// variance `further`. Blocks of pixels are independent because pixels use independent random numbers; the spread of blocks
+/// gives the standard error.
 fn squared(differences: &[Vec<[f64; 3]>], further: &[[f64; 3]], weights: &[[f64; 3]]) -> Estimate {
     let n = differences.len() as f64;
     let pixel = |p: usize| {
@@ -237,7 +240,7 @@ mod tests {
         (0..seeds).map(run).collect()
     }
 
-    /// Every seed errs by +-e, half of them each way: the mean is right, and the squares are all noise.
+    /// Every seed errs by +-e, half of them in each direction: the mean is right, and all squares are noise.
     #[test]
     fn brightness_is_signed_and_noise_is_no_bias() {
         let noise = |seed: u32, p: usize| {
@@ -266,9 +269,9 @@ mod tests {
         assert!(bias.brightness.probability_of_zero() < 1e-6);
         let right = of_defaults(with(&plain), &weights, &truth, 1e-3);
         assert_eq!(right.brightness.value, 0.0);
-        // The oracle's error: 0.1 a pixel, 320 pixels, relative to 2.
+        // The oracle's standard error: 0.1 per pixel, 320 pixels, relative to 2.
         assert!((right.brightness.stderr - 0.05 / 320.0_f64.sqrt()).abs() < 1e-9);
-        // Means are exact here, so all that is subtracted shows: the spread 1/16 over 7, and 0.01, times 1/4.
+        // Means are exact here, so only the subtracted noise remains: the spread 1/16 over 7, and 0.01, times 1/4.
         let expected = -0.25 * (0.0625 / 7.0 + 0.01);
         assert!((right.squared.value - expected).abs() < 1e-9, "{right:?}");
     }

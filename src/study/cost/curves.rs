@@ -1,25 +1,25 @@
-//! The spread of a setting over its seeds, by several weights of pixels.
+//! The spread of a setting over its seeds, under several pixel weights.
 
 use super::fit::{Curve, Spread};
 use super::measure::Runs;
 use super::statistics::{Figure, bootstrap};
 use super::truth::Truth;
 
-/// Weights of every value, each for one question.
+/// Two weights of every value.
 #[derive(Clone, Debug)]
 pub struct Weights {
-    /// A weighted mean of squares is the relative mean squared error of a study. No pixel drowns the others: none counts on the
-    /// rims of visible lights, and elsewhere `1 / (s^2 + m^2)` with s^2 the mean of r^2 over the pixel and its neighbours and m the
-    /// mean of the picture. The usual relMSE gives a dark pixel that a bright edge touches ten thousand times the weight of its
-    /// neighbours. Without the neighbours the noise of Veach's scene would be that of 50 pixels beside the reflections of its
-    /// smallest light, with them it is that of 700.
+    /// A weighted mean of squares under these weights is the relative mean squared error of a study. Silhouette pixels of
+    /// visible lights get 0, all others `1 / (s^2 + m^2)`, with s^2 the mean of r^2 over the pixel and its neighbours and m the
+    /// mean of the picture. The usual relMSE weighs a dark pixel touched by a bright edge ten thousand times as much as its
+    /// neighbours. Without averaging over neighbours, 50 pixels beside the reflections of the smallest light would dominate the
+    /// noise of Veach's scene; with it, 700 do.
     pub well_sampled: Vec<[f64; 3]>,
     /// A weighted mean of squares is the square of the error that `--target-error` means.
     pub error: Vec<[f64; 3]>,
 }
 
 impl Weights {
-    /// For errors of pictures that converge to `truth`.
+    /// Weights for errors of pictures that converge to `truth`.
     pub fn new(truth: &Truth) -> Self {
         let mean = truth.mean.iter().flatten().sum::<f64>() / (3 * truth.mean.len()) as f64;
         let square = (mean * mean).max(f64::MIN_POSITIVE);
@@ -62,7 +62,7 @@ pub struct Curves {
 }
 
 impl Curves {
-    /// From the looks of all runs of a setting.
+    /// The spread at every look of all runs of a setting.
     pub fn new(runs: &Runs, weights: &Weights) -> Self {
         Self {
             well_sampled: curve(runs, &weights.well_sampled),
@@ -70,7 +70,7 @@ impl Curves {
         }
     }
 
-    /// How it will fall with further samples, from some of the seeds: see [`far`].
+    /// The slope for extrapolating to more samples, from the given seeds: see [`far`].
     pub fn slope(&self, drawn: &[usize]) -> f64 {
         self.well_sampled.law_of(drawn).map_or(-1.0, |law| far(law.slope))
     }
@@ -88,8 +88,8 @@ fn curve(runs: &Runs, weights: &[[f64; 3]]) -> Curve {
     }
 }
 
-/// The slope beyond what was measured. In the long run no variance falls slower than 1/n, of scrambled nets neither (Owen 1997); a
-/// flatter fit met rare samples late.
+/// Limits a slope for extrapolation. No variance falls slower than 1/n in the long run, not even with scrambled nets (Owen
+/// 1997); a flatter fit means that rare samples came late.
 pub fn far(slope: f64) -> f64 {
     slope.min(-1.0)
 }
@@ -109,7 +109,7 @@ pub fn weighted(values: impl Iterator<Item = [f64; 3]>, weights: &[[f64; 3]]) ->
     values.zip(weights).map(pixel).sum::<f64>() / (3 * weights.len()) as f64
 }
 
-/// A variance with an interval that is even in logarithms: variances are skewed.
+/// A variance with an interval that is symmetric in the logarithm, since variances are skewed.
 pub fn variance_figure(spread: &Spread) -> Figure {
     if spread.variance() > 0.0 {
         bootstrap(spread.seeds(), |drawn| spread.variance_of(drawn).ln())

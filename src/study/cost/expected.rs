@@ -1,16 +1,16 @@
-//! What a recommendation is expected to take, and which settings cannot be told from the best one.
+//! The expected time of a recommendation, and settings that cannot be distinguished from the best one.
 
 use super::Study;
 use super::price::{Price, Verdict};
 use super::statistics::Figure;
 use crate::run::replicates::LEAST;
 
-/// What a render to an error takes beside the samples of its pictures: see `run/halves.rs`.
+/// Overhead of a render to a target error, relative to its samples alone: see `run/halves.rs`.
 const OVERHEAD: f64 = 1.35;
 
 impl Price {
-    /// Seconds until the error that `--target-error` means is there, in one picture, with the interval that the measured time and
-    /// error leave.
+    /// Seconds until one picture reaches the error that `--target-error` means, with the interval from the measured time and
+    /// error.
     pub fn expected(&self, error: f64) -> Figure {
         let value = self.seconds_for_error(error);
         let part = |end: f64, value: f64| if value > 0.0 { end / value } else { 1.0 };
@@ -19,7 +19,7 @@ impl Price {
             let last = self.points.last();
             last.map_or(1.0, |point| part(end(&point.error), point.error.value).powi(2))
         };
-        // Less than one pass is no picture, however uncertain its error.
+        // The lower bound is one pass, however uncertain the error.
         let least = self.pass_seconds.low;
         Figure {
             value,
@@ -28,8 +28,8 @@ impl Price {
         }
     }
 
-    /// How many times as long `--target-error` takes as one picture of that error: samples for certainty, and what Sobol points lose
-    /// by being split between eight pictures at least, whose variances fall faster than 1/n.
+    /// Time of `--target-error` over that of one picture of the same error: it needs samples for certainty, and Sobol points
+    /// split between at least eight pictures lose their faster-than-1/n convergence.
     fn by_replicates(&self) -> f64 {
         let gained = self.by_error.map_or(0.0, |law| (-law.0.slope - 1.0).clamp(0.0, 1.0));
         OVERHEAD * (2.0 * LEAST as f64).powf(gained)
@@ -52,7 +52,8 @@ impl Study {
         }
     }
 
-    /// Settings that are not seen to be slower than the cheapest one: their intervals reach into its own. Those with its bits are it.
+    /// Settings not seen to be slower than the cheapest one because their intervals overlap. Settings with the same bits count
+    /// as the cheapest.
     pub fn ties(&self, error: f64) -> Vec<&Price> {
         let best = self.cheapest(error);
         let high = best.expected(error).high;

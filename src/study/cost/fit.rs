@@ -1,7 +1,7 @@
 //! How error falls with samples: `error(n) = b^2 + V(n)`, with `V(n) = c n^slope`.
 //!
-//! The spread `V` comes from seeds alone (no reference, no noise of a reference) and the bias `b` from elsewhere, so the
-//! two are never confused: a curve that flattens out is no proof of bias, nor a straight one of its absence.
+//! The spread `V` comes from seeds alone (no reference and no reference noise) and the bias `b` is measured separately. The two
+//! are never confused: a curve that flattens does not prove bias, and a straight one does not disprove it.
 
 use super::statistics::{Estimate, bootstrap};
 
@@ -26,17 +26,17 @@ impl Spread {
         Self { seeds, distances }
     }
 
-    /// Pictures.
+    /// Number of pictures.
     pub fn seeds(&self) -> usize {
         self.seeds
     }
 
-    /// The variance of one picture, mean over pixels: two independent ones are twice that apart.
+    /// The variance of one picture, averaged over pixels: half the mean squared distance of two independent ones.
     pub fn variance(&self) -> f64 {
         self.variance_of(&(0..self.seeds).collect::<Vec<_>>())
     }
 
-    /// The same from some of the pictures, of which some may be there more than once.
+    /// The same from the given pictures, which may repeat.
     pub fn variance_of(&self, drawn: &[usize]) -> f64 {
         let pairs = drawn.iter().enumerate().flat_map(|(k, &a)| {
             let others = drawn[..k].iter().filter(move |&&b| b != a);
@@ -57,8 +57,7 @@ pub struct Power {
 }
 
 impl Power {
-    /// The line through the logarithms of `(n, value)`, by least squares; of slope -1 through a single point. `None` without
-    /// positive values.
+    /// Least-squares line through the logarithms of `(n, value)`; slope -1 for a single point. `None` without positive values.
     pub fn fit(points: &[(f64, f64)]) -> Option<Self> {
         let logs: Vec<(f64, f64)> = points
             .iter()
@@ -80,7 +79,7 @@ impl Power {
         })
     }
 
-    /// The one of a given slope through a point.
+    /// The law with a given slope through a point.
     pub fn through((n, value): (f64, f64), slope: f64) -> Self {
         Self {
             intercept: value.ln() - slope * n.ln(),
@@ -93,7 +92,7 @@ impl Power {
         (self.intercept + self.slope * n.ln()).exp()
     }
 
-    /// Where it reaches `value`; infinite where it never does.
+    /// The n at which the law equals `value`; infinite if it never does.
     pub fn reaches(self, value: f64) -> f64 {
         if value > 0.0 && self.slope < 0.0 {
             ((value.ln() - self.intercept) / self.slope).exp()
@@ -106,7 +105,7 @@ impl Power {
 /// The spread at several numbers of samples, all from the same seeds.
 #[derive(Clone, Debug)]
 pub struct Curve {
-    /// Samples a pixel with the spread there, ascending.
+    /// Samples per pixel with the spread there, ascending.
     pub points: Vec<(u32, Spread)>,
 }
 
@@ -116,7 +115,7 @@ impl Curve {
         self.law_of(&(0..self.seeds()).collect::<Vec<_>>())
     }
 
-    /// The same from some of the seeds.
+    /// The same from the given seeds.
     pub fn law_of(&self, drawn: &[usize]) -> Option<Power> {
         let points: Vec<(f64, f64)> = self
             .points
@@ -126,12 +125,12 @@ impl Curve {
         Power::fit(&points)
     }
 
-    /// Seeds.
+    /// Number of seeds.
     pub fn seeds(&self) -> usize {
         self.points.first().map_or(0, |(_, spread)| spread.seeds())
     }
 
-    /// Its slope; `None` where there is no noise at all.
+    /// Its slope; `None` without noise.
     pub fn slope(&self) -> Option<Estimate> {
         self.law()?;
         Some(bootstrap(self.seeds(), |drawn| {
@@ -139,8 +138,8 @@ impl Curve {
         }))
     }
 
-    /// Samples a pixel at which `V` falls to `value`: from the last point on, which is the most exact one and the nearest to most
-    /// questions, along `slope`; from some of the seeds.
+    /// Samples per pixel at which `V` falls to `value`, from the given seeds. Extrapolates along `slope` from the last point,
+    /// the most accurate one and usually the nearest.
     pub fn samples_for(&self, value: f64, slope: f64, drawn: &[usize]) -> f64 {
         let Some((n, spread)) = self.points.last() else {
             return 1.0;
@@ -184,7 +183,7 @@ mod tests {
         let spread = Spread::new(4, |a, b| (at[a] - at[b]).powi(2));
         assert!((spread.variance() - 14.0 / 3.0).abs() < 1e-12);
         assert!((spread.variance_of(&[0, 1, 2]) - 1.0).abs() < 1e-12);
-        // A picture beside itself is no pair: of 0 1 1 2 2 there are 8, with squares 1 1 4 4 1 1 1 1.
+        // A picture paired with itself is not counted: of 0 1 1 2 2 there are 8 pairs, with squares 1 1 4 4 1 1 1 1.
         assert!((spread.variance_of(&[0, 1, 1, 2, 2]) - 0.5 * 14.0 / 8.0).abs() < 1e-12);
     }
 

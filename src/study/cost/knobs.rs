@@ -1,30 +1,30 @@
-//! The table of knobs: everything that a user can turn and that may cost time or accuracy. A new knob is a new row here;
-//! it then is measured, priced and drawn.
+//! The table of settings: every option that may change time or accuracy. A new row here is measured, costed and charted
+//! automatically.
 
 use crate::pipeline::{Settings, widest_lanes};
 use crate::settings::{AccelKind, EstimatorKind, Lanes, LightsAsked, SamplerKind};
 use serde::Serialize;
 
-/// What a render can be asked for.
+/// The settings of a render.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Choice {
-    /// All that the renderer is told.
+    /// The renderer's settings.
     pub settings: Settings,
-    /// Samples go where the noise is.
+    /// Adaptive sampling.
     pub adaptive: bool,
 }
 
 /// One row of the table.
 pub struct Knob {
-    /// The name of its option, without dashes.
+    /// The name of its command-line option, without dashes.
     pub name: &'static str,
     /// What it decides, in a few words.
     pub what: &'static str,
-    /// Its values: as the command line spells them (empty for an option without a value), with what they change.
+    /// Its values as on the command line (empty for a flag), with the changed settings.
     values: fn(Choice) -> Vec<(String, Choice)>,
 }
 
-/// All knobs, in the order of the report.
+/// All settings, in the order of the report.
 pub const KNOBS: [Knob; 9] = [
     Knob {
         name: "estimator",
@@ -106,12 +106,12 @@ impl Choice {
     }
 }
 
-/// A choice that is measured: the defaults, or the defaults with one knob turned.
+/// A measured choice: the defaults, or the defaults with one setting changed.
 #[derive(Clone, Debug, Serialize)]
 pub struct Variant {
-    /// The knob; empty for the defaults.
+    /// The setting; empty for the defaults.
     pub knob: &'static str,
-    /// Its value, where it has one.
+    /// Its value, if it has one.
     pub value: String,
     /// What it decides.
     pub what: &'static str,
@@ -146,7 +146,7 @@ impl Variant {
         }
     }
 
-    /// What to add to `octolux render SCENE`.
+    /// The arguments to add to `octolux render SCENE`.
     pub fn arguments(&self) -> String {
         match (self.knob, self.value.as_str()) {
             ("", _) => String::new(),
@@ -156,9 +156,9 @@ impl Variant {
     }
 }
 
-/// The defaults first, then every value of every knob that changes something, one knob at a time. Some may not be possible
-/// with the scene: the renderer says so. `culls` tells whether there are so few shapes that they are
-/// culled, `emitters` how many spheres and triangles emit.
+/// The defaults first, then every value of every setting that changes something, one at a time. The renderer rejects those that
+/// the scene does not allow. `culls` tells whether the scene has so few shapes that they are culled; `emitters` is the number
+/// of emitting spheres and triangles.
 pub fn variants(
     settings: Settings,
     (plan_accel, plan_lanes): (AccelKind, Lanes),
@@ -167,8 +167,8 @@ pub fn variants(
 ) -> Vec<Variant> {
     let defaults = Variant::defaults(settings);
     let from = defaults.choice;
-    // What the plan would choose anyway is no change, nor is Embree's flag where the shapes stand in a line, nor culling where
-    // there is none, nor lists of few lights.
+    // No change: a value that the plan chooses anyway, Embree's flag with the brute-force intersector, culling where nothing is
+    // culled, lists of few lights.
     let resolved = |choice: &Choice| {
         choice.with(|s| {
             let accel = *s.accel.get_or_insert(plan_accel);

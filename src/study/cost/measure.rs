@@ -1,5 +1,5 @@
-//! Measuring: every variant once a round, each round with its own seed, so that whatever slows the machine down for a while
-//! slows all of them down.
+//! Measurement: each round renders every variant once with the round's own seed, so a temporary slowdown of the machine affects
+//! all variants alike.
 
 use std::sync::Arc;
 
@@ -9,27 +9,27 @@ use crate::run::Observer;
 use crate::scene::{FilmSize, Scene};
 use crate::settings::SamplerKind;
 
-/// How much is measured.
+/// How much to measure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Effort {
     /// The film of all comparisons.
     pub film: FilmSize,
-    /// Samples a pixel at which each render is looked at: powers of two, ascending.
+    /// Samples per pixel at which each render is recorded: powers of two, ascending.
     pub looks: Vec<u32>,
-    /// At least so many rounds.
+    /// Minimum number of rounds.
     pub rounds: usize,
     /// Seed of the first round.
     pub seed: u32,
 }
 
-/// One picture with what it took.
+/// One picture with its cost.
 #[derive(Clone, Debug)]
 pub struct Look {
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub spp: u32,
-    /// Seconds of rendering up to here, wall clock; setting-up, looks and files aside.
+    /// Seconds of rendering so far, wall clock, without setup, looks and files.
     pub seconds: f64,
-    /// The picture. Shared between variants whose bits are the same.
+    /// The picture, shared between variants with the same bits.
     pub pixels: Arc<Vec<[f32; 3]>>,
 }
 
@@ -47,7 +47,7 @@ pub struct Run {
 }
 
 impl Run {
-    /// Seconds of a pass, the first one aside where there are several looks: that one pays for fresh memory.
+    /// Seconds per pass. With several looks, the first is skipped because it includes page faults for fresh memory.
     pub fn pass_seconds(&self) -> f64 {
         let last = &self.looks[self.looks.len() - 1];
         match &self.looks[0] {
@@ -90,7 +90,7 @@ pub fn run(
     let prepared = Prepared::new(scene, settings)?;
     let mut run = prepared.passes(0);
     for &spp in &effort.looks {
-        // An adaptive render has to know its end from the start: a run for each look.
+        // An adaptive render has to know its end in advance: one run per look.
         if variant.choice.adaptive {
             run = prepared.adaptive(spp);
         } else {
@@ -113,9 +113,10 @@ pub fn run(
     Ok(found)
 }
 
-/// Rounds of all variants, the defaults first, until there are enough and `more` says no (asked after each round with their
-/// number). A round's order is turned by one each time, so that none always follows the same. What has had the bits of the
-/// defaults in `effort.rounds` rounds is left out of further ones: its errors are theirs, and its time is known as well as it can be.
+/// Renders rounds of all variants, the defaults first, until there are enough and `more` (called after each round with their
+/// number) returns false. Each round rotates the order by one, so that no variant always follows the same one.
+/// A variant with the bits of the defaults in all of `effort.rounds` rounds is left out of further ones: its errors equal
+/// theirs, and its time is known well enough.
 ///
 /// # Errors
 /// Where a render cannot start.
@@ -144,7 +145,7 @@ pub fn rounds(
     Ok(all)
 }
 
-/// Keeps one copy of what has the bits of the defaults, and notes it.
+/// Shares one copy of pictures with the bits of the defaults, and records that they are equal.
 fn share(all: &mut [Runs], round: usize) {
     let Some((defaults, others)) = all.split_first_mut() else {
         return;

@@ -1,8 +1,8 @@
 //! What accuracy costs in time, measured on a scene.
 //!
-//! Every setting (the defaults, and each knob turned alone: [`knobs`]) is rendered with at least 16 seeds, in rounds
-//! ([`measure`]). Its *spread* over the seeds is the error that time buys ([`fit`]); its *bias* is what no time removes
-//! ([`bias`], against the independent oracle of [`truth`]). [`price`] puts the two together.
+//! Every setting (the defaults, and each setting changed alone: [`knobs`]) is rendered with at least 16 seeds, in rounds
+//! ([`measure`]). Its *spread* over the seeds is the error that falls with time ([`fit`]); its *bias* is the error that stays
+//! ([`bias`], measured against the independent oracle of [`truth`]). [`price`] combines the two.
 
 pub mod bias;
 pub mod curves;
@@ -34,20 +34,20 @@ use price::{Price, Verdict};
 use strip::Strip;
 use truth::Truth;
 
-/// What to study with.
+/// Options of a study.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// The defaults that every variant turns one knob of.
+    /// The defaults; every variant changes one of these settings.
     pub settings: Settings,
     /// Seconds to spend.
     pub budget: f64,
-    /// Where references are kept; `None` keeps none.
+    /// Cache folder of references; `None` disables the cache.
     pub cache: Option<PathBuf>,
-    /// Stop after the prices: no pictures, no phases.
+    /// Skips the pictures and phases.
     pub prices_only: bool,
 }
 
-/// Why there is no study.
+/// Why a study failed.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
     /// A render cannot start.
@@ -56,32 +56,32 @@ pub enum StudyError {
     /// Threads for the oracle could not be started.
     #[error("cannot start the threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
-    /// A stop was asked for.
+    /// A stop was requested.
     #[error("stopped")]
     Stopped,
-    /// A picture or a figure that the study rests on is no number.
+    /// A picture or a figure that the study depends on is NaN or infinite.
     #[error("{what}; this is a fault of Octolux, please report the scene")]
     NotFinite {
         /// What is wrong.
         what: String,
     },
-    /// The picture is black: no error is relative to anything.
+    /// The picture is black, so no relative error is defined.
     #[error("the picture is black, so there is no error to speak of")]
     Black,
 }
 
-/// How good the reference is.
+/// Accuracy of the reference.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Quality {
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub spp: u32,
-    /// Its own relative mean squared error, from its standard errors.
+    /// Its own relative mean squared error, computed from its standard errors.
     pub relative_mse: f64,
-    /// It came out of the cache.
+    /// It was read from the cache.
     pub cached: bool,
 }
 
-/// One look at one run: a line of the CSV.
+/// One look at one run: one line of the CSV.
 #[derive(Clone, Debug, Serialize)]
 pub struct Line {
     /// The setting's name.
@@ -90,11 +90,11 @@ pub struct Line {
     pub arguments: String,
     /// The seed.
     pub seed: u32,
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub spp: u32,
     /// Seconds of rendering.
     pub seconds: f64,
-    /// Against the reference, whose noise is in it.
+    /// Distances from the reference, including its noise.
     #[serde(flatten)]
     pub errors: Distances,
     /// The bits are those of the defaults with the same seed.
@@ -114,38 +114,38 @@ pub struct Distances {
     pub mean: f64,
 }
 
-/// Settings that a scene does not allow, each with the reason.
+/// Settings that the scene does not allow, with the reason.
 pub type Impossible = Vec<(String, String)>;
 
-/// Everything that was found.
+/// The results of a study.
 #[derive(Clone, Debug, Serialize)]
 pub struct Study {
     /// The film of the comparisons.
     pub film: [u32; 2],
     /// The scene's own film.
     pub scene_film: [u32; 2],
-    /// Seeds of every setting.
+    /// Number of seeds per setting.
     pub seeds: usize,
-    /// The first of them.
+    /// The first seed.
     pub seed: u32,
     /// The reference.
     pub reference: Quality,
-    /// Setting by setting, the defaults first.
+    /// Costs by setting, the defaults first.
     pub prices: Vec<Price>,
     /// Settings that the scene does not allow, with the reason.
     pub impossible: Impossible,
-    /// Estimators after equal time.
+    /// Estimators at equal time.
     pub strip: Strip,
-    /// One render of the scene's own film.
+    /// Timing of one render at the scene's own film size.
     pub phases: Phases,
-    /// What makes all this less certain.
+    /// Reasons for less certainty.
     pub warnings: Vec<String>,
     /// Seconds that it took.
     pub seconds: f64,
     /// Every run.
     #[serde(skip)]
     pub lines: Vec<Line>,
-    /// The picture that errors are against.
+    /// The picture that errors are measured against.
     #[serde(skip)]
     pub truth: Truth,
 }
@@ -153,7 +153,7 @@ pub struct Study {
 /// Studies a scene.
 ///
 /// # Errors
-/// Where renders cannot start, the picture is black, or a stop was asked for.
+/// Where renders cannot start, the picture is black, or a stop was requested.
 pub fn run(scene: &Scene, options: &Options, watch: &dyn Observer) -> Result<Study, StudyError> {
     let started = Instant::now();
     let budget = options.budget;
@@ -182,7 +182,7 @@ pub fn run(scene: &Scene, options: &Options, watch: &dyn Observer) -> Result<Stu
         let (spent, round) = (started.elapsed().as_secs_f64(), last.elapsed().as_secs_f64());
         last = Instant::now();
         watch.doing((spent / budget).min(1.0), "the rounds");
-        // The first call comes after several.
+        // The first callback comes after several rounds.
         let round = if rounds == effort.rounds {
             round / rounds as f64
         } else {
@@ -236,7 +236,7 @@ fn possible(scene: &Scene, settings: Settings) -> Result<(Vec<Variant>, Impossib
     Ok((variants, impossible))
 }
 
-/// For what does not render.
+/// A thread pool for work that does not render.
 fn threads(options: &Options) -> Result<rayon::ThreadPool, rayon::ThreadPoolBuildError> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(options.settings.threads)
@@ -266,10 +266,11 @@ fn finite<T: Copy + Into<f64>>(whose: &str, pixels: &[[T; 3]], width: u32) -> Re
     })
 }
 
-/// From measurements to prices; `false_alarms` as for [`price::prices`].
+/// Computes costs from measurements; `false_alarms` as for [`price::prices`].
 ///
 /// # Errors
-/// [`StudyError::Stopped`] below two rounds, [`StudyError::NotFinite`] where a picture or a figure is no number.
+/// [`StudyError::Stopped`] with fewer than two rounds, [`StudyError::NotFinite`] where a picture or a figure is NaN or
+/// infinite.
 pub fn analyse(
     scene: &Scene,
     variants: &[Variant],
@@ -343,7 +344,7 @@ fn lines(variants: &[Variant], all: &[Runs], truth: &Truth) -> Vec<Line> {
 }
 
 impl Study {
-    /// The setting without bias that reaches the error of `--target-error` first; the defaults where all are harmful.
+    /// The fastest unbiased setting for a `--target-error`; the defaults if all are biased.
     pub fn cheapest(&self, error: f64) -> &Price {
         self.first_by(|price| price.seconds_for_error(error))
     }
@@ -361,7 +362,7 @@ impl Study {
             .unwrap_or(&self.prices[0])
     }
 
-    /// What to add to `octolux render SCENE` for an error at the least cost.
+    /// The arguments to add to `octolux render SCENE` for the cheapest way to an error.
     pub fn recommendation(&self, error: f64) -> String {
         let best = self.cheapest(error);
         if best.variant.choice.adaptive {

@@ -1,4 +1,4 @@
-//! Where the time of one render of the scene's own film goes.
+//! Time by phase of one render at the scene's own film size.
 
 use std::time::Instant;
 
@@ -9,7 +9,7 @@ use crate::pipeline::{Prepared, Settings, SetupError};
 use crate::run::{MOST_SPP, Observer, Run};
 use crate::scene::Scene;
 
-/// Seconds by wall clock, and rays.
+/// Wall-clock seconds, and ray counts.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Phases {
     /// Reading the scene and its meshes.
@@ -18,31 +18,31 @@ pub struct Phases {
     pub setup_s: f64,
     /// Building the accelerator.
     pub build_s: f64,
-    /// The first pass, which pays for fresh memory.
+    /// The first pass, which includes page faults for fresh memory.
     pub first_pass_s: f64,
-    /// A pass later on.
+    /// A later pass.
     pub pass_s: f64,
-    /// Passes that this is the mean of.
+    /// Number of passes averaged.
     pub passes: u32,
     /// Writing an EXR and a PNG.
     pub write_s: f64,
-    /// Eye rays of a pass.
+    /// Camera rays of a pass.
     pub eye_rays: f64,
     /// Shadow rays of a pass.
     pub shadow_rays: f64,
     /// The kernel that the plan chose.
     pub kernel: String,
-    /// Why.
+    /// The reason for the choice.
     pub why: String,
-    /// What the kernel holds: at least what the scene calls for.
+    /// Effects compiled into the kernel: at least those that the scene requires.
     pub held: Vec<&'static str>,
-    /// Rays a packet.
+    /// Rays per packet.
     pub lanes: usize,
     /// The version of Embree.
     pub embree_version: String,
 }
 
-/// Renders the scene's own film for about so many seconds.
+/// Renders at the scene's own film size for about `seconds`.
 ///
 /// # Errors
 /// Where the render cannot start.
@@ -65,7 +65,7 @@ pub fn measure(scene: &Scene, settings: Settings, seconds: f64, watch: &dyn Obse
     let started = Instant::now();
     if let Ok(folder) = tempfile::tempdir() {
         let picture = run.picture();
-        // Only its time is wanted: a full disk will say so when the page is written.
+        // Only the time matters; a full disk is reported when the page is written.
         let _ = write_picture(&folder.path().join("x.exr"), &picture, &Attributes::default());
         let _ = write_picture(&folder.path().join("x.png"), &picture, &Attributes::default());
     }

@@ -1,4 +1,4 @@
-//! The price of every setting: what its error is after how much time, and whether what it saves is honest.
+//! The cost of every setting: its error against time, and whether it is biased.
 
 use std::fmt;
 
@@ -15,28 +15,28 @@ use super::truth::Truth;
 use crate::scene::EstimatorKind;
 use crate::study::family::Family;
 
-/// The probability that any setting without fault is called harmful.
+/// The probability that any unbiased setting is called harmful.
 pub const FALSE_ALARMS: f64 = 1e-3;
 
-/// A relative bias below this is priced but does no harm: a step of an 8-bit picture is 40 times as large.
+/// A relative bias below this is reported but counts as unbiased: a step of an 8-bit picture is 40 times as large.
 pub const HARMLESS: f64 = 1e-4;
 
-/// A speed-up above this is no slow-down that anybody would notice.
+/// A speed-up above this counts as no slow-down.
 const FREE: f64 = 0.95;
 
-/// What a setting costs, in a word.
+/// The verdict on a setting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
-    /// What all others are measured by.
+    /// The defaults, the baseline of all others.
     Default,
-    /// No bias is seen, and it takes no more time for the same error: at most a twentieth more, as far as is known.
+    /// Unbiased as far as seen, and not slower for the same error: at most a twentieth, as far as is known.
     Free,
-    /// No bias is seen, but it takes more time for the same error.
+    /// Unbiased as far as seen, but slower for the same error.
     Paid,
-    /// No bias is seen; whether it takes more time is within the interval.
+    /// Unbiased as far as seen; the interval leaves open whether it is slower.
     Open,
-    /// Its pictures converge to something else.
+    /// Biased: its pictures converge to something else.
     Harmful,
 }
 
@@ -55,17 +55,17 @@ impl fmt::Display for Verdict {
 /// One point of a curve.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Point {
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub spp: u32,
     /// Seconds of rendering: median and interval.
     pub seconds: Figure,
-    /// The relative mean squared error (see [`Weights`]): half the mean distance of two seeds, and squared bias where there is one.
+    /// The relative mean squared error (see [`Weights`]): half the mean squared distance of two seeds, plus any squared bias.
     pub relative_mse: Figure,
     /// The error that `--target-error` means: root of the mean variance of pixels over the mean of the picture.
     pub error: Figure,
 }
 
-/// Everything about one setting.
+/// All results for one setting.
 #[derive(Clone, Debug, Serialize)]
 pub struct Price {
     /// What was measured.
@@ -73,13 +73,13 @@ pub struct Price {
     pub variant: Variant,
     /// Its name in tables and charts.
     pub label: String,
-    /// What to add to `octolux render SCENE`.
+    /// The arguments to add to `octolux render SCENE`.
     pub arguments: String,
     /// Every picture has the bits of the defaults.
     pub same_bits: bool,
-    /// Picture by picture the noise is that of the defaults: the two differ by less than a tenth of it.
+    /// Same noise as the defaults in every picture: the two differ by less than a tenth of it.
     pub same_noise: bool,
-    /// Error and time.
+    /// Error and time at each look.
     pub points: Vec<Point>,
     /// Exponent of samples in the variance: -1 for independent samples. `None` without noise.
     pub slope: Option<Figure>,
@@ -89,39 +89,38 @@ pub struct Price {
     pub rays_per_second: Figure,
     /// Time of a pass over that of the defaults.
     pub time_ratio: Figure,
-    /// Relative mean squared error over that of the defaults at the same samples a pixel.
+    /// Relative mean squared error over that of the defaults at the same samples per pixel.
     pub noise_ratio: Figure,
-    /// Time that the defaults need for their last error, over the time that this needs for the same.
+    /// Time that the defaults need for their last error, over the time that this setting needs for it.
     pub speed_up: Figure,
-    /// The speed-up reaches beyond what was measured, along the fitted slope, or -1 where that is flatter.
+    /// The speed-up is extrapolated beyond the measurements, along the fitted slope, or -1 where that is flatter.
     pub extrapolated: bool,
-    /// Relative bias of the picture's mean off the rims of visible lights; of the defaults against the oracle, else against the
-    /// defaults. What rare samples may hide is part of the interval.
+    /// Relative bias of the mean outside silhouettes, against the defaults (of these, the oracle), with what samples may miss.
     pub bias: Figure,
-    /// Root of the mean squared bias of pixels, relative to `sqrt(s^2 + m^2)` (see [`Weights`]): at most this, at 97.5 %.
+    /// Upper bound (97.5 %) of the root mean squared bias of pixels, relative to `sqrt(s^2 + m^2)` (see [`Weights`]).
     pub hidden_bias_below: f64,
-    /// Samples a pixel at which noise falls to the bias; only where there is one.
+    /// Samples per pixel at which noise falls to the bias; only where there is one.
     pub bias_equals_noise_at: Option<f64>,
-    /// The judgement.
+    /// The verdict.
     pub verdict: Verdict,
-    /// For questions about `--target-error`.
+    /// For `--target-error`.
     #[serde(skip)]
     pub by_error: Option<ByError>,
 }
 
-/// Samples from the error that `--target-error` means.
+/// Sample count as a function of the error that `--target-error` means.
 #[derive(Clone, Copy, Debug)]
 pub struct ByError(pub(super) Power);
 
 impl ByError {
-    /// Samples a pixel for an error; at least 1.
+    /// Samples per pixel for an error; at least 1.
     pub fn samples(self, error: f64) -> f64 {
         self.0.reaches(error * error).max(1.0)
     }
 }
 
 impl Price {
-    /// The name of a figure that is NaN, if any is: nothing may be concluded from it.
+    /// The name of a figure that is NaN, if any: nothing can be concluded from it.
     pub fn not_a_number(&self) -> Option<&'static str> {
         let of =
             |name: &'static str, figure: Figure| [figure.value, figure.low, figure.high].map(|value| (name, value));
@@ -153,12 +152,12 @@ impl Price {
         all.find(|(_, value)| value.is_nan()).map(|(name, _)| name)
     }
 
-    /// Seconds until the error that `--target-error` means is there; 0 passes make no picture, so at least one pass.
+    /// Seconds until the error that `--target-error` means is reached; at least one pass.
     pub fn seconds_for_error(&self, error: f64) -> f64 {
         self.pass_seconds.value * self.by_error.map_or(1.0, |law| law.samples(error))
     }
 
-    /// Seconds until a relative mean squared error is there; infinite where bias forbids it.
+    /// Seconds until a relative mean squared error is reached; infinite where bias prevents it.
     pub fn seconds_for_mse(&self, mse: f64) -> f64 {
         let (Some(last), Some(slope)) = (self.points.last(), self.slope) else {
             return self.pass_seconds.value;
@@ -177,19 +176,19 @@ fn estimator(variant: &Variant) -> EstimatorKind {
     variant.choice.settings.estimator
 }
 
-/// Prices of all variants, the defaults first. `false_alarms` is the probability that any without fault is called harmful.
+/// Costs of all variants, the defaults first. `false_alarms` is the probability that any unbiased variant is called harmful.
 pub fn prices(variants: &[Variant], all: &[Runs], truth: &Truth, false_alarms: f64) -> Vec<Price> {
     let weights = Weights::new(truth);
     let curves: Vec<Curves> = all
         .par_iter()
         .enumerate()
         .map(|(i, runs)| {
-            // Same bits, same distances: they are found for the first.
+            // Variants with the same bits have the same distances, computed only for the first.
             let same = runs.iter().all(|run| run.same_bits);
             Curves::new(if same { &all[0] } else { &all[i] }, &weights)
         })
         .collect();
-    // The brightness and the hidden bias of each.
+    // Two tests per variant: brightness and hidden bias.
     let (alpha, _) = Family::of(false_alarms, variants.iter().flat_map(|variant| [variant; 2])).close();
     let price = |(i, variant): (usize, &Variant)| {
         let bias = if i == 0 {
@@ -218,13 +217,13 @@ pub fn prices(variants: &[Variant], all: &[Runs], truth: &Truth, false_alarms: f
     variants.iter().enumerate().map(price).collect()
 }
 
-/// What a price is made of.
+/// The inputs of a price.
 struct Judged<'a> {
     variant: &'a Variant,
     runs: &'a Runs,
     defaults: &'a Runs,
     curves: &'a Curves,
-    /// Those of the defaults.
+    /// The curves of the defaults.
     plain: &'a Curves,
     bias: Bias,
     weights: &'a [[f64; 3]],
@@ -254,7 +253,7 @@ impl Judged<'_> {
         }
         .exp();
         let same_noise = default || same_bits || self.same_noise();
-        // The same random numbers miss the same light, so that nothing of it is in the difference.
+        // With the same random numbers both miss the same light, so none of it is in the difference.
         let hidden = if same_noise && !default { 0.0 } else { self.bias.hidden };
         let bias = Bias { hidden, ..self.bias };
         let biased = bias.is_real(self.alpha, HARMLESS);
@@ -308,7 +307,7 @@ impl Judged<'_> {
         }
     }
 
-    /// Whether the picture of a seed is nearer to that of the defaults with the same seed than to any other's.
+    /// Whether each seed's picture is nearer to that of the defaults with the same seed than to any other's.
     fn same_noise(&self) -> bool {
         let apart: f64 = self
             .runs
@@ -326,7 +325,7 @@ impl Judged<'_> {
         apart < 0.01 * noise * self.runs.len() as f64
     }
 
-    /// Logarithm of the samples that this needs for the last error of the defaults, over those that they need.
+    /// Logarithm of the ratio of samples that this setting and the defaults need for the defaults' last error.
     fn log_samples(&self) -> Estimate {
         let (curve, plain) = (&self.curves.well_sampled, &self.plain.well_sampled);
         let Some((n, spread)) = plain.points.last() else {

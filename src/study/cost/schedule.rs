@@ -1,5 +1,5 @@
-//! How a budget is spent: an eighth on finding out what things cost, a quarter on the reference, half on the rounds, the rest
-//! on pictures and the page.
+//! Splits the budget: an eighth for measuring what things cost, a quarter for the reference, half for the rounds, the rest for
+//! pictures and the page.
 
 use std::time::Instant;
 
@@ -10,12 +10,12 @@ use crate::run::Observer;
 use crate::scene::{FilmSize, Scene};
 use crate::study::verify::blocks::shrink;
 
-/// Rounds at least. All pixels of a picture share a table of Sobol points, so their errors rise and fall together: the mean squared
-/// error of one seed on Veach's scene differs from the next by a quarter, however many pixels there are. Seeds tell more of a
-/// slope than samples do: with 16 of them and seven looks it is known to 0.05.
+/// Minimum number of rounds. All pixels of a picture share a table of Sobol points, so their errors are correlated: the mean
+/// squared error of one seed on Veach's scene differs from the next by a quarter, however many pixels there are. More seeds
+/// improve a slope more than more samples do: 16 seeds and seven looks determine it to 0.05.
 pub const LEAST_ROUNDS: usize = 16;
 
-/// More than this teaches little more.
+/// More rounds add little information.
 pub const MOST_ROUNDS: usize = 24;
 
 /// The share of the budget for the reference.
@@ -24,35 +24,35 @@ pub const FOR_REFERENCE: f64 = 0.25;
 /// The share for the rounds that are planned.
 pub const FOR_ROUNDS: f64 = 0.55;
 
-/// The share that is spent when no further round begins: what others left is for more rounds.
+/// The share of the budget after which no further round begins: time left over by other phases goes into more rounds.
 pub const UNTIL_PRICES: f64 = 0.8;
 
-/// The film is this large at most: 192 x 128, where many pictures are compared in no time.
+/// Maximum film size: 192 x 128, at which comparing many pictures takes negligible time.
 const MOST_PIXELS: f64 = 24_576.0;
 
-/// And no smaller, or a picture is none: 48 x 32.
+/// Minimum film size: 48 x 32.
 const LEAST_PIXELS: f64 = 1_536.0;
 
-/// Samples a pixel at the last look.
+/// Samples per pixel at the last look.
 const LEAST_SPP: u32 = 16;
 const MOST_SPP: u32 = 4096;
 
-/// Samples a pixel at the first look.
+/// Samples per pixel at the first look.
 const FIRST_LOOK: u32 = 4;
 
-/// Samples a pixel that are worth a larger film.
+/// Samples per pixel from which a larger film is preferred.
 const GOOD_SPP: f64 = 128.0;
 
-/// What a render of a variant takes.
+/// The cost of a render of a variant.
 #[derive(Clone, Copy, Debug)]
 pub struct Cost {
     /// Seconds before the first pass.
     pub setup_s: f64,
-    /// Seconds of a sample of one pixel.
+    /// Seconds per sample of one pixel.
     pub sample_s: f64,
 }
 
-/// Measures what each variant takes, on a small film.
+/// Measures the cost of each variant, on a small film.
 ///
 /// # Errors
 /// Where a render cannot start.
@@ -91,18 +91,18 @@ pub fn costs(
     variants.iter().map(one).collect()
 }
 
-/// What fits into so many seconds of rounds: a film that leaves each pixel a good number of samples, then as many samples as
-/// there is time for.
+/// The effort that fits into so many seconds of rounds: first a film that leaves each pixel a good number of samples, then as
+/// many samples as there is time for.
 pub fn effort(costs: &[Cost], film: FilmSize, seconds: f64, seed: u32) -> Effort {
     let setup: f64 = costs.iter().map(|cost| cost.setup_s).sum();
     let sample: f64 = costs.iter().map(|cost| cost.sample_s).sum();
-    // What a round may take so that the least number of them fits.
+    // Seconds per round so that the minimum number of rounds fits.
     let round = (0.9 * seconds / LEAST_ROUNDS as f64 - setup).max(0.01 * seconds);
     let film = shrink(film, (round / sample / GOOD_SPP).clamp(LEAST_PIXELS, MOST_PIXELS));
     let pixels = f64::from(film.width) * f64::from(film.height);
     let most = (round / sample / pixels).clamp(f64::from(LEAST_SPP), f64::from(MOST_SPP)) as u32;
     let last = 1 << most.ilog2();
-    // A look costs next to nothing, and each makes slopes more certain.
+    // A look costs almost nothing and makes slopes more certain.
     let looks = (0..=6).rev().map(|k| last >> k);
     Effort {
         film,

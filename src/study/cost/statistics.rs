@@ -1,11 +1,12 @@
-//! Intervals with few assumptions: medians of independent values by order statistics, everything else by the bootstrap over seeds.
+//! Intervals with few assumptions: order statistics for medians of independent values, the bootstrap over seeds for everything
+//! else.
 
 use serde::Serialize;
 
 use crate::sampling::hash::mix;
 use crate::study::distributions::{p_student, t_quantile};
 
-/// What all intervals of a study leave outside: 95 % intervals.
+/// The probability outside every interval of a study: 95 % intervals.
 pub const OUTSIDE: f64 = 0.05;
 
 /// A number with its 95 % interval.
@@ -29,7 +30,7 @@ impl Figure {
         }
     }
 
-    /// Student's interval of an estimate.
+    /// Student's t interval of an estimate.
     pub fn student(value: f64, stderr: f64, dof: f64) -> Self {
         let reach = if stderr > 0.0 {
             t_quantile(OUTSIDE, dof) * stderr
@@ -43,7 +44,7 @@ impl Figure {
         }
     }
 
-    /// The figure of `exp(x)` where this is that of `x`.
+    /// The figure of `exp(x)`, given that of `x`.
     pub fn exp(self) -> Self {
         Self {
             value: self.value.exp(),
@@ -52,7 +53,7 @@ impl Figure {
         }
     }
 
-    /// Half the interval.
+    /// Half the width of the interval.
     pub fn reach(self) -> f64 {
         0.5 * (self.high - self.low)
     }
@@ -86,7 +87,7 @@ impl Estimate {
         }
     }
 
-    /// The sum of two independent ones, with the fewer degrees of freedom of the two: the careful choice.
+    /// The sum of two independent estimates, conservatively with the smaller degrees of freedom.
     pub fn plus(self, other: Self) -> Self {
         Self {
             value: self.value + other.value,
@@ -96,12 +97,12 @@ impl Estimate {
     }
 }
 
-/// Resamples of a bootstrap: its standard error is then known to 5 %.
+/// Bootstrap resamples: enough to know its standard error to 5 %.
 const RESAMPLES: u32 = 200;
 
-/// The bootstrap over independent replicates (Efron 1979): `of` is given numbers of replicates, each once for the value itself and
-/// then as many drawn with replacement. It holds for medians, too, of which the jackknife knows no standard error. Infinite where a
-/// resample has no finite value.
+/// The bootstrap over independent replicates (Efron 1979): `of` receives indices of replicates, first each once for the value
+/// itself, then as many drawn with replacement. Unlike the jackknife it also works for medians. Infinite where a resample has
+/// no finite value.
 ///
 /// # Panics
 /// Below two replicates.
@@ -114,14 +115,14 @@ pub fn bootstrap(count: usize, of: impl Fn(&[usize]) -> f64) -> Estimate {
     };
     let values: Vec<f64> = (0..RESAMPLES)
         .map(draw)
-        // Of few replicates all may be the same one, which has no spread.
+        // With few replicates, all drawn may be the same one, which has no spread.
         .filter(|drawn| drawn.iter().any(|&i| i != drawn[0]))
         .map(|drawn| of(&drawn))
         .collect();
     let all = values.len() as f64;
     let mean = values.iter().sum::<f64>() / all;
     let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-    // Resamples spread about the sample, whose own variance is (n - 1) / n of the true one.
+    // Resamples vary about the sample, whose own variance is (n - 1) / n of the true one.
     let stderr = (squares / (all - 1.0) * n / (n - 1.0)).sqrt();
     Estimate {
         value: of(&(0..count).collect::<Vec<_>>()),
@@ -142,8 +143,8 @@ pub fn mean(values: &[f64]) -> Estimate {
     }
 }
 
-/// The median of independent values, with the narrowest interval of order statistics that holds the true median in
-/// 95 % of cases whatever the distribution; all of them where there are too few for that (below six).
+/// The median of independent values, with the narrowest interval of order statistics that contains the true median in 95 % of
+/// cases for any distribution; the full range where there are too few values for that (below six).
 ///
 /// # Panics
 /// Without values.
@@ -151,7 +152,8 @@ pub fn median(values: &[f64]) -> Figure {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     let n = sorted.len();
-    // The interval from the k-th lowest to the k-th highest misses with twice the probability of fewer than k heads.
+    // The interval from the k-th lowest to the k-th highest misses with twice the probability of fewer than k heads in fair
+    // coin flips.
     let (mut below, mut term, mut k) = (0.0, 0.5_f64.powi(n as i32), 0);
     while 2.0 * (below + term) <= OUTSIDE {
         below += term;
@@ -205,7 +207,7 @@ mod tests {
 
     #[test]
     fn medians_hold_95_percent_between_order_statistics() {
-        // Binomial(8, 1/2): P(0) = 1/256 and P(0 or 1) = 9/256 = 0.035, so one value at each end is all that may go.
+        // Binomial(8, 1/2): P(0) = 1/256 and P(0 or 1) = 9/256 = 0.035, so at most one value at each end may be dropped.
         let eight = median(&[5.0, 1.0, 2.0, 8.0, 3.0, 4.0, 7.0, 6.0]);
         assert_eq!((eight.value, eight.low, eight.high), (4.5, 1.0, 8.0));
         // Binomial(9, 1/2): P(0 or 1) = 10/512 = 0.0195, twice that is 0.039.

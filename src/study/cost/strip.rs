@@ -1,4 +1,4 @@
-//! The strip of pictures: every estimator after the same time.
+//! The strip of pictures: every estimator after equal time.
 
 use serde::Serialize;
 
@@ -11,10 +11,10 @@ use crate::run::Observer;
 use crate::scene::{FilmSize, Scene};
 use crate::study::error::RELMSE_FLOOR;
 
-/// The defaults take about so many samples a pixel, which leaves noise to be seen.
+/// Samples per pixel of the defaults, few enough to leave visible noise.
 const SPP: f64 = 32.0;
 
-/// Pixels along a side of a crop.
+/// Side of a crop in pixels.
 pub const CROP: u32 = 24;
 
 /// One picture of the strip.
@@ -22,11 +22,11 @@ pub const CROP: u32 = 24;
 pub struct Frame {
     /// The estimator.
     pub label: String,
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub spp: u32,
-    /// Seconds of rendering, by its passes in the rounds.
+    /// Seconds of rendering, from the pass times of the rounds.
     pub seconds: f64,
-    /// Against the reference.
+    /// Relative mean squared error against the reference.
     pub relative_mse: f64,
     /// The picture, row by row.
     #[serde(skip)]
@@ -45,16 +45,16 @@ impl Frame {
     }
 }
 
-/// All frames, and where they differ most.
+/// All frames, and the crops where they differ most.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Strip {
-    /// The defaults' estimator among the others.
+    /// One frame per estimator, including that of the defaults.
     pub frames: Vec<Frame>,
     /// Left and top pixel of each crop.
     pub crops: Vec<[u32; 2]>,
 }
 
-/// Renders every estimator for as long as the defaults take for 32 samples a pixel.
+/// Renders every estimator for as long as the defaults take for 32 samples per pixel.
 ///
 /// # Errors
 /// Where a render cannot start.
@@ -98,7 +98,7 @@ pub fn render(
     Ok(strip)
 }
 
-/// The order of the estimators' own list.
+/// Sorts by the order of `EstimatorKind::ALL`.
 fn order(label: &str) -> usize {
     crate::settings::EstimatorKind::ALL
         .iter()
@@ -106,14 +106,14 @@ fn order(label: &str) -> usize {
         .unwrap_or(usize::MAX)
 }
 
-/// The two windows in which the best estimator changes: where one beats another by the largest factor, and where that other
-/// beats it or a third does. Windows do not overlap.
+/// Two disjoint windows between which the best estimator changes: the one where some estimator beats another by the largest
+/// factor, and one where that other estimator or a third is best.
 fn crops(frames: &[Frame], film: FilmSize, truth: &Truth) -> Vec<[u32; 2]> {
     if film.width < 2 * CROP || film.height < CROP {
         return Vec::new();
     }
     let errors: Vec<Vec<f64>> = frames.iter().map(|frame| frame.error(truth)).collect();
-    // (best, by which factor the worst is worse, window)
+    // (best estimator, factor by which the worst is worse, window)
     let mut windows: Vec<(usize, f64, [u32; 2])> = Vec::new();
     for top in (0..=film.height - CROP).step_by(8) {
         for left in (0..=film.width - CROP).step_by(8) {
@@ -121,7 +121,7 @@ fn crops(frames: &[Frame], film: FilmSize, truth: &Truth) -> Vec<[u32; 2]> {
             let best = (0..sums.len()).min_by(|&a, &b| sums[a].total_cmp(&sums[b]));
             let worst = sums.iter().copied().fold(0.0, f64::max);
             if let Some(best) = best {
-                // A tenth keeps windows without much error from having large ratios of next to nothing.
+                // Adding a tenth avoids large ratios between negligible errors.
                 windows.push((best, worst / (sums[best] + 0.1), [left, top]));
             }
         }
@@ -141,7 +141,7 @@ fn crops(frames: &[Frame], film: FilmSize, truth: &Truth) -> Vec<[u32; 2]> {
     std::iter::once(first).chain(second.map(|window| window.2)).collect()
 }
 
-/// The sum of capped errors in a window: a few pixels far off shall not decide.
+/// The sum of clamped errors in a window, so that a few outliers do not decide.
 fn window(error: &[f64], film: FilmSize, left: u32, top: u32) -> f64 {
     let rows = top..top + CROP;
     rows.map(|y| {

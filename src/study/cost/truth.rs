@@ -1,4 +1,4 @@
-//! The reference: the independent `f64` oracle, with its standard error, kept between studies.
+//! The reference: the independent `f64` oracle with its standard error, cached between studies.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -13,16 +13,16 @@ use crate::study::verify;
 use crate::study::verify::blocks::Grid;
 use crate::study::verify::tails::Tails;
 
-/// Probes of a pixel.
+/// Probes per pixel.
 const PROBES: u64 = 32;
 
 /// Means and their standard errors.
 type Known = (Vec<[f64; 3]>, Vec<[f64; 3]>);
 
-/// Part of every name in the cache beside the scene's own hash: to be raised whenever the oracle's pictures change.
+/// Part of every name in the cache beside the scene's hash. Increase it whenever the oracle's pictures change.
 const REVISION: u32 = 1;
 
-/// What the picture converges to, as well as is known.
+/// The best known estimate of what the picture converges to.
 #[derive(Clone, Debug)]
 pub struct Truth {
     /// The film.
@@ -31,20 +31,21 @@ pub struct Truth {
     pub mean: Vec<[f64; 3]>,
     /// The standard error of each value.
     pub stderr: Vec<[f64; 3]>,
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub spp: u32,
-    /// It was found in the cache.
+    /// It was read from the cache.
     pub cached: bool,
-    /// Pixels that the rim of a visible light crosses. Their noise is that of an edge of great contrast, the same for every
-    /// setting, and drowns all other: slopes and biases leave them out, errors do not.
+    /// Silhouette pixels of visible lights. Their noise comes from the high-contrast edge, is the same for every setting and
+    /// dominates all other noise: slopes and biases leave them out, errors do not.
     pub silhouettes: Vec<bool>,
-    /// What samples may never have met.
+    /// Light that samples may have missed.
     pub tails: Arc<Tails>,
-    /// The cell of `tails` that is the whole picture off the rims.
+    /// The cell of `tails` with the whole picture outside silhouettes.
     pub whole: usize,
 }
 
-/// The oracle's picture of `spp` samples a pixel, which `cache` then keeps; or the best one there with two thirds as many.
+/// Returns the oracle's picture of `spp` samples per pixel and stores it in `cache`; or returns the best cached one with at
+/// least two thirds as many.
 pub fn find(scene: &Scene, film: FilmSize, spp: u32, cache: Option<&Path>) -> Truth {
     let stem = cache.map(|folder| {
         let name = format!("{}-r{REVISION}-{}x{}", scene.hash(), film.width, film.height);
@@ -55,14 +56,14 @@ pub fn find(scene: &Scene, film: FilmSize, spp: u32, cache: Option<&Path>) -> Tr
     }
     let rendered = reference::render(scene, film, spp, 0x5EED, &|_| ());
     if let Some(stem) = stem {
-        // A cache that cannot be written costs time, nothing else.
+        // A cache that cannot be written costs only time.
         let _ = store(&stem, &rendered);
     }
     Truth::new(scene, film, (rendered.picture, rendered.stderr), spp, false)
 }
 
 impl Truth {
-    /// Sends probes out for what else is to be known.
+    /// Traces probes for the silhouettes and tails.
     fn new(scene: &Scene, film: FilmSize, known: Known, spp: u32, cached: bool) -> Self {
         let probe = Probe::new(scene, film);
         let passes: Vec<_> = (0..PROBES).into_par_iter().map(|pass| probe.pass(pass)).collect();
@@ -88,7 +89,7 @@ fn files(stem: &Path, spp: u32) -> [PathBuf; 2] {
     ["", "-stderr"].map(|part| PathBuf::from(format!("{}-{spp}spp{part}.npy", stem.display())))
 }
 
-/// The best picture with at least so many samples; anything strange is left alone.
+/// The best cached picture with at least that many samples; unreadable files are ignored.
 fn read(scene: &Scene, stem: &Path, film: FilmSize, least: u32) -> Option<Truth> {
     let prefix = format!("{}-", stem.file_name()?.to_str()?);
     let spp = std::fs::read_dir(stem.parent()?)
@@ -111,7 +112,7 @@ fn read(scene: &Scene, stem: &Path, film: FilmSize, least: u32) -> Option<Truth>
 fn store(stem: &Path, rendered: &reference::Reference) -> Result<(), Box<dyn std::error::Error>> {
     std::fs::create_dir_all(stem.parent().unwrap_or(Path::new(".")))?;
     let [mean, stderr] = files(stem, rendered.spp);
-    // The picture is written last: where it is, its errors are.
+    // The picture is written last: if it exists, its errors exist too.
     write_picture(&stderr, &rendered.to_stderr_picture(), &Attributes::default())?;
     write_picture(&mean, &rendered.to_picture(), &Attributes::default())?;
     Ok(())
@@ -142,7 +143,7 @@ mod tests {
             );
         }
         assert!(!find(&scene(), FILM, 16, at).cached, "too few samples in the cache");
-        // A file cut short is no reference.
+        // A truncated file is not accepted as a reference.
         for entry in std::fs::read_dir(folder.path()).unwrap() {
             std::fs::write(entry.unwrap().path(), b"cut").unwrap();
         }

@@ -1,15 +1,15 @@
-//! What makes a study less certain, in sentences.
+//! Warnings about reduced certainty of a study, as sentences.
 
 use super::Study;
 use super::price::Verdict;
 
-/// A render shorter than this says little: timers, threads and caches take part.
+/// Seconds below which a render is too short to time: timers, threads and caches matter.
 const SHORT: f64 = 0.005;
 
-/// Times of the same work that differ by more than this are not those of a quiet machine.
+/// Relative spread of times of the same work above which the machine counts as busy.
 const SPREAD: f64 = 0.05;
 
-/// All that applies. `load` is the load average before the study.
+/// All warnings that apply. `load` is the load average before the study.
 pub fn of(study: &Study, load: Option<f64>) -> Vec<String> {
     let mut found = Vec::new();
     if let Some(load) = load.filter(|&load| load > 1.0) {

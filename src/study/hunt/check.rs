@@ -1,4 +1,4 @@
-//! What must hold of a scene, whatever it is.
+//! Properties that must hold for every scene.
 
 use std::path::Path;
 
@@ -20,43 +20,43 @@ use crate::study::verify::{Bench, Row, Verdict, VerifyError, exact, silhouettes,
 /// A rule that a scene breaks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fault {
-    /// The rule, in a word.
+    /// A short name of the rule.
     pub rule: &'static str,
     /// How it was broken.
     pub what: String,
 }
 
-/// What a check takes besides the scene.
+/// Parameters of a check besides the scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
-    /// Ordinary scenes are also compared in the mean; wild ones are not.
+    /// Ordinary scenes are also compared in the mean; wild scenes are not.
     pub kind: Kind,
-    /// The power of two of the larger scene; the other one is as much smaller.
+    /// The exponent of two that scales the scene up; a second copy is scaled down by the same factor.
     pub scale: i32,
-    /// The estimator, the sampler and the seed of what is compared bit by bit.
+    /// The estimator of bitwise comparisons.
     pub estimator: EstimatorKind,
-    /// The sampler of it.
+    /// The sampler of bitwise comparisons.
     pub sampler: SamplerKind,
     /// The seed of everything.
     pub seed: u32,
-    /// The probability of a false alarm in all comparisons of means of this scene.
+    /// The false-alarm probability of all comparisons of means of this scene.
     pub alpha: f64,
 }
 
 /// Passes of pictures that are compared bit by bit.
 const PASSES: u32 = 4;
 
-/// Replicates of a mean, and samples a pixel of each.
+/// Replicates of a mean, and samples per pixel of each.
 const REPLICATES: u32 = 16;
 const SPP: u32 = 16;
 
-/// Samples a pixel of the oracle.
+/// Samples per pixel of the oracle.
 const ORACLE: f64 = 512.0;
 
-/// Probes a pixel for what samples may never have met.
+/// Probes per pixel for light that samples may have missed.
 const PROBES: u64 = 64;
 
-/// Looks at a recipe; `None` where it is no scene, as its camera may look along its own up.
+/// Checks a recipe; `None` where it is no valid scene (its camera may look along its own up vector).
 ///
 /// # Errors
 /// Where a render cannot start.
@@ -115,7 +115,7 @@ fn render(scene: &Scene, settings: Settings) -> Result<Picture, VerifyError> {
     Ok(Prepared::new(scene, settings)?.passes(PASSES).finish().picture())
 }
 
-/// Pixels that differ by more than `tolerance`, relative; at 0, by a bit.
+/// Number of pixels that differ by more than `tolerance`, relative; bit by bit if it is 0.
 fn apart(a: &Picture, b: &Picture, tolerance: f32) -> usize {
     let differ = |(a, b): (&f32, &f32)| {
         if tolerance == 0.0 {
@@ -128,7 +128,7 @@ fn apart(a: &Picture, b: &Picture, tolerance: f32) -> usize {
     pixels.filter(|(a, b)| a.iter().zip(*b).any(differ)).count()
 }
 
-/// What is left out for a tile or a light is met by none of its rays: pictures differ by the rounding of a few sums.
+/// Culling for a tile or a light must not remove anything its rays hit: pictures differ only by rounding of a few sums.
 fn culling(scene: &Scene, settings: Settings) -> Result<Option<Fault>, VerifyError> {
     let accel = Some(AccelKind::Linear);
     let [on, off] = [true, false].map(|cull| {
@@ -148,7 +148,7 @@ fn culling(scene: &Scene, settings: Settings) -> Result<Option<Fault>, VerifyErr
     }))
 }
 
-/// A scene times a power of two is the same picture to the last bit, through both intersectors.
+/// A scene scaled by a power of two gives the same bits, through both intersectors.
 fn scales(
     recipe: &Recipe,
     path: &Path,
@@ -177,8 +177,8 @@ fn scales(
     Ok(faults)
 }
 
-/// Every estimator against the oracle and against `mis`. What samples may have missed is granted ([`Tails`]), which leaves out the
-/// combinations whose tails are too heavy: their bound is larger than any difference.
+/// Every estimator against the oracle and against `mis`. The bound includes what samples may have missed ([`Tails`]), which
+/// excludes combinations with too heavy tails: their bound exceeds any difference.
 fn means(bench: &mut Bench<'_>, effort: Effort) -> Result<Vec<Fault>, VerifyError> {
     let (scene, film) = (bench.scene, bench.settings.film);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
@@ -206,7 +206,7 @@ fn means(bench: &mut Bench<'_>, effort: Effort) -> Result<Vec<Fault>, VerifyErro
         .collect();
     let series = series?;
     let mut family: Family<Verdicts<'_>> = Family::new(effort.alpha);
-    // The best one is the last.
+    // The last is the best one.
     if let Some((best, others)) = series.split_last() {
         for one in others {
             family.add_several(Oracle::tests(false), Box::new(|judge| oracle.rows(judge, one, false)));

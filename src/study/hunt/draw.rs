@@ -9,19 +9,21 @@ use rand_pcg::Pcg64;
 
 use super::recipe::{Body, Material, Recipe, SKIES, Shape, Sky, Surface};
 
-/// Which scenes.
+/// The kind of scenes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Sizes, exponents and radiances as scenes have them: every effect, and noise that some hundred samples tell from a fault.
+    /// Typical sizes, exponents and radiances: every effect, and noise small enough that a few hundred samples separate it from
+    /// a fault.
     Ordinary,
-    /// Sizes, places and radiances over many orders of magnitude; lights that touch, enclose or overlap; exponents from next to 1 up
-    /// to a million. Such a picture says nothing of means, but must be finite and the same in all widths.
+    /// Sizes, places and radiances over many orders of magnitude; lights that touch, enclose or overlap; exponents from just
+    /// above 1 to a million. The noise is too large to compare means, but the picture must be finite and the same at all
+    /// widths.
     Wild,
 }
 
-/// The recipe of a number. Neighbouring numbers and seeds have nothing in common.
+/// The recipe with a number. Neighbouring numbers and seeds are unrelated.
 pub fn recipe(kind: Kind, seed: u64, number: u64) -> Recipe {
-    // Two words of a stream each: `seed_from_u64` mixes them (SplitMix64).
+    // Two words per stream; `seed_from_u64` mixes them (SplitMix64).
     let mut rng = Pcg64::seed_from_u64(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(number));
     match kind {
         Kind::Ordinary => ordinary(&mut Draw(&mut rng)),
@@ -48,7 +50,7 @@ impl Draw<'_> {
         self.0.random_range(low..=high)
     }
 
-    /// One of a few weights.
+    /// An index drawn with the given weights.
     fn pick(&mut self, weights: &[u32]) -> usize {
         let mut left = self.0.random_range(0..weights.iter().sum::<u32>());
         let chosen = weights.iter().position(|&weight| {
@@ -67,7 +69,7 @@ impl Draw<'_> {
         self.each(|draw| draw.between(-size, size))
     }
 
-    /// Of random sign between ten to the `low` and ten to the `high`, alike in each order of magnitude; or 0.
+    /// Log-uniform between 10^`low` and 10^`high` with random sign; or 0.
     fn magnitude(&mut self, low: f64, high: f64) -> f64 {
         let sign = if self.chance(0.5) { 1.0 } else { -1.0 };
         if self.chance(1.0 / 9.0) {
@@ -94,7 +96,7 @@ impl Draw<'_> {
     }
 }
 
-/// A few shapes about the origin, a floor under most of them, seen from some lengths away.
+/// A few shapes about the origin, most with a floor, seen from a few lengths away.
 fn ordinary(draw: &mut Draw<'_>) -> Recipe {
     let materials: Vec<Material> = (0..3).map(|_| material(draw)).collect();
     let mut shapes = Vec::new();
@@ -162,7 +164,7 @@ fn material(draw: &mut Draw<'_>) -> Material {
     }
 }
 
-/// Only meshes with coordinates can have a texture: shapes without them get a copy of their material without it.
+/// Only meshes with texture coordinates can have a texture: other shapes get a copy of their material without it.
 fn textured_where_it_can_be(mut materials: Vec<Material>, shapes: &mut [Shape]) -> Vec<Material> {
     let plain: Vec<Material> = materials
         .iter()
@@ -217,7 +219,7 @@ fn body(draw: &mut Draw<'_>) -> Body {
     }
 }
 
-/// A wavy sheet of many small triangles, smooth or not.
+/// A wavy grid mesh of many small triangles, smooth or not.
 fn bump(draw: &mut Draw<'_>) -> Body {
     let (across, size, center) = (draw.count(3, 9), draw.between(0.4, 1.2), draw.place(1.0));
     let (high, waves) = (draw.between(0.0, 0.4), draw.between(1.0, 4.0));
@@ -244,7 +246,7 @@ fn bump(draw: &mut Draw<'_>) -> Body {
     }
 }
 
-/// A box along the axes: faces that rays run along, edges that faces share.
+/// An axis-aligned box: it has faces parallel to rays, and shared edges.
 fn chest(draw: &mut Draw<'_>) -> Body {
     let (low, size) = (draw.place(1.0), draw.each(|draw| draw.between(0.1, 1.0)));
     let corner = |i: usize| std::array::from_fn(|k| low[k] + if i >> k & 1 == 1 { size[k] } else { 0.0 });
@@ -280,7 +282,7 @@ fn lamp(draw: &mut Draw<'_>) -> Shape {
                 smooth: false,
             }
         }
-        // More than four triangles: one is picked for every point.
+        // More than four triangles, so light sampling picks one per point.
         _ => bump(draw),
     };
     let bright = draw.power(0.0, 1.2);
@@ -343,7 +345,7 @@ fn wild(draw: &mut Draw<'_>) -> Recipe {
         shapes.push(Shape { body, surface });
     }
     Recipe {
-        // The camera lies on no surface: there the start of every ray would be a tie.
+        // The camera is on no surface: there every ray would start in a tie.
         view: [draw.place(2.0), draw.wild_place(), draw.wild_place()],
         fov: if draw.chance(0.5) {
             40.0

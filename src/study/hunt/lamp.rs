@@ -1,30 +1,31 @@
-//! Lights that are no shapes, as data of a recipe.
+//! Lights without shape, as data of a recipe.
 
 /// A light.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Light {
-    /// A point, or a spot where there are angles from its axis.
+    /// A point light; a spot light if it has angles from its axis.
     At {
         /// Where it is.
         position: [f64; 3],
         /// Radiant intensity.
         intensity: [f64; 3],
-        /// The axis of a spot, and its inner and outer angle in degrees.
+        /// The axis of a spot light, and its inner and outer angle in degrees.
         test_point: Option<([f64; 3], [f64; 2])>,
     },
-    /// Light from far away.
+    /// A directional light.
     Directional {
-        /// Where it goes.
+        /// The direction of travel.
         direction: [f64; 3],
-        /// Irradiance on what faces it.
+        /// Irradiance on a perpendicular surface.
         irradiance: [f64; 3],
-        /// Degrees; 0 for one direction.
+        /// Angular radius in degrees; 0 for a single direction.
         angular_radius: f64,
     },
 }
 
 impl Light {
-    /// Its table of a scene file, with all lengths times `scale`. Intensities follow the square of lengths: the picture stays.
+    /// Its table in a scene file, with all lengths times `scale`. Intensities scale with the square of lengths, which keeps the
+    /// picture.
     pub fn toml(&self, scale: f64) -> String {
         match self {
             Self::At {

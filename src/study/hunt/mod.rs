@@ -1,13 +1,15 @@
-//! A hunt: random scenes, and what must hold of every one of them.
+//! A hunt: random scenes, and properties that must hold for every one of them.
 //!
-//! A number and a seed make a recipe ([`draw`]), a recipe makes a scene file ([`recipe`]), and [`check`] looks at it: finite, the
-//! same bits in all widths and with every effect, the same through both intersectors and with culling or without, the same bits
-//! at other scales, and means that agree with the oracle. What fails is made smaller for as long as it fails ([`shrink`]).
+//! A number and a seed determine a recipe ([`draw`]), a recipe determines a scene file ([`recipe`]), and [`check`] tests it:
+//! finite values, the same bits at all widths and with every effect compiled in, the same picture through both intersectors and
+//! with or without culling, the same bits at other scales, and means that agree with the oracle. A failing recipe is made
+//! smaller while it still fails ([`shrink`]).
 //!
-//! Bits have no false alarms but ties, which are told from faults in `f64` ([`crate::reference::ties`]). All comparisons of means
-//! of a hunt together raise one with a probability of [`FALSE_ALARMS`] at most: scenes share it equally, rows of a scene too, and
-//! values of a row by Šidák. Combinations of a scene and an estimator whose tails are too heavy to be judged are left out by rule:
-//! what as many samples may never have met is granted to every comparison, as in `verify` ([`crate::study::verify::tails`]).
+//! Bitwise comparisons have no false alarms except ties, which are told from faults in `f64` ([`crate::reference::ties`]). All
+//! comparisons of means of a hunt together raise a false alarm with a probability of [`FALSE_ALARMS`] at most: scenes share it
+//! equally, then the rows of a scene, and the values of a row by Šidák. Combinations of a scene and an estimator with too heavy
+//! tails are excluded by rule: every bound includes what as many samples may have missed, as in `verify`
+//! ([`crate::study::verify::tails`]).
 
 pub mod check;
 pub mod draw;
@@ -26,18 +28,18 @@ use check::{Effort, Fault};
 use draw::Kind;
 use recipe::Recipe;
 
-/// The probability that any comparison of means of a hunt fails where nothing is wrong.
+/// The probability that any comparison of means of a hunt fails without a fault.
 pub const FALSE_ALARMS: f64 = 1e-3;
 
-/// The most that scenes are scaled by, as a power of two: lengths of 2^30 and 2^-30 leave room for squares in `f32`.
+/// Largest scale of scenes, as an exponent of two: lengths of 2^30 and 2^-30 leave room for squares in `f32`.
 const SCALE: i32 = 30;
 
-/// Which scenes to look at.
+/// Which scenes to check.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
     /// Ordinary or wild ones.
     pub kind: Kind,
-    /// Seed of all of them.
+    /// Common seed of all scenes.
     pub seed: u64,
     /// The number of the first.
     pub first: u64,
@@ -58,24 +60,24 @@ pub struct Catch {
     pub small: Recipe,
 }
 
-/// What a hunt did.
+/// The result of a hunt.
 #[derive(Clone, Debug, Default)]
 pub struct Bag {
-    /// Scenes that were looked at.
+    /// Scenes checked.
     pub scenes: u64,
-    /// Recipes that were no scene.
+    /// Recipes that were no valid scene.
     pub none: u64,
     /// Scenes that break rules.
     pub catches: Vec<Catch>,
 }
 
-/// How a scene of a hunt is looked at: drawn from its number, so that it can be looked at again.
+/// The effort for a scene, drawn from its number and so reproducible.
 pub fn effort(options: &Options, number: u64) -> Effort {
     let mut rng = Pcg64::seed_from_u64(options.seed ^ number.wrapping_mul(0xd134_2543_de82_ef95));
     let estimators = EstimatorKind::ALL;
     Effort {
         kind: options.kind,
-        // Half of them as far as it goes.
+        // Half of the scenes use the largest scale.
         scale: if rng.random() {
             SCALE
         } else {
@@ -88,8 +90,8 @@ pub fn effort(options: &Options, number: u64) -> Effort {
     }
 }
 
-/// Looks at scene after scene; `heard` is told of each, and of what it broke, and says whether to go on. `folder` holds the
-/// pictures of [`recipe::write_pictures`].
+/// Checks scene after scene. `heard` receives each with what it broke and returns whether to go on. `folder` holds the pictures
+/// of [`recipe::write_pictures`].
 ///
 /// # Errors
 /// Where a render cannot start.

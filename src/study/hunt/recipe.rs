@@ -1,4 +1,4 @@
-//! A scene as data that can be drawn, scaled, made smaller and written as a scene file.
+//! A scene as data that can be drawn, scaled, simplified and written as a scene file.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -6,9 +6,9 @@ use std::path::Path;
 use super::lamp::Light;
 use crate::film::{Attributes, Picture, PictureError, write_picture};
 
-/// The pictures that recipes use, in the folder of the scene file.
+/// The texture that recipes use, in the folder of the scene file.
 pub const TEXTURE: &str = "hunt-cloth.exr";
-/// Pictures of the sky: a small sun over a gradient, and a black one.
+/// Environment maps: a small sun over a gradient, and a black one.
 pub const SKIES: [&str; 2] = ["hunt-sun.exr", "hunt-black.exr"];
 
 /// A whole scene.
@@ -16,19 +16,19 @@ pub const SKIES: [&str; 2] = ["hunt-sun.exr", "hunt-black.exr"];
 pub struct Recipe {
     /// Origin, target, up.
     pub view: [[f64; 3]; 3],
-    /// Degrees across the picture.
+    /// Horizontal field of view in degrees.
     pub fov: f64,
-    /// Radius of the lens, distance in focus.
+    /// Lens radius and focus distance.
     pub lens: Option<[f64; 2]>,
-    /// Pixels in a row, rows.
+    /// Width and height in pixels.
     pub film: [u32; 2],
-    /// Materials; shapes name them by their place.
+    /// Materials; shapes refer to them by index.
     pub materials: Vec<Material>,
     /// Spheres and meshes.
     pub shapes: Vec<Shape>,
-    /// What is beyond them.
+    /// The environment.
     pub sky: Option<Sky>,
-    /// Lights that are no shapes.
+    /// Lights without shape.
     pub lamps: Vec<Light>,
 }
 
@@ -39,31 +39,31 @@ pub struct Material {
     pub diffuse: Option<[f64; 3]>,
     /// Reflectance and exponent of a Phong lobe.
     pub phong: Option<([f64; 3], f64)>,
-    /// The front alone reflects.
+    /// Reflects on the front side only.
     pub one_sided: bool,
-    /// Whether the texture multiplies it, and whether it repeats.
+    /// The material's texture, if it has one; `true` if the texture repeats.
     pub texture: Option<bool>,
 }
 
-/// A shape and what it does.
+/// A shape with its surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shape {
-    /// Where it is.
+    /// Its geometry.
     pub body: Body,
-    /// What it does with light.
+    /// Its emission or material.
     pub surface: Surface,
 }
 
-/// What a shape does with light.
+/// Emission or material of a shape.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Surface {
     /// It emits this radiance.
     Emission([f64; 3]),
-    /// It is of the material at this place.
+    /// Index of its material.
     Material(usize),
 }
 
-/// Where a shape is.
+/// Geometry of a shape.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Body {
     /// A sphere.
@@ -77,7 +77,7 @@ pub enum Body {
     Mesh {
         /// Corners.
         vertices: Vec<[f64; 3]>,
-        /// Three of them each.
+        /// Three vertex indices each.
         faces: Vec<[u32; 3]>,
         /// Texture coordinates of the corners.
         uvs: Option<Vec<[f64; 2]>>,
@@ -86,12 +86,12 @@ pub enum Body {
     },
 }
 
-/// What is beyond all shapes.
+/// The environment.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Sky {
     /// The same radiance from everywhere.
     Constant([f64; 3]),
-    /// One of [`SKIES`], turned by so many degrees.
+    /// One of [`SKIES`], rotated by so many degrees.
     Picture(usize, f64),
 }
 

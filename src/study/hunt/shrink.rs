@@ -1,12 +1,12 @@
-//! From a recipe that fails to a small one that fails in the same way (Zeller and Hildebrandt, "Simplifying and Isolating
+//! Reduces a failing recipe to a small one that fails in the same way (Zeller and Hildebrandt, "Simplifying and Isolating
 //! Failure-Inducing Input", 2002).
 
 use super::recipe::{Body, Material, Recipe, Shape, Sky, Surface};
 
-/// Recipes that are tried at most: each is checked as the first one was.
+/// Maximum number of recipes tried; each is checked like the first one.
 const TRIES: usize = 400;
 
-/// The smallest recipe that was found to fail: none of the simplifications keeps the failure any more, or the tries are spent.
+/// The smallest failing recipe found: no simplification keeps the failure, or the tries are used up.
 pub fn shrink(recipe: &Recipe, mut fails: impl FnMut(&Recipe) -> bool) -> Recipe {
     let (mut best, mut left) = (recipe.clone(), TRIES);
     loop {
@@ -22,7 +22,7 @@ pub fn shrink(recipe: &Recipe, mut fails: impl FnMut(&Recipe) -> bool) -> Recipe
     }
 }
 
-/// Simpler recipes, those that take most away first.
+/// Simpler recipes, the largest simplifications first.
 fn simplifications(recipe: &Recipe) -> Vec<Recipe> {
     let mut all = Vec::new();
     let mut part = recipe.shapes.len();
@@ -61,7 +61,7 @@ fn simplifications(recipe: &Recipe) -> Vec<Recipe> {
     all
 }
 
-/// The sky, the lens and the film.
+/// Simplifies the sky, the lens and the film.
 fn less_of_the_whole(recipe: &Recipe) -> Vec<Recipe> {
     let mut all = Vec::new();
     if recipe.sky.is_some() {
@@ -140,7 +140,7 @@ fn simpler_shapes(shape: &Shape) -> Vec<Shape> {
     all
 }
 
-/// A mesh of the corners alone that it uses.
+/// A mesh with only the vertices that its faces use.
 fn used(vertices: &[[f64; 3]], faces: &[[u32; 3]], uvs: &Option<Vec<[f64; 2]>>, smooth: bool) -> Body {
     let mut kept: Vec<u32> = faces.iter().flatten().copied().collect();
     kept.sort_unstable();
@@ -154,7 +154,7 @@ fn used(vertices: &[[f64; 3]], faces: &[[u32; 3]], uvs: &Option<Vec<[f64; 2]>>, 
     }
 }
 
-/// With two decimal digits.
+/// Rounds to two decimal digits.
 fn rounded(x: f64) -> f64 {
     format!("{x:.1e}").parse().unwrap_or(x)
 }
@@ -184,7 +184,7 @@ fn simpler_materials(material: &Material) -> Vec<Material> {
     all
 }
 
-/// Materials that no shape is of are taken away, and the places of the others with them.
+/// Removes unused materials and renumbers the others.
 fn without_unused_materials(recipe: &Recipe) -> Option<Recipe> {
     let used = |number: &usize| {
         recipe
@@ -210,7 +210,7 @@ mod tests {
     use super::super::draw::{Kind, recipe};
     use super::*;
 
-    /// What fails is a sphere of a certain radius together with a smooth mesh: all else goes.
+    /// The failure needs a sphere of a certain radius together with a smooth mesh; everything else is removed.
     #[test]
     fn what_has_no_part_in_the_failure_goes() {
         let guilty = |recipe: &Recipe| {

@@ -1,6 +1,6 @@
-//! Error against time, log-log, as SVG by plotters.
+//! Log-log charts of error against time, as SVG by plotters.
 //!
-//! Drawn at [`FINE`] times its size, as plotters places everything on whole pixels.
+//! Drawn at [`FINE`] times the final size, because plotters places everything on whole pixels.
 
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
@@ -10,34 +10,34 @@ use super::theme::{self, Role};
 use super::words;
 use crate::study::cost::price::Price;
 
-/// Steps a pixel.
+/// Steps per pixel.
 const FINE: i32 = 8;
 
-/// How a chart is laid out, in pixels.
+/// The layout of a chart, in pixels.
 #[derive(Clone, Copy, Debug)]
 pub struct Layout {
-    /// Of the whole drawing.
+    /// Width of the whole drawing.
     pub width: i32,
-    /// Of the whole drawing.
+    /// Height of the whole drawing.
     pub height: i32,
-    /// For the names at the ends of the lines.
+    /// Width on the right for the labels of the lines.
     pub right: i32,
-    /// Of all words.
+    /// Font size.
     pub font: i32,
-    /// There is room for figures behind the names.
+    /// Whether labels have room for figures.
     pub figures: bool,
 }
 
-/// What a chart is about, and so what stands behind the names of its lines.
+/// The subject of a chart, which determines the figures in its labels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum About {
-    /// Different noise: the slope of each curve, and its band.
+    /// Settings with different noise: each curve with its slope and confidence band.
     Noise,
-    /// The same noise in other times: the time of a pass over that of the defaults. One band is that of all.
+    /// Settings with the same noise at different speeds: the pass time relative to the defaults. One band serves all.
     Time,
 }
 
-/// For a screen on a desk, and for a README.
+/// For desktop screens and a README.
 pub const DESK: Layout = Layout {
     width: 960,
     height: 520,
@@ -63,7 +63,7 @@ type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64
 /// Draws the curves of some settings, the defaults first.
 ///
 /// # Errors
-/// None that is known: it draws into memory.
+/// None expected: it draws into memory.
 pub fn draw(prices: &[&Price], layout: Layout, about: About) -> Result<String, Failure> {
     let mut svg = String::new();
     let size = ((layout.width * FINE) as u32, (layout.height * FINE) as u32);
@@ -101,7 +101,7 @@ pub fn draw(prices: &[&Price], layout: Layout, about: About) -> Result<String, F
 }
 
 impl About {
-    /// What is read out where nobody sees.
+    /// The text for screen readers.
     fn aloud(self) -> &'static str {
         match self {
             Self::Noise => "relative MSE against time, a line for each way of sampling",
@@ -110,7 +110,7 @@ impl About {
     }
 }
 
-/// The same as a file of its own, on its own ground.
+/// The SVG as a standalone file with its own background.
 pub fn alone(svg: &str) -> String {
     let opened = svg.find('>').map_or(0, |end| end + 1);
     format!(
@@ -121,12 +121,12 @@ pub fn alone(svg: &str) -> String {
     )
 }
 
-/// The logarithm to base 10 of what can be drawn.
+/// The logarithm to base 10, clamped to what can be drawn.
 fn log(value: f64) -> f64 {
     value.max(1e-300).log10()
 }
 
-/// Logarithms of both axes, with a little room around all points.
+/// The logarithmic ranges of both axes, with a margin around all points.
 fn ranges(prices: &[&Price]) -> ((f64, f64), (f64, f64)) {
     let points = || {
         prices
@@ -150,7 +150,7 @@ fn ranges(prices: &[&Price]) -> ((f64, f64), (f64, f64)) {
 }
 
 fn text_style(layout: Layout, role: Role, pos: Pos) -> TextStyle<'static> {
-    // plotters divides by 1.24.
+    // plotters divides font sizes by 1.24.
     let size = f64::from(layout.font * FINE) * 1.24;
     let plain = TextStyle::from(("system-ui, sans-serif", size).into_font()).pos(pos);
     TextStyle {
@@ -159,7 +159,7 @@ fn text_style(layout: Layout, role: Role, pos: Pos) -> TextStyle<'static> {
     }
 }
 
-/// Lines and words at every power of ten, and at 2 and 5 times it where there are few.
+/// Ticks with labels at every power of ten, and at 2 and 5 times it where there are few.
 fn ticks((low, high): (f64, f64)) -> Vec<f64> {
     let mut all: Vec<f64> = (low.ceil() as i32..=high.floor() as i32).map(f64::from).collect();
     if all.len() < 3 {
@@ -185,7 +185,7 @@ fn grid(
     let line = Role::Grid.color().stroke_width(FINE as u32);
     let under = text_style(layout, Role::Soft, Pos::new(HPos::Center, VPos::Top));
     let beside = text_style(layout, Role::Soft, Pos::new(HPos::Right, VPos::Center));
-    // Decades come first; what would touch a label that is there gets none.
+    // Decades come first; labels that would overlap an earlier one are dropped.
     let mut taken: Vec<i32> = Vec::new();
     for at in ticks(x) {
         chart.draw_series([PathElement::new(vec![(at, y.0), (at, y.1)], line)])?;
@@ -206,7 +206,7 @@ fn grid(
         let label = if at.fract() == 0.0 && at < -3.5 {
             format!("10{}", words::superscript(&format!("{at:.0}")))
         } else {
-            // Shortest form of a number with one digit that counts.
+            // Shortest form of a number with one significant digit.
             let digit = format!("{:.0e}", 10.0_f64.powf(at));
             digit.parse::<f64>().unwrap_or_default().to_string()
         };
@@ -233,8 +233,8 @@ fn grid(
     Ok(())
 }
 
-/// Where plain Monte Carlo would go from the first point of the defaults, error in inverse proportion to time: both ends of the
-/// line, in logarithms.
+/// The line of plain Monte Carlo from the first point of the defaults (squared error inversely proportional to time): both
+/// ends, in logarithms.
 fn monte_carlo(prices: &[&Price], x: (f64, f64), y: (f64, f64)) -> Option<[(f64, f64); 2]> {
     let first = prices
         .first()?
@@ -245,7 +245,7 @@ fn monte_carlo(prices: &[&Price], x: (f64, f64), y: (f64, f64)) -> Option<[(f64,
     Some([x.0.max(sum - y.1), x.1.min(sum - y.0)].map(|x| (x, sum - x)))
 }
 
-/// The band of 95 %, the line, and a marker at each point.
+/// The 95 % band, the line, and a marker at each point.
 fn curve(chart: &mut Chart<'_, '_>, price: &Price, i: usize, with_band: bool) -> Result<(), Failure> {
     let color = Role::Series(i).color();
     let points: Vec<_> = price
@@ -269,7 +269,7 @@ fn curve(chart: &mut Chart<'_, '_>, price: &Price, i: usize, with_band: bool) ->
     marker(chart, &line, i)
 }
 
-/// A shape for each line, so that colour is not all that tells them apart.
+/// A marker shape for each line, so that lines differ by more than colour.
 fn marker(chart: &mut Chart<'_, '_>, points: &[(f64, f64)], i: usize) -> Result<(), Failure> {
     let color = Role::Series(i).color();
     let (filled, line) = (color.filled(), color.stroke_width((2 * FINE) as u32));
@@ -294,7 +294,8 @@ fn marker(chart: &mut Chart<'_, '_>, points: &[(f64, f64)], i: usize) -> Result<
     Ok(())
 }
 
-/// Every line's name at its right end, moved apart where they would touch; also that of plain Monte Carlo, which ends at `plain`.
+/// Every line's label at its right end, moved apart where they would overlap; also that of plain Monte Carlo, which ends at
+/// `plain`.
 fn names(
     root: &Area<'_>,
     chart: &Chart<'_, '_>,
@@ -318,7 +319,7 @@ fn names(
         };
         ends.push((Role::Soft, words.to_owned(), chart.backend_coord(&end)));
     }
-    // At one height the leftmost stands on top, so that no leader crosses another.
+    // At equal height the leftmost goes on top, so that no leader lines cross.
     ends.sort_by_key(|(_, _, (x, y))| (*y / layout.font / FINE, *x));
     let apart = layout.font * FINE * 13 / 10;
     let bottom = (layout.height - 4 * layout.font) * FINE;
@@ -326,7 +327,7 @@ fn names(
     for k in 1..rows.len() {
         rows[k] = rows[k].max(rows[k - 1] + apart);
     }
-    // What went over the bottom pushes the others up again.
+    // Labels below the bottom edge push the others up again.
     for k in (0..rows.len()).rev() {
         let most = rows.get(k + 1).map_or(bottom, |next| next - apart);
         rows[k] = rows[k].min(most);
@@ -342,7 +343,7 @@ fn names(
     Ok(())
 }
 
-/// A setting with its figure, where there is room for it.
+/// A setting with its figure, if there is room.
 fn name(price: &Price, layout: Layout, about: About) -> String {
     let figure = match (about, price.slope) {
         _ if !layout.figures => None,

@@ -1,4 +1,4 @@
-//! The same for programs: every run as CSV, every figure as JSON.
+//! Machine-readable exports: every run as CSV, every figure as JSON.
 
 use std::fmt::Write;
 
@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::Circumstances;
 use crate::study::cost::Study;
 
-/// One line a look at a run. No field holds a comma or a quote: names of settings are words and numbers.
+/// One line per look at a run. No field contains a comma or a quote: names of settings are words and numbers.
 pub fn csv(study: &Study) -> String {
     let mut text = String::from("setting,arguments,seed,spp,seconds,rmse,relmse,smape,mean,same_bits\n");
     for line in &study.lines {
@@ -37,10 +37,10 @@ struct All<'a> {
     study: &'a Study,
 }
 
-/// Everything but single runs and pictures. What is not finite is `null`.
+/// Everything except single runs and pictures. Values that are not finite become `null`.
 ///
 /// # Errors
-/// None that is known: every value here has a form in JSON.
+/// None expected: every value here can be written as JSON.
 pub fn json(study: &Study, circumstances: &Circumstances) -> Result<String, serde_json::Error> {
     Ok(serde_json::to_string_pretty(&All { circumstances, study })? + "\n")
 }

@@ -1,6 +1,6 @@
 //! Small pieces of HTML.
 
-/// Text that may stand anywhere in a page, in attributes too.
+/// Escapes text for any place in a page, attributes included.
 pub fn escape(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for c in text.chars() {
@@ -16,7 +16,7 @@ pub fn escape(text: &str) -> String {
     safe
 }
 
-/// A table whose cells are HTML already. On a phone each row becomes a card, whose cells say the name of their column.
+/// A table of HTML cells. On a phone each row becomes a card, whose cells name their column.
 pub fn table(class: &str, columns: &[&str], rows: &[Vec<String>]) -> String {
     let head: String = columns
         .iter()
@@ -34,7 +34,7 @@ pub fn table(class: &str, columns: &[&str], rows: &[Vec<String>]) -> String {
     format!("<table class=\"{class}\"><thead><tr>{head}</tr></thead><tbody>\n{body}</tbody></table>\n")
 }
 
-/// A list of names with what belongs to them.
+/// A definition list.
 pub fn definitions(pairs: &[(String, String)]) -> String {
     let items: String = pairs
         .iter()

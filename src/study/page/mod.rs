@@ -1,4 +1,4 @@
-//! The report: one page that needs nothing else, and the same for programs.
+//! The report: one self-contained page, and machine-readable exports.
 
 mod chart;
 mod export;
@@ -16,13 +16,13 @@ use crate::study::cost::price::Price;
 use chart::About;
 use html::escape;
 
-/// The page with marks where its parts go.
+/// The page with placeholders for its parts.
 const TEMPLATE: &str = include_str!("page.html");
 
-/// What a study was made with and on.
+/// The environment of a study.
 #[derive(Clone, Debug, Serialize)]
 pub struct Circumstances {
-    /// The scene file as it was named.
+    /// The scene file as given.
     pub scene: String,
     /// The command line.
     pub command: String,
@@ -30,7 +30,7 @@ pub struct Circumstances {
     pub version: String,
     /// The commit that it was built from.
     pub commit: String,
-    /// What the compiler could use.
+    /// Target features of the build.
     pub target_features: String,
     /// The processor.
     pub cpu: String,
@@ -44,7 +44,7 @@ pub struct Circumstances {
     pub sampler: String,
     /// Seconds to spend.
     pub budget: f64,
-    /// The load average before.
+    /// The load average before the study.
     pub load: Option<f64>,
 }
 
@@ -60,7 +60,7 @@ pub const NAMES: [&str; 5] = [
 /// All files of a report: [`NAMES`] and text.
 ///
 /// # Errors
-/// None that is known: everything is put together in memory.
+/// None expected: everything is built in memory.
 pub fn files(
     study: &Study,
     scene: &Scene,
@@ -116,8 +116,8 @@ pub fn files(
     Ok(NAMES.into_iter().zip(texts).collect())
 }
 
-/// Settings whose pictures differ from those of the defaults, and those that only compute the same otherwise; the defaults
-/// lead both.
+/// Settings whose pictures differ from those of the defaults, and settings that only differ in speed; both start with the
+/// defaults.
 fn split(study: &Study) -> (Vec<&Price>, Vec<&Price>) {
     let default = &study.prices[0];
     let others = study.prices[1..].iter();

@@ -15,16 +15,16 @@ use crate::film::srgb;
 use crate::study::cost::Study;
 use crate::study::cost::strip::{CROP, Frame};
 
-/// What the scale of errors ends at: as far off as the pixel is bright.
+/// Upper end of the error scale: the error equals the pixel's brightness.
 const MOST: f64 = 1.0;
 
-/// What it starts at.
+/// Lower end of the error scale.
 const LEAST: f64 = 0.01;
 
 /// The strip, its scale, and the crops.
 ///
 /// # Errors
-/// None that is known: PNGs are written into memory.
+/// None expected: PNGs are written into memory.
 pub fn strip(study: &Study) -> Result<String, ImageError> {
     let frames = &study.strip.frames;
     let [width, height] = study.film;
@@ -101,7 +101,7 @@ fn scale() -> Result<String, ImageError> {
     ))
 }
 
-/// A power of two that makes the picture neither dark nor burnt: the brightest pixels but a twentieth are just below white.
+/// A power of two for the exposure: the 95th percentile is just below white.
 fn gain(reference: &[[f32; 3]]) -> f32 {
     let mut values: Vec<f32> = reference.iter().map(|p| p[0].max(p[1]).max(p[2])).collect();
     values.sort_by(f32::total_cmp);
@@ -117,7 +117,7 @@ fn shown(pixels: &[[f32; 3]], gain: f32) -> Vec<[u8; 3]> {
     pixels.iter().map(|pixel| pixel.map(|x| srgb(x * gain))).collect()
 }
 
-/// Viridis over the logarithm of the error: even to the eye, and readable with every colour blindness and in print.
+/// Viridis over the logarithm of the error: perceptually uniform, and readable with colour blindness and in print.
 fn colours(errors: &[f64]) -> Vec<[u8; 3]> {
     let color = |&error: &f64| {
         let share = (error.max(LEAST) / LEAST).ln() / (MOST / LEAST).ln();

@@ -6,7 +6,7 @@ use crate::scene::{Effect, Features, Scene};
 use crate::study::cost::Study;
 use crate::study::cost::price::{Price, Verdict};
 
-/// Errors that the table of cheapest settings answers for, as `--target-error` means them.
+/// Errors in the table of cheapest settings, as `--target-error` means them.
 const ASKED: [f64; 5] = [0.3, 0.1, 0.03, 0.01, 0.003];
 
 /// The cheapest command line for several errors.
@@ -35,7 +35,7 @@ pub fn cheapest(study: &Study, circumstances: &Circumstances) -> String {
     )
 }
 
-/// One knob at a time.
+/// Costs of one setting at a time.
 pub fn prices(study: &Study) -> String {
     let row = |price: &Price| {
         let verdict = format!("<span class=\"verdict {0}\">{0}</span>", price.verdict);
@@ -98,12 +98,12 @@ fn speed_up(price: &Price) -> String {
     two_lines((value, interval))
 }
 
-/// A value, and below it its interval.
+/// A value with its interval below it.
 fn two_lines((value, interval): (String, String)) -> String {
     format!("<span class=\"whole\">{value}</span><br><span class=\"soft\">{interval}</span>")
 }
 
-/// What the scene calls for: effect, evidence, what follows.
+/// Effects that the scene requires: effect, evidence, consequence.
 pub fn effects(study: &Study, scene: &Scene) -> String {
     let found = Features::of(scene, scene.film());
     let triangles: usize = scene.meshes().iter().map(|mesh| mesh.triangles.len()).sum();
@@ -142,7 +142,7 @@ pub fn effects(study: &Study, scene: &Scene) -> String {
     table("cards", &["effect", "shapes that call for it", "what follows"], &rows)
 }
 
-/// Where the time of one render goes.
+/// Time by phase of one render.
 pub fn phases(study: &Study) -> String {
     let p = &study.phases;
     let rays = |count: f64| {
@@ -177,7 +177,7 @@ pub fn phases(study: &Study) -> String {
     )
 }
 
-/// What the figures hold for.
+/// The circumstances in which the figures were measured.
 pub fn circumstances(study: &Study, c: &Circumstances) -> String {
     let load = c.load.map_or_else(|| "unknown".to_owned(), |load| format!("{load:.2}"));
     let reference = format!(

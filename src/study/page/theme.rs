@@ -1,32 +1,33 @@
-//! Colours by role, in charts as in the page.
+//! Colours by role, in charts and in the page.
 //!
-//! A chart is drawn with one stand-in colour for each role, which then becomes a variable of CSS: so one drawing serves light
-//! and dark, and its colours stand in one place, `theme.css`. The lines' colours are those of Okabe and Ito, "Color Universal
-//! Design" (2008), which survive every common colour blindness; markers tell the lines apart without any colour.
+//! A chart is drawn with one placeholder colour per role, which is then replaced by a CSS variable. One drawing thus serves
+//! light and dark mode, and all colours are defined in `theme.css`. The lines' colours are those of Okabe and Ito, "Color
+//! Universal Design" (2008), which stay distinct with every common colour blindness; markers distinguish the lines without
+//! colour.
 
 use plotters::style::RGBColor;
 
-/// The variables, for a page or a picture that stands alone.
+/// The variables, for a page or a standalone picture.
 pub const CSS: &str = include_str!("theme.css");
 
-/// Colours of lines.
+/// Number of line colours.
 pub const SERIES: usize = 8;
 
-/// What a colour is for.
+/// The role of a colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// Words.
+    /// Text.
     Ink,
-    /// Less important words.
+    /// Secondary text.
     Soft,
-    /// Lines of the grid.
+    /// Grid lines.
     Grid,
     /// One of the lines of the chart.
     Series(usize),
 }
 
 impl Role {
-    /// The colour that stands for it while it is drawn.
+    /// Its placeholder colour while drawing.
     pub fn color(self) -> RGBColor {
         RGBColor(1, 2, self.number())
     }
@@ -56,7 +57,7 @@ impl Role {
     }
 }
 
-/// A drawing with variables in the places of its stand-in colours.
+/// Replaces placeholder colours by variables.
 pub fn paint(svg: &str) -> String {
     Role::all().fold(svg.to_owned(), |svg, role| {
         svg.replace(

@@ -1,4 +1,4 @@
-//! Figures in words, and the answers in sentences.
+//! Formats figures, and phrases the answers.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use crate::study::cost::Study;
 use crate::study::cost::price::{Price, Verdict};
 use crate::study::cost::statistics::Figure;
 
-/// Two or three digits that count, without an exponent where that reads well.
+/// Two or three significant digits, without an exponent where that is readable.
 pub fn number(value: f64) -> String {
     let size = value.abs();
     if value == 0.0 {
@@ -18,7 +18,7 @@ pub fn number(value: f64) -> String {
     } else if size >= 99.5 {
         format!("{value:.0}")
     } else {
-        // Two digits that count, of the rounded number: 9.99 is 10.
+        // Two significant digits of the rounded number: 9.99 becomes 10.
         let rounded: f64 = format!("{size:.1e}").parse().unwrap_or(size);
         let digits = (1 - rounded.log10().floor() as i32).clamp(0, 5) as usize;
         format!("{value:.digits$}")
@@ -37,7 +37,7 @@ fn power_of_ten(value: f64) -> String {
     }
 }
 
-/// A whole number on high.
+/// An integer in superscript digits.
 pub fn superscript(number: &str) -> String {
     let high = |c: char| match c {
         '-' => '⁻',
@@ -69,7 +69,7 @@ pub fn seconds(value: f64) -> String {
     }
 }
 
-/// `3 %`, `0.1 %`: of a share that is known exactly.
+/// `3 %`, `0.1 %`: a share that is known exactly.
 pub fn exact_percent(value: f64) -> String {
     format!("{} %", exact(100.0 * value))
 }
@@ -77,7 +77,7 @@ pub fn exact_percent(value: f64) -> String {
 /// The shortest way to write a number that is known exactly.
 pub fn exact(value: f64) -> String {
     if (1e-3..1e5).contains(&value.abs()) {
-        // What binary fractions add behind the tenth digit is not meant.
+        // Binary fractions add noise beyond the tenth digit.
         format!("{value:.10}")
             .trim_end_matches('0')
             .trim_end_matches('.')
@@ -87,7 +87,7 @@ pub fn exact(value: f64) -> String {
     }
 }
 
-/// `× 1.24` and `1.20 to 1.29`; no interval where there is none.
+/// `× 1.24` and `1.20 to 1.29`; no interval if there is none.
 pub fn ratio(figure: Figure) -> (String, String) {
     let value = format!("× {}", number(figure.value));
     let interval = if figure.low == figure.high {
@@ -114,7 +114,7 @@ pub fn speed_up(figure: Figure) -> (String, String) {
     (format!("{} × {word}", number(figure.value)), interval)
 }
 
-/// `+0.02 % ± 0.05 %`: two digits of the interval count, and as many places of the value.
+/// `+0.02 % ± 0.05 %`: two significant digits of the interval, and as many decimals of the value.
 pub fn bias(figure: Figure) -> String {
     let (value, reach) = (100.0 * figure.value, 100.0 * figure.reach());
     if value == 0.0 && reach == 0.0 {
@@ -154,15 +154,15 @@ pub fn name(price: &Price) -> String {
     }
 }
 
-/// What the study found, in a few sentences. The first is the headline.
+/// The findings in a few sentences. The first is the headline.
 pub struct Headline {
     /// The answer.
     pub answer: String,
-    /// What stands beside it.
+    /// Further sentences.
     pub beside: Vec<String>,
 }
 
-/// The relative mean squared error of the headline: the power of ten next to what the defaults reached.
+/// The relative mean squared error of the headline: the power of ten nearest to what the defaults reached.
 pub fn level(study: &Study) -> f64 {
     let reached = study.prices[0]
         .points
@@ -175,7 +175,7 @@ pub fn level(study: &Study) -> f64 {
     }
 }
 
-/// Times of the scene's own film over those of the study's.
+/// Ratio of render times at the scene's own film size and at the study's.
 pub fn whole_film(study: &Study) -> f64 {
     let pixels = |[width, height]: [u32; 2]| f64::from(width) * f64::from(height);
     if study.phases.pass_s > 0.0 {
@@ -193,7 +193,7 @@ pub fn headline(study: &Study) -> Headline {
     let (default, best) = (&study.prices[0], study.cheapest_by_mse(level));
     let asked = format!("a relative MSE of {}", exact(level));
     let faster = default.seconds_for_mse(level) / best.seconds_for_mse(level);
-    // The first sentence stands large, where a line may end at any blank: none between a number and its unit.
+    // The first sentence is large and wraps at blanks: use no-break spaces between numbers and units.
     let time_unbroken = |price: &Price| time(price).replace(' ', "\u{a0}");
     let first = asked.replacen('a', "A", 1);
     let answer = if best.variant.knob.is_empty() || faster < 1.05 {

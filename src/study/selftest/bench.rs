@@ -1,4 +1,4 @@
-//! Scenes and renders for cases: parts of scenes, pictures, means with their errors.
+//! Scenes and renders for self-test cases: parts of scenes, pictures, means with their errors.
 
 use std::error::Error;
 use std::path::Path;
@@ -16,14 +16,15 @@ use crate::scene::{
 use crate::settings::AccelKind;
 use crate::study::estimate::Estimate;
 
-/// What stops a case.
+/// An error that stops a case.
 pub type SelftestError = Box<dyn Error + Send + Sync>;
 
-/// Both who answer rays.
+/// Both intersectors.
 pub const ACCELS: [AccelKind; 2] = [AccelKind::Linear, AccelKind::Embree];
 
-/// Standard errors that a mean may be off. One in 26 million is by chance, and seeds are fixed: what passes once passes for
-/// good. With twice the samples that a test at 4 standard errors would take, it sees smaller faults than that one.
+/// Accepted deviation of a mean, in standard errors. One in 26 million exceeds it by chance, and seeds are fixed: a test that
+/// passes once passes forever. With twice the samples that a test at 4 standard errors would take, it detects smaller faults
+/// than that test.
 pub const SIGMAS: f64 = 5.5;
 
 /// The scene of a file.
@@ -34,16 +35,16 @@ pub fn scene(text: &str) -> Result<Scene, SelftestError> {
     Ok(Scene::parse(text, Path::new("selftest.toml"))?)
 }
 
-/// A camera with a picture of 32 x 32 pixels, and nothing else.
+/// A camera with a film of 32 x 32 pixels, and an otherwise empty scene.
 pub fn view(origin: impl Into<DVec3>, target: impl Into<DVec3>, fov: f64) -> SceneBuilder {
     let film = FilmSize { width: 32, height: 32 };
     Scene::builder(Camera::new(origin, target, Fov::X(fov)), film)
 }
 
-/// What the plate of [`test_point`] is made of.
+/// The material of the plate of [`test_point`].
 pub const PLATE: MaterialId = MaterialId::new(0);
 
-/// One spot of a plate in the plane y = 0 of reflectance 0.5: every pixel shows its origin, seen from a distance of 4.24.
+/// A test point on a plate in the plane y = 0 of reflectance 0.5: every pixel shows the origin, from a distance of 4.24.
 pub fn test_point() -> SceneBuilder {
     let mut scene = view([-3.0, 3.0, 0.0], [0.0; 3], 0.001);
     scene.material(Material::diffuse("plate", [0.5; 3]));
@@ -52,22 +53,22 @@ pub fn test_point() -> SceneBuilder {
     scene
 }
 
-/// The spot under spheres.
+/// The test point under spheres.
 ///
 /// # Errors
-/// Where there can be no such sphere.
+/// Where a sphere is invalid.
 pub fn lit(lights: &[Sphere]) -> Result<Scene, InvalidScene> {
     let mut scene = test_point();
     scene.spheres.extend_from_slice(lights);
     scene.build()
 }
 
-/// A sphere that emits.
+/// An emitting sphere.
 pub fn light(center: [f64; 3], radius: f64, radiance: f64) -> Sphere {
     Sphere::new(center, radius, Surface::emission([radiance; 3]))
 }
 
-/// Independent numbers, one thread, the widest lanes.
+/// Independent random numbers, one thread, the widest lanes.
 pub fn settings(width: u32, height: u32, estimator: EstimatorKind) -> Settings {
     Settings {
         film: FilmSize { width, height },
@@ -79,15 +80,15 @@ pub fn settings(width: u32, height: u32, estimator: EstimatorKind) -> Settings {
     }
 }
 
-/// A run of so many passes.
+/// A run of the given passes.
 ///
 /// # Errors
-/// Where the scene cannot be rendered so.
+/// Where the scene cannot be rendered with these settings.
 pub fn render(scene: &Scene, settings: Settings, passes: u32) -> Result<Run, SelftestError> {
     Ok(Prepared::new(scene, settings)?.passes(passes).finish())
 }
 
-/// The picture after so many passes.
+/// The picture after the given passes.
 ///
 /// # Errors
 /// As for [`render`].
@@ -95,13 +96,13 @@ pub fn picture(scene: &Scene, settings: Settings, passes: u32) -> Result<Picture
     Ok(render(scene, settings, passes)?.picture())
 }
 
-/// Contributions that a run threw away.
+/// Contributions that a run rejected as invalid.
 pub fn invalid(run: &Run) -> usize {
     let counters = run.counters();
     (counters.invalid_nan + counters.invalid_inf + counters.invalid_negative) as usize
 }
 
-/// The mean of the green of pixels that all show the same.
+/// The mean of the green channel over pixels that all show the same.
 pub fn mean_of_pixels(picture: &Picture) -> Estimate {
     let green: Vec<f64> = picture.pixels.iter().map(|p| f64::from(p[1])).collect();
     Estimate::of(&green)
@@ -114,7 +115,7 @@ pub fn differences(a: &Picture, b: &Picture) -> usize {
     pairs.filter(|(a, b)| bits(a) != bits(b)).count() + a.pixels.len().abs_diff(b.pixels.len())
 }
 
-/// The scene, `scale` times as large about 0 and then moved by `offset`.
+/// The scene, scaled by `scale` about 0 and then moved by `offset`.
 ///
 /// # Errors
 /// Where it does not fit into single precision there.

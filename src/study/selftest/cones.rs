@@ -25,13 +25,13 @@ fn sphere(center: [f32; 3], radius: f32) -> SphereLight {
     }
 }
 
-/// The sine that the sphere has in truth: its numbers are exact, so this is right to 1e-16.
+/// The exact sine of the sphere: its inputs are exact, so this is accurate to 1e-16.
 fn sine(light: &SphereLight) -> f64 {
     let d2: f64 = light.center.iter().map(|&x| f64::from(x).powi(2)).sum();
     f64::from(light.radius) / d2.sqrt()
 }
 
-/// The density at 0 over the true one.
+/// The density at 0 relative to the true one.
 fn ratio(light: &SphereLight) -> f64 {
     let pdf = light.cone(Vec3::<f32>::zero()).pdf();
     f64::from(pdf) * 2.0 * PI * truth::cone(sine(light)).0
@@ -57,7 +57,7 @@ pub fn tiny_sphere(effort: Effort) -> Checks {
             worst([0.0, 0.0, 2.0], &mut steps(1e-15, 0.9999)),
             5e-7,
         ),
-        // Off the axes the distance is rounded, and 1 - s^2 with it: what is left of 5e-7 ends at 0.7.
+        // Off the axes the distance is rounded, and thus 1 - s^2, so the bound of 5e-7 only holds up to s = 0.7.
         Check::new(
             "density, s = 1e-15..0.7 aslant: largest relative error",
             worst([0.3, -1.7, 0.9], &mut steps(1e-15, 0.7)),
@@ -67,7 +67,7 @@ pub fn tiny_sphere(effort: Effort) -> Checks {
     let mut worst = 0.0_f64;
     for power in 1..=7 {
         let s = 10.0_f64.powi(-power);
-        // The light stands where its direction makes 60 degrees with the normal.
+        // The light is placed where its direction makes 60 degrees with the normal.
         let (center, cosine) = ([4.0 * 0.75_f64.sqrt(), 2.0, 0.0], 0.5);
         let scene = bench::lit(&[bench::light(center, 4.0 * s, 1.0 / (s * s))])?;
         for estimator in [EstimatorKind::Light, EstimatorKind::Mis] {
@@ -101,7 +101,7 @@ pub fn narrow_cone(effort: Effort) -> Checks {
             .map(f64::from);
         let dot = |a: [f64; 3]| a[0] * w[0] + a[1] * w[1] + a[2] * w[2];
         length = length.max((dot(w) - 1.0).abs());
-        // Tangents reach 1 at the rim: uniform in the disc.
+        // Tangents relative to the rim, which is at 1: uniform in the disc.
         let (x, y) = (dot(axes[0]) / rim.sqrt(), dot(axes[1]) / rim.sqrt());
         let ring = ((x * x + y * y) * 8.0).clamp(0.0, 7.0) as usize;
         let sector = ((y.atan2(x) / (2.0 * PI) + 0.5) * 8.0).clamp(0.0, 7.0) as usize;
@@ -150,7 +150,7 @@ pub fn point_on_the_sphere(effort: Effort) -> Checks {
         let (one_minus_cos_max, d, r) = (truth::cone(sine(&light)).0, 1.0_f64, f64::from(light.radius));
         for i in 0..effort.of(4096) {
             let t = warp::cone(uniform(i, 2).0, cone.one_minus_cos_max);
-            // As f64 would have it for the same share of the cone.
+            // The `f64` value for the same share of the cone.
             let below = f64::from(t) / f64::from(cone.one_minus_cos_max) * one_minus_cos_max;
             let chord = ((one_minus_cos_max - below) * (2.0 - one_minus_cos_max - below))
                 .max(0.0)
@@ -159,14 +159,16 @@ pub fn point_on_the_sphere(effort: Effort) -> Checks {
             worst = worst.max((f64::from(cone.distance(t)) / exact - 1.0).abs());
         }
     }
-    // No sample is tested against its own light: as many as are drawn must count. Straight above, each is worth the same.
+    // Shadow rays skip the sampled light itself, so every drawn sample must count. The light is straight above, so all samples
+    // are equal.
     let mut lost = 0;
     for s in [0.3, 1e-2, 1e-4, 1e-6] {
         let scene = bench::lit(&[bench::light([0.0, 4.0, 0.0], 4.0 * s, 1.0 / (s * s))])?;
         let passes = effort.of(2560);
         let picture = bench::picture(&scene, bench::settings(32, 32, EstimatorKind::Light), passes)?;
         let least = 0.5 * (1.0 - s * s).sqrt() * (1.0 - 0.5 / f64::from(passes)).min(1.0 - 1e-5);
-        // A pixel short of one sample falls below all others by its share; noise of the cosine is less for small lights.
+        // A pixel that lacks one sample is darker than all others by that share; for small lights the noise of the cosine is
+        // less.
         lost += if s < 0.1 {
             picture.pixels.iter().filter(|p| f64::from(p[1]) < least).count()
         } else {

@@ -1,4 +1,4 @@
-//! Rows 5 to 8, 18 to 20, 35 and 38: where emitters are.
+//! Rows 5 to 8, 18 to 20, 35 and 38: positions of emitters.
 
 use std::f64::consts::PI;
 
@@ -11,11 +11,11 @@ use crate::pipeline::Settings;
 use crate::scene::{EstimatorKind, Scene};
 use crate::study::estimate::Estimate;
 
-/// Single precision may be off by this much, relative.
+/// Relative error allowed for single precision.
 const ROUNDING: f64 = 2e-6;
 
-/// The largest number of standard errors between the estimators at a diffuse spot and `irradiance` over pi, and how many samples
-/// were no sound numbers.
+/// The largest deviation, in standard errors, between the estimators at a diffuse test point and `irradiance` over pi, and the
+/// number of samples that are NaN, infinite or negative.
 fn against(irradiance: f64, lights: &[SphereLight], kinds: &[EstimatorKind], packets: u32) -> (f64, usize) {
     kinds.iter().fold((0.0, 0), |(worst, unsound), &kind| {
         let lit = Spot::DIFFUSE.lit(lights, kind, packets);
@@ -26,7 +26,7 @@ fn against(irradiance: f64, lights: &[SphereLight], kinds: &[EstimatorKind], pac
     })
 }
 
-/// The same of whole renders of the spot of [`bench::test_point`] under lights, by both accelerators.
+/// The same for whole renders of [`bench::test_point`] under lights, by both intersectors.
 ///
 /// # Errors
 /// Where the scene cannot be rendered.
@@ -74,7 +74,7 @@ pub fn inside(effort: Effort) -> Checks {
 pub fn on_the_surface(effort: Effort) -> Checks {
     let (mut worst, mut unsound) = (0.0_f64, 0);
     for ulps in -4..=4 {
-        // The light hangs over the spot and touches it, but for some ulp.
+        // The light is above the test point and touches it, to within some ulp.
         let height = 1.0 + f64::from(ulps) * f64::from(f32::EPSILON) / if ulps < 0 { 2.0 } else { 1.0 };
         let (sigmas, bad) = against(
             PI,
@@ -83,7 +83,7 @@ pub fn on_the_surface(effort: Effort) -> Checks {
             effort.of(1 << 15),
         );
         (worst, unsound) = (worst.max(sigmas), unsound + bad);
-        // And beside it: half of it is below the horizon.
+        // And beside it, with half of it below the horizon.
         let beside = truth::clipped_sphere((1.0 / height).min(1.0 - 1e-16), PI / 2.0);
         let (sigmas, bad) = against(
             if height < 1.0 { PI } else { beside },

@@ -1,4 +1,4 @@
-//! Rows 39 and 40: files that cannot be written, and files that want to break the program.
+//! Rows 39 and 40: files that cannot be written, and malicious input files.
 
 use std::fs;
 use std::io;
@@ -45,12 +45,12 @@ pub fn writing(_: Effort) -> Checks {
     ])
 }
 
-/// The plate of [`bench::test_point`], as a scene file has it.
+/// The plate of [`bench::test_point`], as a scene file.
 pub const SPOT: &str = "[camera]\norigin = [-3, 3, 0]\ntarget = [0, 0, 0]\nup = [0, 1, 0]\nfov_x = 0.001\n\
     [film]\nwidth = 32\nheight = 32\n[materials.plate]\ndiffuse = [0.5, 0.5, 0.5]\n[[meshes]]\nmaterial = \"plate\"\n\
     vertices = [[-1, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1]]\nfaces = [[0, 1, 2, 3]]\n";
 
-/// What mutations start from: one file of each kind that is read.
+/// Seeds of the mutations: one file of each kind that is read.
 pub const CORPUS: [(&str, &[u8]); 4] = [
     ("scene.toml", include_bytes!("../../../scenes/tests/two-lights.toml")),
     ("mesh.obj", b"v 0 0 0\nv 1 0 0\nv 0 0 1\nv 1 0 1\nvn 0 1 0\nvt 0 0\nf 1 2 3\nf 2//1 4//1 3//1\nf -1 -2 -3 -4\n"),
@@ -68,7 +68,7 @@ pub const CORPUS: [(&str, &[u8]); 4] = [
     ),
 ];
 
-/// Words that parsers stumble over.
+/// Tokens that parsers often handle wrongly.
 const WORDS: [&[u8]; 14] = [
     b"nan",
     b"-1",
@@ -86,7 +86,8 @@ const WORDS: [&[u8]; 14] = [
     b"18446744073709551615",
 ];
 
-/// `source` with one to eight random changes: bytes and words put in, taken out, doubled, moved, bits flipped, the end cut off.
+/// `source` with one to eight random mutations: bytes and tokens inserted, removed, duplicated, moved, bits flipped, the end
+/// truncated.
 pub fn mutated(source: &[u8], rng: &mut impl Rng) -> Vec<u8> {
     let mut bytes = source.to_vec();
     for _ in 0..rng.random_range(1..=8) {
@@ -110,7 +111,7 @@ pub fn mutated(source: &[u8], rng: &mut impl Rng) -> Vec<u8> {
     bytes
 }
 
-/// Gives the bytes to the reader of files of that name and says whether it panicked.
+/// Passes the bytes to the reader of files of that name and returns whether it panicked.
 ///
 /// # Errors
 /// If the folder cannot be written to.

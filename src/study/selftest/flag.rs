@@ -1,4 +1,4 @@
-//! What Embree's flag ROBUST costs, `--robust on` beside `--robust off`.
+//! The cost of Embree's flag ROBUST: `--robust on` against `--robust off`.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -13,16 +13,16 @@ use crate::embree::{Accel, Coherence};
 use crate::lane::{F32x8, Mask, Mask8};
 use crate::shape::Ray;
 
-/// Squares along each side: 131 072 triangles, more than the caches next to a core hold.
+/// Squares along each side: 131 072 triangles, too large for a core's private caches.
 const SQUARES: u32 = 256;
 
 const PACKETS: usize = 1024;
 
-/// Rays in no order from one point through a closed sheet of triangles, nearest hits, in packets of 8. A ray that misses it is wrong
-/// by 1.
+/// Nearest hits of incoherent rays from one point through a closed grid mesh, in packets of 8. A ray that misses it counts as
+/// an error of 1.
 ///
 /// # Errors
-/// What Embree says.
+/// Errors from Embree.
 pub fn measure() -> Result<Vec<Price>, SelftestError> {
     let mut rng = Pcg64::seed_from_u64(25);
     let grid_mesh = Sheet::new(SQUARES, &mut rng);
@@ -35,7 +35,7 @@ pub fn measure() -> Result<Vec<Price>, SelftestError> {
     let rows = ranges.into_iter().flat_map(|(range, aim)| {
         let rays: Vec<Ray<F32x8>> = (0..PACKETS).map(|_| grid_mesh.rays(aim, &mut rng)).collect();
         let (mut best, mut missed) = ([f64::INFINITY; 2], [0.0; 2]);
-        // In turn, so that both meet the same machine.
+        // Alternates the two, so that both see the same machine state.
         for _ in 0..15 {
             for ((accel, best), missed) in accels.iter().zip(&mut best).zip(&mut missed) {
                 let started = Instant::now();

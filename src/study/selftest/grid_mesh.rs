@@ -1,4 +1,4 @@
-//! A sheet of triangles that no ray aimed into it should pass, and rays that try.
+//! A grid mesh without gaps, and rays that try to pass through it.
 
 use rand::RngExt;
 use rand_pcg::Pcg64;
@@ -9,7 +9,7 @@ use crate::lane::{Bits, F32x8, Lane, U32x8};
 use crate::math::Vec3;
 use crate::shape::{NO_SKIP_ID, Ray};
 
-/// Where rays go.
+/// Where rays are aimed.
 #[derive(Clone, Copy)]
 pub enum Aim {
     Vertex,
@@ -17,7 +17,7 @@ pub enum Aim {
     Anywhere,
 }
 
-/// A wavy sheet of `n x n` squares around (0, 0, 5), two triangles each.
+/// A wavy grid mesh of `n x n` squares around (0, 0, 5), two triangles each.
 pub struct Sheet {
     n: u32,
     pub vertices: Vec<[f32; 3]>,
@@ -41,17 +41,17 @@ impl Sheet {
         Self { n, vertices, faces }
     }
 
-    /// It in Embree's hands.
+    /// Its Embree acceleration structure.
     ///
     /// # Errors
-    /// What Embree says.
+    /// Errors from Embree.
     pub fn accel(&self, robust: bool) -> Result<Accel, SelftestError> {
         let mut builder = SceneBuilder::new(&Device::new(1)?, robust)?;
         builder.add_mesh(&self.vertices, &self.faces)?;
         Ok(builder.commit()?)
     }
 
-    /// Eight rays from 0 that have to meet it.
+    /// Eight rays from 0 that must hit the mesh.
     pub fn rays(&self, aim: Aim, rng: &mut Pcg64) -> Ray<F32x8> {
         let targets: [[f32; 3]; 8] = std::array::from_fn(|_| self.target(aim, rng));
         Ray {
@@ -67,7 +67,7 @@ impl Sheet {
     }
 
     fn target(&self, aim: Aim, rng: &mut Pcg64) -> [f32; 3] {
-        // Not the rim of the sheet: a ray may pass it by.
+        // Not the boundary of the mesh: a ray may pass beside it.
         let [x, y]: [u32; 2] = [rng.random_range(1..self.n), rng.random_range(1..self.n)];
         let corner = self.vertices[(y * (self.n + 1) + x) as usize];
         let toward = match aim {

@@ -1,4 +1,4 @@
-//! Row 46: lights that are no shapes.
+//! Row 46: delta lights and suns.
 
 use std::f64::consts::PI;
 
@@ -27,7 +27,7 @@ pub fn no_shapes(effort: Effort) -> Checks {
             falloff([10.0, 40.0], &[0.0, 9.0, 15.0, 25.0, 39.0, 45.0])?,
             2e-6,
         ),
-        // The 32 points see the spot under angles that differ by 0.0015 degrees, of the 0.4 across which this edge falls.
+        // The 32 points see the test point under angles that differ by 0.0015 degrees; the spot light's edge spans 0.4 degrees.
         Check::new(
             "spot of 0.1 to 0.5 degrees: worst error of the falloff, over the intensity",
             falloff([0.1, 0.5], &[0.0, 0.2, 0.3, 0.4, 0.6])?,
@@ -47,19 +47,19 @@ pub fn no_shapes(effort: Effort) -> Checks {
     ])
 }
 
-/// The plate of [`bench::test_point`], with the camera and all else `scale` times as large, under lights.
+/// The plate of [`bench::test_point`] under lights, with the camera and everything else scaled by `scale`.
 fn plate(scale: f64, lights: &[Light]) -> Result<Scene, SelftestError> {
     let mut scene = bench::moved(&bench::test_point().build()?, scale, DVec3::ZERO)?.to_builder();
     scene.lights.extend_from_slice(lights);
     Ok(scene.build()?)
 }
 
-/// At distance `d`, with a cosine of 0.8 and the irradiance 0.8.
+/// A point light at distance `d`, with a cosine of 0.8 and the irradiance 0.8.
 fn point(d: f64) -> Light {
     Light::point([0.6 * d, 0.8 * d, 0.0], [d * d; 3])
 }
 
-/// How far the mean is off an answer, relative. There is no noise.
+/// Relative error of the mean. There is no noise.
 fn one(scene: &Scene, estimator: EstimatorKind, answer: f64) -> Result<f64, SelftestError> {
     let picture = bench::picture(scene, bench::settings(4, 4, estimator), 2)?;
     Ok((bench::mean_of_pixels(&picture).mean / answer - 1.0).abs())
@@ -75,7 +75,7 @@ fn distances() -> Result<f64, SelftestError> {
     Ok(worst)
 }
 
-/// Straight above the plate at a height of 2, with the axis so many degrees off.
+/// The largest error over spot lights at height 2 above the plate, with the axis tilted by these angles in degrees.
 fn falloff([inner, outer]: [f64; 2], angles: &[f64]) -> Result<f64, SelftestError> {
     let cosine = |degrees: f64| degrees.to_radians().cos();
     let mut worst = 0.0_f64;
@@ -118,7 +118,7 @@ fn in_a_surface() -> Result<usize, SelftestError> {
     Ok(blocked)
 }
 
-/// A disk is what a sphere of the same angle is, from infinitely far away: the closed form is the same.
+/// A sun is equivalent to a sphere of the same angle at infinite distance: the closed form is the same.
 fn suns(effort: Effort) -> Result<f64, SelftestError> {
     let mut worst = 0.0_f64;
     for radius in [0.3_f64, 5.0, 60.0] {
@@ -133,14 +133,14 @@ fn suns(effort: Effort) -> Result<f64, SelftestError> {
             let scene = plate(1.0, &[sun])?;
             let answer = 0.5 / PI * truth::clipped_sphere(sine, tilt);
             for estimator in EstimatorKind::ALL {
-                // The others meet a disk of 5 degrees at the horizon once in 10 000 directions.
+                // The other estimators hit a sun of 5 degrees at the horizon once in 10 000 directions.
                 let sampled = !matches!(estimator, EstimatorKind::Uniform | EstimatorKind::Brdf);
                 if !sampled && radius < 60.0 {
                     continue;
                 }
                 let picture = bench::picture(&scene, bench::settings(32, 32, estimator), effort.of(64))?;
                 let found = bench::mean_of_pixels(&picture);
-                // Rounding of the offset and of radiances: 1.5e-6.
+                // Allow 1.5e-6 for rounding of the offset and of radiances.
                 let off = (found.mean - answer).abs() - 1.5e-6 * answer;
                 worst = worst.max(off.max(0.0) / found.variance.sqrt().max(1e-9 * answer));
             }

@@ -22,7 +22,7 @@ fn unit(i: u32, n: u32) -> f32 {
     ((f64::from(i) + 0.5) / f64::from(n)) as f32
 }
 
-/// A light of radiance 1 all around.
+/// A light of radiance 1 from all directions.
 fn furnace() -> [SphereLight; 1] {
     [test_point::light([0.0; 3], 10.0, 0)]
 }
@@ -35,7 +35,7 @@ pub fn grazing(effort: Effort) -> Checks {
         for alpha in [1.0, 1.5, 30.0, 1e4, 1e6] {
             let test_point = Spot { alpha, wo };
             for kind in [EstimatorKind::Brdf, EstimatorKind::Mis, EstimatorKind::Light] {
-                // A cone of all directions finds no narrow lobe.
+                // Sampling all directions as the light's cone does not find a narrow lobe.
                 if kind == EstimatorKind::Light && alpha > 30.0 {
                     continue;
                 }
@@ -72,7 +72,7 @@ pub fn value(effort: Effort) -> Checks {
             10.0_f64.powf(f64::from(power) / 4.0) as f32
         };
         for i in 0..n {
-            // alpha ln cos from 0 to -60.
+            // alpha ln cos runs from 0 to -60.
             let t = (-(-60.0 * f64::from(unit(i, n)) / f64::from(alpha)).exp_m1()) as f32;
             if t >= 0.999_999 {
                 continue;
@@ -84,7 +84,7 @@ pub fn value(effort: Effort) -> Checks {
             let length = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
             let (la, lb) = (length(a), length(b));
             let chord: f64 = (0..3).map(|k| (a[k] / la - b[k] / lb).powi(2)).sum();
-            // The cosine has an absolute error of 1e-7: where cos^n is below 1e-3 of its peak, that is what counts.
+            // The cosine has an absolute error of 1e-7, which dominates where cos^n is below 1e-3 of its peak.
             let truth = (f64::from(alpha) * (-chord / 2.0).ln_1p()).exp();
             worst = worst.max((found - truth).abs() / truth.max(1e-3));
             if f64::from(alpha) >= 100.0 {
@@ -152,7 +152,7 @@ pub fn lowest_exponent(effort: Effort) -> Checks {
     };
     let mut largest = 0.0_f64;
     for i in 0..4096 {
-        // From the first number above 1 up: by ulp, then by wider and wider steps.
+        // From the first number above 1 upwards: by one ulp, then by growing steps.
         let alpha = |i: u32| f32::from_bits(1.0_f32.to_bits() + i * i / 2 + i + 1).min(2.0);
         largest = largest.max((ratio(alpha(i + 1)) - ratio(alpha(i))).abs());
     }
@@ -188,7 +188,7 @@ pub fn lowest_exponent(effort: Effort) -> Checks {
     ])
 }
 
-/// What [`lanes_of_power`] asks of sixteen lanes.
+/// Runs [`lanes_of_power`] with sixteen lanes.
 struct Sixteen<'a>(&'a [(f32, f32, f32)], &'a mut usize);
 
 impl LaneWork for Sixteen<'_> {
@@ -198,7 +198,7 @@ impl LaneWork for Sixteen<'_> {
     }
 }
 
-/// Powers whose bits in a lane of `L` are not those of one lane.
+/// Number of powers whose bits in a lane of `L` differ from those of the scalar lane.
 #[inline(always)]
 fn lanes_of_power<L: Lane>(cases: &[(f32, f32, f32)]) -> usize {
     let mut different = 0;

@@ -13,7 +13,7 @@ use crate::sampling::hash::mix;
 use crate::scene::{EstimatorKind, Sphere, Surface};
 use crate::study::estimate::Estimate;
 
-/// Seeds of a mean: pixels of a tile share their lists, so that renders are the independent unit, not pixels.
+/// Seeds of a mean. Pixels of a tile share their lists, so the independent unit is a render, not a pixel.
 const SEEDS: u32 = 24;
 
 /// Row 34.
@@ -52,7 +52,8 @@ fn power(i: u32) -> f64 {
     10_f64.powf(6.0 * unit(i ^ 0x5bd1_e995) - 6.0)
 }
 
-/// Lights on a dome about the plate, by the golden angle: none hides another, so the closed forms of single spheres add up.
+/// Lights on a dome around the plate, spaced by the golden angle: none occludes another, so the closed forms of single spheres
+/// add up.
 fn dome(count: u32, effort: Effort) -> Result<f64, SelftestError> {
     let (distance, sine) = (5.0, 0.4 / f64::from(count).sqrt());
     let (mut lights, mut answer) = (Vec::new(), 0.0);
@@ -80,14 +81,14 @@ fn dome(count: u32, effort: Effort) -> Result<f64, SelftestError> {
             bench::mean_of_pixels(&run.picture()).mean
         };
         let found = Estimate::of(&(1..=SEEDS).map(mean).collect::<Vec<_>>());
-        // Single precision of the offset and of radiances, as for one light.
+        // Allow for single precision of the offset and of radiances, as for one light.
         let off = (found.mean - answer).abs() - 1e-5 * answer;
         worst = worst.max(off.max(0.0) / found.variance.sqrt().max(1e-9 * answer));
     }
     Ok(worst)
 }
 
-/// How many standard errors the number of lights and their power, estimated from lists, are off the truth. Sixteen points look at a box
+/// Deviations, in standard errors, of the number of lights and of their power as estimated from lists. Sixteen points see a box
 /// full of lights from below.
 fn drawn(lights: u32, lists: u32) -> [f64; 2] {
     let emitter = |i: u32| Emitter {

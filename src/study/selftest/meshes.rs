@@ -1,4 +1,4 @@
-//! Rows 25 to 29: triangles and what is wrong with them.
+//! Rows 25 to 29: triangles and defects of meshes.
 
 use std::fs;
 
@@ -17,7 +17,7 @@ use crate::pipeline::Settings;
 use crate::scene::{EstimatorKind, InvalidScene, Material, Mesh, Scene};
 use crate::shape::{NO_SKIP_ID, Ray};
 
-/// The share of rays from 0 that miss the sheet, though they are aimed into it, by Embree and in a line.
+/// The share of rays aimed from 0 into the grid mesh that miss it, by Embree and by the brute-force intersector.
 fn missed(aim: Aim, robust: bool, packets: u32) -> Result<[f64; 2], SelftestError> {
     let mut rng = Pcg64::seed_from_u64(25);
     let grid_mesh = Sheet::new(12, &mut rng);
@@ -56,7 +56,7 @@ pub fn edges(effort: Effort) -> Checks {
     ])
 }
 
-/// A plate of these triangles under a lamp.
+/// A plate of these triangles under a light.
 fn plate(triangles: &[[u32; 3]]) -> Result<Scene, InvalidScene> {
     let corners = [[-1.0, 1.0], [1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]];
     let middle = [[0.0, 0.0], [0.5, 0.0], [1e30, 0.0], [-1e30, 0.0]];
@@ -71,7 +71,7 @@ fn plate(triangles: &[[u32; 3]]) -> Result<Scene, InvalidScene> {
 /// Row 26.
 pub fn degenerate(effort: Effort) -> Checks {
     let clean = plate(&[[0, 1, 2], [0, 2, 3]])?;
-    // On a line, in a point, and a needle 1e30 long without area.
+    // Collinear, a single point, and a needle of length 1e30 without area.
     let flat = plate(&[[0, 4, 2], [0, 1, 2], [4, 4, 4], [0, 2, 3], [6, 4, 7], [4, 5, 5]])?;
     let dropped = clean.meshes()[0]
         .triangles
@@ -89,7 +89,7 @@ pub fn degenerate(effort: Effort) -> Checks {
             &bench::picture(&flat, settings, 2)?,
         );
     }
-    // Needles with area, thinner and thinner: what is hit must lie in their box.
+    // Needles with area, thinner and thinner: hit points must lie in their bounding box.
     let mut outside = 0;
     let device = Device::new(1)?;
     let mut rng = Pcg64::seed_from_u64(26);
@@ -127,7 +127,7 @@ pub fn degenerate(effort: Effort) -> Checks {
     ])
 }
 
-/// Scenes that are refused, each with words that its message must have.
+/// Scenes that must be rejected, each with words that the message must contain. Counts failures.
 fn unless_refused(scenes: &[(String, &str)]) -> usize {
     let said = |text: &str| bench::scene(text).err().map(|error| error.to_string());
     scenes
@@ -227,12 +227,12 @@ pub fn winding(effort: Effort) -> Checks {
         pictures.push(bench::picture(&scene, settings, effort.of(8))?);
     }
     let flipped = bench::differences(&pictures[0], &pictures[1]);
-    // Turned corners round otherwise: the difference is rounding.
+    // Rotating the corners only changes rounding.
     let off = pictures[2..]
         .iter()
         .flat_map(|p| p.pixels.iter().zip(&pictures[0].pixels));
     let largest = off.map(|(a, b)| f64::from((a[1] - b[1]).abs())).fold(0.0, f64::max);
-    // Three triangles at one edge, and one on its own: neither closed nor a manifold.
+    // Three triangles at one edge, and one alone: neither closed nor a manifold.
     let open = plate(&[[0, 1, 2], [0, 2, 3], [2, 0, 5], [0, 2, 4]]);
     let unsound = bench::invalid(&bench::render(
         &open?,

@@ -1,7 +1,7 @@
-//! The hard cases of direct illumination, each with figures and bounds: proof of the numbers on the machine at hand.
+//! The hard cases of direct illumination, each with figures and bounds: a test of the numerics on the user's machine.
 //!
-//! [`CASES`] is the table. A case is a function from an [`Effort`] to [`Check`]s; the truth is a closed form, quadrature or `f64`, never
-//! a stored picture. Everything has a fixed seed: what passes once passes for good.
+//! [`CASES`] is the table. A case is a function from an [`Effort`] to [`Check`]s. The reference is a closed form, quadrature or
+//! `f64`, never a stored picture. Seeds are fixed: a case that passes once passes forever.
 
 pub mod bench;
 mod cones;
@@ -30,11 +30,11 @@ pub use row::{Check, Checks, Effort};
 /// A hard case.
 #[derive(Clone, Copy, Debug)]
 pub struct Case {
-    /// Its number; 41 to 43 are checks of whole pictures, 44 has those of spheres that are hard for meshes too.
+    /// Its number; 41 to 43 check whole pictures, 44 repeats the hard cases of spheres for meshes.
     pub number: u32,
     /// What is hard.
     pub name: &'static str,
-    /// What measures it.
+    /// The function that measures it.
     pub run: fn(Effort) -> Checks,
 }
 

@@ -1,4 +1,4 @@
-//! Rows 15 to 17 and 30: corners of random numbers, weights, what is thrown away, frames.
+//! Rows 15 to 17 and 30: extreme random numbers, MIS weights, rejected contributions, frames.
 
 use super::bench;
 use super::row::{Check, Checks, Effort};
@@ -21,7 +21,7 @@ fn sound(value: Vec3<f32>) -> bool {
     value.lane(0).iter().all(|x| x.is_finite() && *x >= 0.0)
 }
 
-/// Samples of all estimators at the corners of their numbers that are no sound numbers or have no positive density.
+/// Counts samples of all estimators at extreme random numbers that are NaN, infinite, negative or without positive density.
 fn unsound_corners(point: &ShadingPoint<f32, Bsdf<f32>>, light: &SphereLight) -> usize {
     let diffuse = !point.bsdf.phong;
     let mut count = 0;
@@ -103,7 +103,7 @@ pub fn corners(_: Effort) -> Checks {
     ])
 }
 
-/// Row 16: the weights of both techniques as the mixture forms them, `1 / (1 + omega p)` and `omega p / (1 + omega p)`.
+/// Row 16: the weights of both techniques as the mixture computes them, `1 / (1 + omega p)` and `omega p / (1 + omega p)`.
 pub fn weights(_: Effort) -> Checks {
     let (mut worst, mut unsound) = (0.0_f64, 0);
     for i in -76..=76 {
@@ -120,7 +120,7 @@ pub fn weights(_: Effort) -> Checks {
             unsound += usize::from(!(w1.is_finite() && w2.is_finite()));
         }
     }
-    // What the estimator makes of it: no lobe and no cone that a scene can have gives anything but sound numbers.
+    // The estimator's result must be finite for every lobe and cone that a scene can have.
     let n = Vec3::splat([0.0, 0.0, 1.0]);
     for power in 0..=30 {
         for radius in [1e-15, 1e-7, 0.1, 2.0] {
@@ -147,7 +147,7 @@ pub fn weights(_: Effort) -> Checks {
 
 /// Row 17.
 pub fn thrown_away(_: Effort) -> Checks {
-    // Radiance times solid angle is beyond single precision: every sample is infinite.
+    // Radiance times solid angle overflows single precision: every sample is infinite.
     let hot = bench::lit(&[bench::light([0.0, 0.0, 0.0], 10.0, 3e38)])?;
     let (mut strange, mut uncounted, mut all) = (0, 0, 0);
     for estimator in [EstimatorKind::Light, EstimatorKind::Uniform] {
@@ -160,7 +160,7 @@ pub fn thrown_away(_: Effort) -> Checks {
             .flatten()
             .filter(|x| !x.is_finite())
             .count();
-        // Contributions become shadow rays: of each, what was not thrown away is on the film.
+        // Contributions become shadow rays; those that were not rejected are on the film.
         let kept = renderer.picture().pixels.iter().filter(|p| p[1] > 0.0).count();
         all += counters.invalid_inf;
         uncounted += usize::from(kept > 0 && counters.invalid_inf == counters.shadow_rays);

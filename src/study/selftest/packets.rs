@@ -11,7 +11,7 @@ use crate::scene::{EstimatorKind, Scene};
 use crate::settings::Lanes;
 use crate::shape::{Ball, NO_SKIP_ID, Ray};
 
-/// Pixels whose bits follow the width of packets.
+/// Pixels whose bits depend on the packet width.
 fn widths(scene: &Scene, [width, height]: [u32; 2], passes: u32) -> Result<usize, SelftestError> {
     let mut different = 0;
     for estimator in [EstimatorKind::Mis, EstimatorKind::Brdf] {

@@ -1,4 +1,4 @@
-//! Row 44: rows 5, 9 and 18 to 21 once more, for meshes that emit.
+//! Row 44: rows 5, 9 and 18 to 21 again, for emitting meshes.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -9,20 +9,21 @@ use super::places::BOX;
 use super::row::{Check, Checks, Effort};
 use crate::scene::{EstimatorKind, InvalidScene, Mesh, Scene, Surface};
 
-/// The spot under meshes that emit.
+/// The test point under emitting meshes.
 fn under(meshes: &[Mesh]) -> Result<Scene, InvalidScene> {
     let mut scene = bench::test_point();
     scene.meshes.extend(meshes.iter().cloned().map(Arc::new));
     scene.build()
 }
 
-/// A square of sides `2 half` right over the spot.
+/// A square of sides `2 half` directly above the test point.
 fn plate(half: f64, height: f64, radiance: f64) -> Mesh {
     let corners = [[-half, -half], [half, -half], [half, half], [-half, half]];
     Mesh::quadrilateral(corners.map(|[x, z]| [x, height, z]), Surface::emission([radiance; 3]))
 }
 
-/// What it brings to the spot, over pi and its radiance: four times the form factor of a quarter (Howell 2001, configuration B-4).
+/// Its irradiance at the test point, over pi and its radiance: four times the form factor of a quarter (Howell 2001,
+/// configuration B-4).
 fn form_factor(half: f64, height: f64) -> f64 {
     let x = half / height;
     let root = x.hypot(1.0);
@@ -41,7 +42,7 @@ fn cube(center: [f64; 3], half: f64, radiance: f64) -> Mesh {
     )
 }
 
-/// The largest number of standard errors under plates from ten to ten million times as large as they are far away.
+/// The largest deviation, in standard errors, under plates whose size is ten to ten million times their distance.
 ///
 /// # Errors
 /// Where a scene cannot be rendered.
@@ -49,7 +50,7 @@ pub fn large(effort: Effort) -> Result<f64, SelftestError> {
     let mut worst = 0.0_f64;
     for half in [40.0, 400.0, 4e3, 4e5, 4e7] {
         let irradiance = PI * form_factor(half, 4.0);
-        // Directions drawn without the plate seldom miss it: how seldom takes many of them to see.
+        // Other techniques rarely miss the plate; they need too many samples to measure how rarely.
         let kinds = [EstimatorKind::Light, EstimatorKind::Mis];
         let scene = under(&[plate(half, 4.0, 1.0)])?;
         worst = worst.max(rendered(irradiance, &scene, &kinds, effort.of(128))?);

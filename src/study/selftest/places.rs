@@ -1,4 +1,4 @@
-//! Rows 21 to 24: where a scene is and how large must not matter, and no surface shadows itself.
+//! Rows 21 to 24: invariance under scale and translation, and self-intersection.
 
 use std::sync::Arc;
 
@@ -14,19 +14,20 @@ const BODIES: [&str; 4] = ["plane", "sphere", "mesh", "far floor"];
 /// Twelve scales, powers of ten.
 const SCALES: [i32; 12] = [-6, -5, -4, -3, -2, -1, 0, 1, 2, 3, 4, 5];
 
-/// Twelve offsets of scene and camera together, in sizes of the body.
+/// Twelve offsets of scene and camera together, in units of the body's size.
 const OFFSETS: [f64; 12] = [0.0, 0.1, 1.0, 3.0, 10.0, 100.0, 1e3, 1e4, 1e5, 2e5, 1e6, 1e7];
 
-/// Twelve distances of the camera, in sizes of the body.
+/// Twelve distances of the camera, in units of the body's size.
 const DISTANCES: [f64; 12] = [1.5, 2.0, 2.5, 3.0, 4.0, 6.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0];
 
-/// Farther still: rounding of the distance comes to what a body is thick at its very outline, and a back face can win there.
+/// Larger distances: rounding of the distance equals the thickness of the body at its silhouette, where a back face can be hit
+/// first.
 const FAR: [f64; 4] = [300.0, 1e3, 1e4, 5e4];
 
-/// Everything here reflects all light.
+/// A material with albedo 1.
 const WHITE: MaterialId = MaterialId::new(0);
 
-/// A body of size 1 and albedo 1 at 0, seen from some distance, in a light of radiance 1 all around: every sample of `brdf` is
+/// A body of size 1 and albedo 1 at 0, seen from some distance, under radiance 1 from all directions: every sample of `brdf` is
 /// exactly 1, unless the body shadows itself.
 fn body(name: &str, distance: f64) -> Result<Scene, InvalidScene> {
     let toward = DVec3::new(0.48, 0.64, 0.6).normalize();
@@ -37,7 +38,7 @@ fn body(name: &str, distance: f64) -> Result<Scene, InvalidScene> {
     match name {
         "sphere" => _ = scene.sphere(Sphere::new([0.0; 3], 1.0, WHITE)),
         "mesh" => _ = scene.mesh(round_mesh(3)),
-        // Its triangles reach a thousand times as far as the distance at which it is seen.
+        // Its triangles extend a thousand times the viewing distance.
         "far floor" => {
             let (u, v) = (
                 toward.any_orthonormal_vector(),
@@ -56,7 +57,7 @@ fn square(a: DVec3, b: DVec3) -> Mesh {
     Mesh::quadrilateral([-a - b, a - b, a + b, b - a], WHITE)
 }
 
-/// An octahedron, every triangle divided into four so many times, its corners on the unit sphere: convex and closed.
+/// An octahedron with every triangle subdivided into four `times` times and its vertices on the unit sphere: convex and closed.
 fn round_mesh(times: u32) -> Mesh {
     let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
     let mut triangles = Vec::new();
@@ -79,7 +80,7 @@ fn round_mesh(times: u32) -> Mesh {
     Mesh::new(vertices, faces.collect(), WHITE)
 }
 
-/// Samples that are not exactly 1, of all samples.
+/// Number of pixels that are not exactly 1, over both intersectors.
 fn acne(scene: &Scene, effort: Effort) -> Result<usize, SelftestError> {
     let mut lost = 0;
     for accel in ACCELS {
@@ -93,7 +94,7 @@ fn acne(scene: &Scene, effort: Effort) -> Result<usize, SelftestError> {
     Ok(lost)
 }
 
-/// Samples of a body that shadows itself, scaled by powers of ten and moved by so many times its size.
+/// Number of pixels with self-shadowing, for a body scaled by powers of ten and moved by multiples of its size.
 ///
 /// # Errors
 /// Where the scene cannot be rendered.
@@ -184,14 +185,14 @@ pub fn scaled(_: Effort) -> Checks {
 
 /// Row 21.
 pub fn touching(_: Effort) -> Checks {
-    // A shell 8 ulp around the light, where an ulp is that of the distance.
+    // A shell 8 ulp around the light, in ulp of the distance.
     let gap = |distance: f64, ulps: f64| ulps * f64::from(f32::EPSILON) * distance;
     let (mut shell, mut wall) = (0, 0);
     for radius in [0.1, 0.5, 1.0] {
         let around = Sphere::new([0.0, 4.0, 0.0], radius + gap(4.0, 8.0), bench::PLATE);
         shell += lit_pixels(&bench::lit(&[bench::light([0.0, 4.0, 0.0], radius, 1.0), around])?)?;
     }
-    // A wall that stands on the floor, with its foot on it and 8 ulp below; the light is behind it.
+    // A wall that stands on the floor, with its lower edge on it and 8 ulp below; the light is behind it.
     for foot in [0.0, -8.0] {
         let y = gap(4.0, foot);
         let mut scene = bench::view([-3.0, 3.0, 0.0], [-0.01, 0.0, 0.0], 0.6);
@@ -216,13 +217,13 @@ pub fn touching(_: Effort) -> Checks {
     ])
 }
 
-/// Scenes without files.
+/// Scenes without external files.
 const SCENES: [&str; 2] = [
     include_str!("../../../scenes/veach-mis.toml"),
     include_str!("../../../scenes/large-lights.toml"),
 ];
 
-/// The scene with all lengths rounded to multiples of 2^-20: moving it by 1e7 loses nothing then.
+/// The scene with all lengths rounded to multiples of 2^-20, so moving it by 1e7 is exact.
 fn exact(scene: &Scene) -> Result<Scene, InvalidScene> {
     let mut scene = scene.to_builder();
     let round = |place: &mut DVec3| *place = (*place * 1_048_576.0).round() / 1_048_576.0;
@@ -235,7 +236,7 @@ fn exact(scene: &Scene) -> Result<Scene, InvalidScene> {
     scene.build()
 }
 
-/// Pixels that differ in any bit, over estimators and accelerators.
+/// Pixels that differ in any bit, over estimators and intersectors.
 fn compared(a: &Scene, b: &Scene) -> Result<usize, SelftestError> {
     let mut different = 0;
     for estimator in EstimatorKind::ALL {
@@ -269,7 +270,7 @@ fn lit_pixels(scene: &Scene) -> Result<usize, SelftestError> {
     Ok(lit)
 }
 
-/// The eye in a closed box of thin walls that share their edges, and a light outside, so many halves of the box away.
+/// The camera in a closed box of thin walls with shared edges, and a light outside at `distance` half sizes of the box.
 fn closed_box(distance: f64) -> Result<Scene, InvalidScene> {
     let corner = |i: usize| DVec3::new([-1.0, 1.0][i & 1], [-1.0, 1.0][i >> 1 & 1], [-1.0, 1.0][i >> 2 & 1]);
     let mut scene = bench::view([-0.9, 0.3, -0.8], [0.5, -0.4, 0.3], 120.0);
@@ -284,7 +285,7 @@ fn closed_box(distance: f64) -> Result<Scene, InvalidScene> {
     scene.build()
 }
 
-/// The sides of a box whose corner number `i` is at the upper end of axis `k` where bit `k` of `i` is set.
+/// The faces of a box whose corner number `i` is at the upper end of axis `k` where bit `k` of `i` is set.
 pub const BOX: [[u32; 4]; 6] = [
     [0, 1, 3, 2],
     [4, 5, 7, 6],

@@ -1,4 +1,4 @@
-//! What robust forms cost: nanoseconds a value and errors, beside the forms of the textbook, and Embree's flag on and off.
+//! The cost of robust formulas: nanoseconds per value and errors, against the textbook formulas, and Embree's flag on and off.
 
 use std::f64::consts::PI;
 use std::hint::black_box;
@@ -12,30 +12,30 @@ use crate::lane::{F32x8, Lane};
 use crate::math::elementary::{exp, ln, powcos};
 use crate::sampling::warp;
 
-/// One form on one range of arguments.
+/// One formula on one range of arguments.
 #[derive(Clone, Debug, Serialize)]
 pub struct Price {
-    /// What is computed.
+    /// The computed quantity.
     pub quantity: &'static str,
-    /// How.
+    /// The formula.
     pub form: &'static str,
-    /// For which arguments.
+    /// The range of arguments.
     pub range: String,
-    /// Nanoseconds a value or ray, in packets of 8; the least of 15 batches.
+    /// Nanoseconds per value or ray, in packets of 8; the minimum of 15 batches.
     pub nanoseconds: f64,
-    /// Nanoseconds over those of the textbook's form, or without the flag.
+    /// Nanoseconds relative to the textbook formula, or relative to no flag.
     pub ratio: f64,
-    /// Largest relative error against `f64`; 1 where a ray missed what it must meet.
+    /// Largest relative error against `f64`; 1 where a ray missed what it must hit.
     pub largest: f64,
-    /// Root mean square of the same.
+    /// Root mean square of the relative error.
     pub rms: f64,
 }
 
-/// A function of packets; each is a type of its own, so that it is inlined into the loop that is timed.
+/// A function of packets; each is a separate type, so that it is inlined into the timed loop.
 trait Form: Fn(F32x8, F32x8) -> F32x8 + Copy {}
 impl<F: Fn(F32x8, F32x8) -> F32x8 + Copy> Form for F {}
 
-/// Arguments of a quantity and the true value of each.
+/// Arguments of a quantity and their true values.
 struct Sweep {
     quantity: &'static str,
     range: String,
@@ -49,7 +49,7 @@ const COUNT: usize = 4096;
 /// Every row of the table.
 ///
 /// # Errors
-/// What Embree says.
+/// Errors from Embree.
 pub fn measure() -> Result<Vec<Price>, SelftestError> {
     let mut rows = Vec::new();
     for power in [1, 3, 5, 7] {
@@ -75,7 +75,7 @@ pub fn measure() -> Result<Vec<Price>, SelftestError> {
     }
     for power in [1, 2, 4, 6] {
         let alpha = 10.0_f64.powi(power);
-        // alpha ln cos from -10 to 0, the cosine given as 1 - cos.
+        // alpha ln cos runs from -10 to 0, the cosine given as 1 - cos.
         let x: Vec<f32> = (0..COUNT)
             .map(|i| (-(-10.0 * (i as f64 + 0.5) / COUNT as f64 / alpha).exp_m1()) as f32)
             .collect();
@@ -123,7 +123,7 @@ fn naive_cone(s: F32x8, _: F32x8) -> F32x8 {
     F32x8::one() / (F32x8::splat(2.0 * std::f32::consts::PI) * (F32x8::one() - (F32x8::one() - s * s).sqrt()))
 }
 
-/// As `Cone` has it, for a sphere at distance 1.
+/// The formula of `Cone`, for a sphere at distance 1.
 #[inline(always)]
 fn robust_cone(s: F32x8, d: F32x8) -> F32x8 {
     let cosine = ((d - s) * (d + s)).safe_sqrt();
@@ -153,9 +153,9 @@ fn robust_lobe(u: F32x8, alpha: F32x8) -> F32x8 {
 }
 
 impl Sweep {
-    /// Two rows: the textbook's form and ours.
+    /// Two rows: the textbook formula and the robust one.
     fn compare(&self, naive: impl Form, robust: impl Form) -> [Price; 2] {
-        // In turn, so that both meet the same machine.
+        // Alternates the two, so that both see the same machine state.
         let mut best = [f64::INFINITY; 2];
         for _ in 0..15 {
             best = [best[0].min(self.time(naive)), best[1].min(self.time(robust))];
@@ -181,7 +181,7 @@ impl Sweep {
             .map(move |at| form(F32x8::load(&self.x[at..]), F32x8::load(&self.y[at..])))
     }
 
-    /// Nanoseconds a value.
+    /// Nanoseconds per value.
     fn time(&self, form: impl Form) -> f64 {
         let rounds = 20;
         let started = Instant::now();
@@ -201,7 +201,7 @@ impl Sweep {
             .collect();
         let squares: f64 = errors.iter().map(|e| e * e).sum();
         (
-            // `f64::max` would forget what is not a number.
+            // `f64::max` would drop NaN.
             errors
                 .iter()
                 .fold(0.0, |most, &e| if e.is_nan() || e > most { e } else { most }),

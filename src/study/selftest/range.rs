@@ -1,4 +1,4 @@
-//! Rows 31 to 34: bright beside dim, denormal numbers, long sums.
+//! Rows 31 to 34: large contrast, denormal numbers, long sums.
 
 use super::bench::{self, SIGMAS};
 use super::row::{Check, Checks, Effort};
@@ -31,7 +31,7 @@ pub fn bright_beside_dim(effort: Effort) -> Checks {
         different += bench::differences(&a.picture(), &b.picture());
         unsound += bench::invalid(&b);
     }
-    // In sight of both: their sum is that of the bright one, and finite.
+    // Both lights visible: their sum equals that of the bright one, and is finite.
     let open = bench::lit(&[dim, bright])?;
     let renderer = bench::render(&open, bench::settings(32, 32, EstimatorKind::Light), effort.of(32))?;
     unsound += bench::invalid(&renderer);
@@ -79,7 +79,7 @@ pub fn denormals(effort: Effort) -> Checks {
             expected.pixels.iter_mut().flatten().for_each(|x| *x *= factor);
             different += bench::differences(&scaled, &expected);
         }
-        // Radiance of 1e-42 is denormal itself: every width must make the same of it, on every thread.
+        // A radiance of 1e-42 is itself denormal: every width must give the same result, on every thread.
         let dim = brighter(&scene, 1e-42)?;
         let one = bench::picture(
             &dim,
@@ -109,7 +109,7 @@ pub fn denormals(effort: Effort) -> Checks {
 
 /// Row 33.
 pub fn long_sums(effort: Effort) -> Checks {
-    // Chunk by chunk, as renders sum: 2^26 samples of 0.1 in one pixel.
+    // Summed by chunks, like renders: 2^26 samples of 0.1 in one pixel.
     let (chunks, chunk) = (effort.of(1 << 15), 1 << 11);
     let mut film = Film::new(FilmSize { width: 1, height: 1 });
     let mut naive = 0.0_f32;
@@ -140,7 +140,7 @@ pub fn long_sums(effort: Effort) -> Checks {
     for pixel in 0..4 {
         let values: Vec<f64> = short.iter().map(|p| f64::from(p.pixels[pixel][1])).collect();
         let mean = Estimate::of(&values);
-        // The long render has as many samples, and so the same error again.
+        // The long render has as many samples in all, and so the same standard error again.
         let long = Estimate {
             mean: f64::from(long.pixels[pixel][1]),
             ..mean

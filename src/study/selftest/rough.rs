@@ -1,4 +1,4 @@
-//! Row 45: surfaces with microfacets, from mirrors that are finer than the spacing of directions to grazing angles.
+//! Row 45: microfacet surfaces, from roughness below the spacing of directions up, also at grazing angles.
 
 use super::bench::SIGMAS;
 use super::row::{Check, Checks, Effort};
@@ -9,19 +9,19 @@ use crate::sampling::Pair;
 use crate::sampling::hash::pcg4d;
 use crate::study::estimate::Estimate;
 
-/// What is found of a model.
+/// Measurements of a model.
 #[derive(Default)]
 struct Found {
-    /// Directions that are not unit, values and densities that are NaN, infinite or below 0.
+    /// Directions that are not unit vectors, values and densities that are NaN, infinite or negative.
     unsound: usize,
     /// The largest weight.
     largest: f64,
-    /// The largest mean of weights in a white furnace, less its error.
+    /// The largest mean weight in a white furnace, less its standard error.
     albedo: f64,
 }
 
 impl Found {
-    /// Draws directions, asks for their weights, and for values in directions that know nothing of the lobe.
+    /// Samples directions and evaluates their weights; also evaluates directions independent of the lobe.
     fn look<B: Brdf<F32x8>>(&mut self, model: B, packets: u32) {
         let white = Vec3::splat([1.0; 3]);
         let (mut sum, mut squares) = (0.0_f64, 0.0_f64);

@@ -1,17 +1,17 @@
-//! What a case says: figures with their bounds.
+//! The result of a case: figures with their bounds.
 
 use std::error::Error;
 
 use serde::Serialize;
 
-/// One figure of a case. It passes where it is at most its bound; what is not a number does not.
+/// One figure of a case. It passes if it is at most its bound; NaN fails.
 #[derive(Clone, Debug, Serialize)]
 pub struct Check {
     /// What is measured, with its unit.
     pub measured: String,
     /// What was found.
     pub figure: f64,
-    /// What is allowed.
+    /// The largest value allowed.
     pub bound: f64,
 }
 
@@ -25,7 +25,7 @@ impl Check {
         }
     }
 
-    /// How often something happened that must not.
+    /// A count of something that must not happen.
     pub fn none(measured: impl Into<String>, count: usize) -> Self {
         Self::new(measured, count as f64, 0.0)
     }
@@ -47,7 +47,7 @@ pub struct Effort {
 }
 
 impl Effort {
-    /// All of it.
+    /// The full amount of work.
     pub const FULL: Self = Self { divisor: 1 };
 
     /// A share of `count`, at least 1.

@@ -1,4 +1,4 @@
-//! The estimators at one point, without film or accelerator: what they say in the mean, wherever the point is.
+//! The estimators at one point, without film or intersector: their means at any position.
 
 use crate::bsdf::Bsdf;
 use crate::estimator::ShadingPoint;
@@ -19,18 +19,18 @@ use crate::study::estimate::Estimate;
 pub struct Spot {
     /// The exponent; 1 is diffuse.
     pub alpha: f32,
-    /// To the eye; unit.
+    /// Unit direction to the camera.
     pub wo: [f32; 3],
 }
 
-/// What the lights of a spot say: their mean, and samples that were no sound numbers.
+/// The estimate at a test point: mean, and invalid samples.
 #[derive(Clone, Copy, Debug)]
 pub struct Lit {
     /// Mean radiance.
     pub mean: Estimate,
     /// Samples that were NaN, infinite or below 0.
     pub unsound: usize,
-    /// Share of samples that gave nothing.
+    /// Share of samples without contribution.
     pub rejected: f64,
     /// Fourth moment over the squared variance: 3 for a normal distribution.
     pub kurtosis: f64,
@@ -60,7 +60,7 @@ impl Spot {
         lanes.fold(0.0, f64::max)
     }
 
-    /// Light by all lights, eight times `packets` samples. A light hides what is behind it.
+    /// Estimates all lights with eight times `packets` samples. A light occludes those behind it.
     pub fn lit(self, lights: &[SphereLight], estimator: EstimatorKind, packets: u32) -> Lit {
         let point = self.point();
         let (mut sums, mut unsound, mut nothing) = ([0.0_f64; 4], 0, 0);
@@ -106,7 +106,7 @@ impl Spot {
     }
 }
 
-/// Numbers for a packet.
+/// Random numbers for a packet.
 fn numbers(packet: u32, pair: u32) -> [U32x8; 4] {
     let lane = U32x8::from_fn(|i| packet * 8 + i as u32);
     pcg4d([lane, U32x8::splat(pair), U32x8::splat(7), U32x8::splat(0x9e37_79b9)])

@@ -1,14 +1,14 @@
-//! What the figures are held against: closed forms and quadrature in `f64`.
+//! References of the figures: closed forms and quadrature in `f64`.
 
 use std::f64::consts::PI;
 
-/// `(1 - cos, cos)` of the cone that a sphere subtends, from `sine = radius / distance` below 1.
+/// `(1 - cos, cos)` of the cone subtended by a sphere, from `sine = radius / distance` below 1.
 pub fn cone(sine: f64) -> (f64, f64) {
     let cosine = ((1.0 - sine) * (1.0 + sine)).sqrt();
     (sine * sine / (1.0 + cosine), cosine)
 }
 
-/// Irradiance over radiance by a sphere with its centre at `tilt` from the normal, cut by the horizon.
+/// Irradiance over radiance for a sphere with its centre at `tilt` from the normal, clipped by the horizon.
 ///
 /// Snyder 1996, "Area Light Sources for Real-Time Graphics", in the form of Lagarde and de Rousiers 2014, "Moving Frostbite to
 /// Physically Based Rendering", listing 10. Below the horizon 0.
@@ -33,7 +33,7 @@ pub fn irradiance(n: u32, radiance: impl Fn([f64; 3]) -> f64) -> f64 {
         let sine2 = (f64::from(i) + 0.5) / f64::from(n);
         let (sine, cosine) = (sine2.sqrt(), (1.0 - sine2).sqrt());
         for j in 0..n {
-            // A twist keeps rims from running along rows of cells.
+            // A rotation keeps silhouettes from aligning with rows of cells.
             let turn = (f64::from(j) + 0.5) / f64::from(n) + 0.618_034 * f64::from(i);
             let (s, c) = (2.0 * PI * turn).sin_cos();
             sum += radiance([sine * c, sine * s, cosine]);
@@ -42,7 +42,7 @@ pub fn irradiance(n: u32, radiance: impl Fn([f64; 3]) -> f64) -> f64 {
     PI * sum / (f64::from(n) * f64::from(n))
 }
 
-/// How far the ray from 0 along the unit `w` goes to a sphere, from outside or inside.
+/// Distance from 0 along the unit vector `w` to a sphere, from outside or inside.
 pub fn distance(w: [f64; 3], center: [f64; 3], radius: f64) -> Option<f64> {
     let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     let along = dot(w, center);
@@ -66,7 +66,7 @@ mod tests {
                 let center = [f64::sin(tilt), 0.0, f64::cos(tilt)];
                 let found = irradiance(2000, |w| f64::from(distance(w, center, sine).is_some()));
                 let form = clipped_sphere(sine, tilt);
-                // The edge of a small sphere crosses few of the 2000 x 2000 cells: 9e-4 off where the sine is 0.05.
+                // The edge of a small sphere crosses few of the 2000 x 2000 cells: the error is 9e-4 for a sine of 0.05.
                 assert!(
                     (found - form).abs() < 1.5e-3 * PI * sine * sine + 2e-6,
                     "{sine} {tilt}: {found} {form}"

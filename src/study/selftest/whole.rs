@@ -1,4 +1,4 @@
-//! Three checks of whole pictures that go with the rows.
+//! Three checks of whole pictures.
 
 use std::f64::consts::PI;
 
@@ -11,7 +11,7 @@ use crate::study::distributions::{t_as_normal, z_quantile};
 use crate::study::estimate::Estimate;
 use crate::study::family::Family;
 
-/// A white body in a light of radiance 1 gives back what it gets.
+/// White furnace: a white body under radiance 1 has radiance 1.
 pub fn furnace(effort: Effort) -> Checks {
     let (mut worst, mut gain) = (0.0_f64, 0.0_f64);
     for (text, conserves) in [
@@ -34,7 +34,7 @@ pub fn furnace(effort: Effort) -> Checks {
     ])
 }
 
-/// A BRDF is the same with light and eye exchanged.
+/// Reciprocity: exchanging the light and view directions leaves a BRDF unchanged.
 pub fn reciprocity(effort: Effort) -> Checks {
     let mut worst = 0.0_f64;
     let n = Vec3::<f32>::splat([0.0, 0.0, 1.0]);
@@ -53,7 +53,7 @@ pub fn reciprocity(effort: Effort) -> Checks {
                 Bsdf::new(n, wo, Vec3::splat([1.0; 3]), alpha).eval(wi, cosine).shape / cosine
             };
             let (forth, back) = (f64::from(f(a, b)), f64::from(f(b, a)));
-            // Far from the lobe a relative error means nothing: it is alpha times that of the cosine.
+            // Far from the lobe a relative error is meaningless: it is alpha times that of the cosine.
             let peak = (f64::from(alpha) + 1.0) / (2.0 * PI);
             worst = worst.max((forth - back).abs() / (forth.abs() + 1e-3 * peak));
         }
@@ -95,7 +95,7 @@ pub fn estimators_agree(effort: Effort) -> Checks {
     for (i, a) in means.iter().enumerate() {
         for b in &means[i + 1..] {
             for (x, y) in a.iter().zip(b) {
-                // Of few seeds, a standard error is uncertain itself: Student's t.
+                // With few seeds the standard error is itself uncertain: use Student's t.
                 family.add(t_as_normal(x.sigmas(*y, 1e-5), x.minus(*y).dof));
             }
         }

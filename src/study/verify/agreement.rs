@@ -1,4 +1,4 @@
-//! Pictures that must agree in the mean: estimators with each other, samplers, seeds, numbers of samples.
+//! Pictures whose means must agree: between estimators, samplers, seeds and sample counts.
 
 use super::blocks::Grid;
 use super::means::{Estimate, Judgement, POWER};
@@ -6,26 +6,27 @@ use super::replicates::{Series, spread};
 use super::row::{Evidence, Row, Verdict};
 use super::tails::{Source, Tails};
 
-/// Where a whole picture has no power, blocks with at most this share hidden are tested together.
+/// Largest hidden share of a block that counts as well sampled. These blocks are tested together if the whole picture has no
+/// power.
 const CALM: f64 = 0.15;
 
-/// How many tests a pair of series is put to at most: the whole, the part of it that has power, and the blocks.
+/// Maximum number of tests per pair of series: the whole, its part with power, and the blocks.
 pub const TESTS_OF_A_PAIR: usize = 3;
 
-/// What every row needs.
+/// The common inputs of all rows.
 #[derive(Clone, Copy, Debug)]
 pub struct Judge<'a> {
     /// The cells.
     pub grid: &'a Grid,
-    /// What samples may have missed.
+    /// Light that samples may have missed.
     pub tails: &'a Tails,
-    /// The probability of a false alarm that each test may have.
+    /// The false-alarm probability of each test.
     pub alpha: f64,
-    /// Pixels in a row of the film.
+    /// Width of the film in pixels.
     pub width: u32,
 }
 
-/// What makes the rows of a member of the family, once its share of false alarms is known.
+/// Makes the rows of a family member once its false-alarm rate is known.
 pub type Verdicts<'a> = Box<dyn Fn(&Judge<'_>) -> Vec<Row> + 'a>;
 
 impl Judge<'_> {
@@ -36,14 +37,13 @@ impl Judge<'_> {
         Judgement::new(&estimates, self.alpha)
     }
 
-    /// The part that a series may have missed.
+    /// The share that a series may have missed.
     pub fn hidden(&self, series: &Series, cell: usize) -> [f64; 3] {
         let source = Source::Renderer(series.estimator);
         self.tails.hidden(source, cell, series.passes(), self.alpha)
     }
 
-    /// Blocks of which little can be hidden. Chosen by the oracle's probes alone: the pictures have no say in what they
-    /// are tested on.
+    /// Blocks with a small hidden share. Only the oracle's probes choose them: the tested pictures have no influence.
     pub fn well_sampled(&self, hidden: impl Fn(usize) -> [f64; 3]) -> Vec<usize> {
         let well_sampled = |cell: &usize| {
             let (light, hidden) = (self.tails.light(*cell), hidden(*cell));
@@ -52,7 +52,7 @@ impl Judge<'_> {
         (0..self.grid.blocks()).filter(well_sampled).collect()
     }
 
-    /// The mean over cells, weighed by their pixels.
+    /// The mean over cells, weighted by their pixels.
     pub fn mean(&self, cells: &[usize], of: impl Fn(usize) -> f64) -> f64 {
         let all: f64 = cells.iter().map(|&cell| self.grid.pixels(cell)).sum();
         cells.iter().map(|&cell| self.grid.pixels(cell) * of(cell)).sum::<f64>() / all.max(1.0)
@@ -70,7 +70,7 @@ impl Judge<'_> {
         self.pair("samplers", a, b, names)
     }
 
-    /// The whole, or as much of it as both series have enough samples for; then block by block if these have power.
+    /// The whole, or the part for which both series have enough samples; then single blocks if these have power.
     fn pair(&self, check: &'static str, a: &Series, b: &Series, names: [&str; 2]) -> Vec<Row> {
         let hidden: Vec<[f64; 3]> = (0..self.grid.cells())
             .map(|cell| {
@@ -78,7 +78,7 @@ impl Judge<'_> {
                 std::array::from_fn(|i| a[i] + b[i])
             })
             .collect();
-        // What is hidden in each cell may be hidden in all.
+        // In the worst case, what is hidden in each cell is hidden in all.
         let over = |cells: &[usize], channel: usize| {
             let pairs = a.means.iter().zip(&b.means);
             let differences = pairs.map(|(a, b)| self.mean(cells, |cell| a[cell][channel] - b[cell][channel]));
@@ -116,7 +116,7 @@ impl Judge<'_> {
         let blocks = self.family(0..self.grid.blocks(), |cell, channel| over(&[cell], channel));
         let looks = if part == "whole" { 1.0 } else { 2.0 };
         let rows = [row(&part, &together).number("tests", looks), row("blocks", &blocks)];
-        // Blocks without power add nothing to a row that has some; they are no reason to call the pair untested.
+        // Blocks without power add nothing if the whole has some; they do not make the pair untested.
         let told = rows[0].verdict == Verdict::Pass && rows[1].verdict == Verdict::NoPower;
         rows.into_iter().take(if told { 1 } else { 2 }).collect()
     }
@@ -133,9 +133,9 @@ impl Judge<'_> {
             Estimate {
                 difference: a - b,
                 variance: va + vb,
-                // The smaller half has to carry the test if its spread dominates.
+                // Conservative: the smaller half alone if its spread dominates.
                 dof: first.len() as f64 - 1.0,
-                // Each half has half of the samples and may miss twice as much.
+                // Each half has half of the samples and may have missed twice as much.
                 hidden: 4.0 * hidden[channel],
                 size: a.max(b),
                 light: self.tails.light(cell)[channel],
@@ -150,7 +150,7 @@ impl Judge<'_> {
         Row::of_means("seeds", compared, &family, self.alpha)
     }
 
-    /// The early look against the whole of each replicate.
+    /// The early look against the end of each replicate.
     pub fn spp(&self, series: &Series) -> Row {
         let cell = self.grid.blocks();
         let hidden = self.hidden(series, cell);

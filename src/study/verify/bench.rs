@@ -1,4 +1,4 @@
-//! Renders for the checks: counted, timed and ready to stop.
+//! Renders for the checks: counted, timed and interruptible.
 
 use std::time::Instant;
 
@@ -11,26 +11,26 @@ use crate::study::error::Invalid;
 use super::blocks::shrink;
 use super::error::VerifyError;
 
-/// What a render takes.
+/// The cost of a render.
 #[derive(Clone, Copy, Debug)]
 pub struct Cost {
     /// The estimator.
     pub estimator: EstimatorKind,
     /// Seconds before the first pass.
     pub setup_s: f64,
-    /// Seconds of a pass of one pixel.
+    /// Seconds per pass of one pixel.
     pub sample_s: f64,
 }
 
-/// The scene on the bench.
+/// The scene under test and its renders.
 pub struct Bench<'a> {
     /// The scene.
     pub scene: &'a Scene,
-    /// What all renders share unless a check says otherwise.
+    /// Settings of all renders unless a check changes them.
     pub settings: Settings,
-    /// What was traced in all renders.
+    /// Ray counts of all renders.
     pub counters: Counters,
-    /// Values of pictures that no picture may hold.
+    /// Invalid picture values.
     pub invalid: Invalid,
     /// Renders so far.
     pub renders: u64,
@@ -39,7 +39,7 @@ pub struct Bench<'a> {
     watch: &'a dyn Observer,
     started: Instant,
     budget: f64,
-    /// The scene as it was prepared last, and the effects that were forced on: replicates differ in the seed alone.
+    /// The last prepared scene with the effects that were forced on, reused because replicates differ only in the seed.
     last: Option<(Effects, Prepared)>,
 }
 
@@ -60,7 +60,7 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// Contributions that were thrown away, and values that no picture may hold.
+    /// Rejected contributions, and invalid picture values.
     pub fn invalid(&self) -> u64 {
         let Counters {
             invalid_nan,
@@ -86,10 +86,10 @@ impl<'a> Bench<'a> {
         share * self.budget - self.elapsed()
     }
 
-    /// Says what comes next.
+    /// Announces the next step.
     ///
     /// # Errors
-    /// If a stop was asked for.
+    /// If a stop was requested.
     pub fn announce(&self, what: &str) -> Result<(), VerifyError> {
         if self.watch.stopped() {
             return Err(VerifyError::Stopped);
@@ -98,15 +98,15 @@ impl<'a> Bench<'a> {
         Ok(())
     }
 
-    /// Renders up to the last of `looks` passes, which ascend, and returns the picture at each.
+    /// Renders up to the last of `looks` (ascending pass counts) and returns the picture at each.
     ///
     /// # Errors
-    /// Where the render cannot start, or a stop was asked for.
+    /// Where the render cannot start, or a stop was requested.
     pub fn render(&mut self, settings: Settings, looks: &[u32]) -> Result<Vec<Picture>, VerifyError> {
         self.holding(settings, Effects::default(), looks)
     }
 
-    /// The same by a kernel that also holds `effects`.
+    /// The same with a kernel that also includes `effects`.
     ///
     /// # Errors
     /// As [`Self::render`].
@@ -153,14 +153,14 @@ impl<'a> Bench<'a> {
         Ok(prepared)
     }
 
-    /// The estimators, best last.
+    /// The estimators; the best is last.
     pub fn estimators(&self) -> Vec<EstimatorKind> {
         let mut all = EstimatorKind::ALL.to_vec();
         all.sort_by_key(|&estimator| estimator == EstimatorKind::Mis);
         all
     }
 
-    /// Measures what each estimator takes, on a small film.
+    /// Measures the cost of each estimator, on a small film.
     ///
     /// # Errors
     /// As [`render`](Self::render).
@@ -175,14 +175,14 @@ impl<'a> Bench<'a> {
                 sampler: SamplerKind::Sobol,
                 ..self.settings
             };
-            // The first pass warms caches up; so a render is longer than a hundredth of the budget, or eight times as long.
+            // The first pass also warms up caches, so passes are added until a render takes 0.4 % of the budget.
             let (mut passes, mut before) = (2, 0.0);
             costs.push(loop {
                 let started = Instant::now();
                 self.render(settings, &[passes])?;
                 let seconds = started.elapsed().as_secs_f64();
                 if passes > 2 && (seconds > 0.004 * self.budget || passes >= 512) {
-                    // Twice measured: what does not grow with passes is the setting-up.
+                    // Two measurements separate the setup, which does not grow with passes.
                     let short = f64::from(passes / 4) * pixels;
                     let sample_s = ((seconds - before) / (3.0 * short)).max(0.1 * seconds / (4.0 * short));
                     let setup_s = (seconds - sample_s * 4.0 * short).max(0.0);
@@ -198,7 +198,7 @@ impl<'a> Bench<'a> {
         Ok(costs)
     }
 
-    /// A film of the scene's shape and at most so many pixels.
+    /// A film with the scene's aspect ratio and at most so many pixels.
     pub fn film(&self, pixels: f64) -> FilmSize {
         shrink(self.settings.film, pixels)
     }

@@ -1,14 +1,14 @@
-//! A film cut into blocks, whose means are far nearer to normal than pixels.
+//! A film cut into blocks. Means of blocks are much closer to normal than pixels.
 
 use crate::scene::FilmSize;
 
-/// At most about so many blocks: fewer see no place, more see only noise.
+/// Target for the maximum number of blocks: fewer do not localize errors, more only see noise.
 const BLOCKS: f64 = 48.0;
 
-/// Square blocks; those at the right and lower edge may be smaller. After the blocks come three more cells: the whole
-/// of them; the rims, pixels that show the edge of an emitter; and what is left out. Rims are in no block: whether an eye ray
-/// meets a light of radiance 900 or misses it is more noise than all reflected light has. Left out are pixels of which the scene
-/// itself does not say what they show.
+/// Square blocks; those at the right and lower edge may be smaller. Three more cells follow: the whole of the blocks;
+/// silhouette pixels, which show the edge of an emitter; and pixels left out. Silhouettes are in no block: whether a camera ray
+/// hits a light of radiance 900 adds more noise than all reflected light. Left out are pixels whose content the scene does not
+/// determine (ties).
 #[derive(Clone, Debug)]
 pub struct Grid {
     block_of: Vec<u32>,
@@ -16,18 +16,18 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// Cuts a film; `silhouettes` says of each pixel whether it is one.
+    /// Cuts a film; `silhouettes` marks silhouette pixels.
     pub fn new(film: FilmSize, silhouettes: &[bool]) -> Self {
         Self::without(film, silhouettes, &vec![false; silhouettes.len()])
     }
 
-    /// The same; `left_out` says of each pixel whether it is to be in no block and no rim.
+    /// The same; `left_out` marks pixels that belong to no block and no silhouette.
     pub fn without(film: FilmSize, silhouettes: &[bool], left_out: &[bool]) -> Self {
         let (width, height) = (film.width as usize, film.height as usize);
         let count = |side: usize| width.div_ceil(side) * height.div_ceil(side);
         let most = 1.4 * BLOCKS;
         let mut side = ((width * height) as f64 / BLOCKS).sqrt().ceil().max(1.0) as usize;
-        // Films of a few rows have no room for as many squares side by side.
+        // Films with few rows fit fewer squares side by side.
         while count(side) as f64 > most {
             side += 1;
         }
@@ -51,27 +51,27 @@ impl Grid {
         Self { block_of, pixels }
     }
 
-    /// How many blocks there are; this is also the index of the whole.
+    /// Number of blocks; also the index of the whole.
     pub fn blocks(&self) -> usize {
         self.pixels.len() - 3
     }
 
-    /// The cell of the rims.
+    /// The cell of the silhouettes.
     pub fn silhouettes(&self) -> usize {
         self.pixels.len() - 2
     }
 
-    /// The cell of what is left out.
+    /// The cell of pixels left out.
     pub fn left_out(&self) -> usize {
         self.pixels.len() - 1
     }
 
-    /// Blocks, the whole, the rims and what is left out.
+    /// Number of cells: blocks, the whole, silhouettes and pixels left out.
     pub fn cells(&self) -> usize {
         self.pixels.len()
     }
 
-    /// The block of a pixel, or the rims, or what is left out.
+    /// The block of a pixel, or its cell of silhouettes or of pixels left out.
     pub fn block_of(&self, pixel: usize) -> usize {
         self.block_of[pixel] as usize
     }
@@ -81,7 +81,7 @@ impl Grid {
         self.pixels[cell]
     }
 
-    /// The sum of a value of every pixel over each cell.
+    /// Sums of per-pixel values over each cell.
     pub fn sums(&self, values: impl Iterator<Item = [f64; 3]>) -> Vec<[f64; 3]> {
         let mut sums = vec![[0.0; 3]; self.cells()];
         for (value, &block) in values.zip(&self.block_of) {
@@ -98,7 +98,7 @@ impl Grid {
         sums
     }
 
-    /// The mean of every cell; 0 in one without pixels.
+    /// The mean of every cell; 0 for one without pixels.
     pub fn means<T: Copy + Into<f64>>(&self, pixels: &[[T; 3]]) -> Vec<[f64; 3]> {
         let mut means = self.sums(pixels.iter().map(|pixel| pixel.map(Into::into)));
         for (mean, count) in means.iter_mut().zip(&self.pixels) {

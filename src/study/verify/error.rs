@@ -1,21 +1,21 @@
-//! Why a verification ends without a verdict.
+//! Errors that end a verification without a verdict.
 
 use crate::pipeline::SetupError;
 use crate::study::error::NotFinite;
 
-/// What stops a verification.
+/// Why a verification stopped.
 #[derive(Debug, thiserror::Error)]
 pub enum VerifyError {
     /// A render cannot start.
     #[error(transparent)]
     Setup(#[from] SetupError),
-    /// A stop was asked for.
+    /// A stop was requested.
     #[error("stopped before the end")]
     Stopped,
-    /// A picture that verdicts would rest on holds no numbers.
+    /// A picture needed for verdicts has NaN or infinite values.
     #[error("{whose} picture cannot be judged: {wrong}; this is a fault of Octolux, please report the scene")]
     NotFinite {
-        /// Whose picture it is.
+        /// Which picture.
         whose: &'static str,
         /// What is wrong with it.
         wrong: NotFinite,
@@ -26,7 +26,7 @@ pub enum VerifyError {
 }
 
 impl VerifyError {
-    /// Refuses a picture in which a value is NaN or infinite.
+    /// Rejects a picture in which a value is NaN or infinite.
     ///
     /// # Errors
     /// [`Self::NotFinite`].

@@ -1,4 +1,4 @@
-//! Pictures that must be the same to the last bit.
+//! Pictures that must agree bit by bit.
 
 use super::bench::{Bench, Cost};
 use super::error::VerifyError;
@@ -11,21 +11,21 @@ use crate::scene::{Effect, Effects, EstimatorKind, Features, SamplerKind, Scene,
 use crate::settings::{AccelKind, Lanes};
 use crate::study::estimate::Estimate;
 
-/// Passes of each picture; the last look of the longest.
+/// Passes of each picture, and the last look of the longest.
 const PASSES: u32 = 4;
 
-/// A scalar kernel costs about so many packet kernels.
+/// Cost of a scalar kernel relative to a packet kernel, roughly.
 const SCALAR: f64 = 6.0;
 
-/// Renders of an estimator: of scalar kernels, and of all.
+/// Renders per estimator: by scalar kernels, and in total.
 const SCALARS: f64 = 4.0;
 const RENDERS: f64 = 20.0;
 
-/// Shapes up to which a line is tested beside Embree: its time grows with their number.
+/// Maximum number of shapes for testing the brute-force intersector beside Embree: its time grows with their number.
 const MOST_IN_LINE: usize = 2048;
 
-/// What a verification looks at for every estimator: all widths through both intersectors, the intersectors against each other, a
-/// kernel that holds every effect, threads; once, short and long renders. Spends about `seconds`.
+/// Bitwise checks. Per estimator: all widths through both intersectors, the intersectors against each other, a kernel with
+/// every effect, thread counts. Once: short against long renders. Takes about `seconds`.
 ///
 /// # Errors
 /// As [`Bench::render`].
@@ -55,8 +55,8 @@ pub fn check(bench: &mut Bench<'_>, costs: &[Cost], seconds: f64) -> Result<Vec<
     Ok(rows)
 }
 
-/// All widths of packets, through both intersectors where a line can take the scene, these against each other, and a kernel that
-/// holds every effect.
+/// All packet widths, through both intersectors where brute force can take the scene, the intersectors against each other, and
+/// a kernel with every effect.
 ///
 /// # Errors
 /// As [`Bench::render`].
@@ -116,8 +116,8 @@ pub fn widths(bench: &mut Bench<'_>, base: Settings, shapes: usize) -> Result<Ve
     Ok(rows)
 }
 
-/// By how much pixels of two intersectors may differ, relative: distances are rounded otherwise. A texel is found from barycentric
-/// coordinates, whose last bits count for more the more often a texture is repeated over a triangle.
+/// Relative difference allowed between pixels of the two intersectors, which round distances differently. Texels depend on
+/// barycentric coordinates, whose last bits matter more the more often a texture repeats over a triangle.
 fn tolerance(scene: &Scene) -> f64 {
     let texels = scene.meshes().iter().filter_map(|mesh| {
         let Surface::Material(material) = mesh.surface else {
@@ -130,7 +130,7 @@ fn tolerance(scene: &Scene) -> f64 {
     0.01 + texels.fold(0.0, f64::max) * TEXEL
 }
 
-/// How far a barycentric coordinate may be off: four roundings of 2⁻²⁴, for either intersector.
+/// Error of a barycentric coordinate: four roundings of 2⁻²⁴, for either intersector.
 const TEXEL: f64 = 8.0 / (1 << 24) as f64;
 
 /// One, two and three threads.
@@ -150,7 +150,7 @@ fn threads(bench: &mut Bench<'_>, base: Settings) -> Result<Row, VerifyError> {
     )
 }
 
-/// A render that is looked at on its way, against renders that end there.
+/// Intermediate pictures of a render, against renders that end there.
 fn looks(bench: &mut Bench<'_>, film: crate::scene::FilmSize, costs: &[Cost]) -> Result<Row, VerifyError> {
     let estimator = costs.last().map_or(EstimatorKind::Mis, |cost| cost.estimator);
     let mut tally = Tally::default();
@@ -181,9 +181,9 @@ fn looks(bench: &mut Bench<'_>, film: crate::scene::FilmSize, costs: &[Cost]) ->
     tally.row(bench, "looks", format!("{}: at 2, 4, 8 passes", estimator.name()))
 }
 
-/// A picture and how it was made.
+/// A picture and its settings.
 struct Rendered {
-    /// For names of files.
+    /// Its name for files.
     what: String,
     picture: Picture,
     settings: Settings,
@@ -202,7 +202,7 @@ impl Rendered {
     }
 }
 
-/// As many pixels as the time allows. One thread does what `threads` did when the costs were measured.
+/// The film size that the time allows. A single-threaded render takes `threads` times as long as measured.
 fn pixels(bench: &Bench<'_>, costs: &[Cost], seconds: f64) -> f64 {
     let threads = bench.settings.threads as f64;
     let setups: f64 = costs.iter().map(|cost| RENDERS * cost.setup_s).sum();
@@ -216,13 +216,13 @@ fn pixels(bench: &Bench<'_>, costs: &[Cost], seconds: f64) -> f64 {
 /// Pixels that differ.
 #[derive(Default)]
 struct Tally {
-    /// How much two values may differ, relative to the larger; at 0, not by a bit.
+    /// Allowed difference of two values, relative to the larger; at 0, bitwise equality.
     tolerance: f64,
-    /// Whether directions are drawn in frames about normals: only `uniform` draws about a fixed axis.
+    /// Whether directions are sampled in frames about normals: only `uniform` samples about a fixed axis.
     frames: bool,
     different: usize,
     pixels: usize,
-    /// Where, in which pair of renders.
+    /// The differing pixels of each pair of renders.
     places: Vec<([Settings; 2], Vec<usize>)>,
     evidence: Option<([String; 2], Picture, Picture)>,
 }
@@ -302,11 +302,11 @@ impl Tally {
     }
 }
 
-/// How likely pixels of two intersectors are to differ as much in their mean by chance; below it they see different scenes. Looked at
-/// once for an estimator: with eight of them a false alarm has a probability of 8e-6 at most, besides those of [`super::FALSE_ALARMS`].
+/// A p-value below this for the mean difference of two intersectors' pixels means that they see different scenes. Tested once
+/// per estimator: with eight of them a false alarm has a probability of 8e-6 at most, besides those of [`super::FALSE_ALARMS`].
 const SHIFTED: f64 = 1e-6;
 
-/// How likely chance explains that the means of two pictures differ: Student's test of the differences of their pixels.
+/// The p-value of equal means: Student's test of the differences of pixels.
 fn p_same_mean(a: &Picture, b: &Picture) -> f64 {
     let light = |pixel: &[f32; 3]| pixel.iter().map(|&x| f64::from(x)).sum::<f64>();
     let differences: Vec<f64> = a

@@ -1,4 +1,4 @@
-//! What can be wrong with the lights of a scene.
+//! Checks of the lights of a scene.
 
 use glam::DVec3;
 
@@ -6,7 +6,7 @@ use super::row::{Row, Verdict};
 use super::sanity::{list, plural};
 use crate::scene::{Scene, Sphere, Surface};
 
-/// Emitters as the oracle numbers them: spheres, then meshes, then the environment, then lights that are no shapes; with a name and the
+/// Emitters in the oracle's order: spheres, meshes, the environment, then lights without shape; each with a name and its
 /// radiance, intensity or irradiance.
 pub fn emitters(scene: &Scene) -> Vec<(String, DVec3)> {
     let spheres = scene
@@ -36,7 +36,7 @@ pub fn emitters(scene: &Scene) -> Vec<(String, DVec3)> {
         .collect()
 }
 
-/// Lights that the oracle saw no reflection of.
+/// Lights without any reflection seen by the oracle.
 pub fn reach(scene: &Scene, lights_nothing: &[bool]) -> Row {
     let all = emitters(scene);
     let dark = all
@@ -57,17 +57,17 @@ pub fn reach(scene: &Scene, lights_nothing: &[bool]) -> Row {
     row.judged(Verdict::Warn, what)
 }
 
-/// A sphere as the file counts it, from 1.
+/// The name of a sphere, counted from 1 as in the file.
 pub fn sphere_name(index: usize) -> String {
     format!("sphere {}", index + 1)
 }
 
-/// A mesh as the file counts it, from 1.
+/// The name of a mesh, counted from 1 as in the file.
 pub fn mesh_name(index: usize) -> String {
     format!("mesh {}", index + 1)
 }
 
-/// Lights without power, or none at all.
+/// Lights without power, or no lights.
 pub fn lights(scene: &Scene) -> Row {
     let all = emitters(scene);
     let dark: Vec<String> = all
@@ -94,7 +94,7 @@ pub fn lights(scene: &Scene) -> Row {
     )
 }
 
-/// Emitting spheres with their numbers.
+/// Emitting spheres with their indices.
 fn glowing(scene: &Scene) -> impl Iterator<Item = (usize, &Sphere)> {
     let emits = |sphere: &Sphere| matches!(sphere.surface, Surface::Emission(le) if le.max_element() > 0.0);
     scene
@@ -104,7 +104,7 @@ fn glowing(scene: &Scene) -> impl Iterator<Item = (usize, &Sphere)> {
         .filter(move |(_, sphere)| emits(sphere))
 }
 
-/// Emitting spheres that cut through each other.
+/// Emitting spheres that intersect each other.
 pub fn overlaps(scene: &Scene) -> Row {
     let mut spheres: Vec<(usize, &Sphere)> = glowing(scene).collect();
     let left = |sphere: &Sphere| sphere.center.x - sphere.radius;
@@ -136,8 +136,8 @@ pub fn overlaps(scene: &Scene) -> Row {
     )
 }
 
-/// An emitter around what it should light, or a wall around an emitter: likely a mistake, and yet a scene with a right picture, so
-/// no more than a warning. A dome around the camera is said, and nothing else.
+/// An emitter that encloses what it should light, or a wall that encloses an emitter: probably a mistake, but the picture is
+/// right, so only a warning. A dome around the camera is only noted.
 pub fn inside_out(scene: &Scene) -> Row {
     let camera = scene.camera().origin;
     let holds = |sphere: &Sphere, point: DVec3| sphere.center.distance(point) < sphere.radius;

@@ -1,22 +1,22 @@
-//! Whether two means agree, and what bias would have been seen.
+//! Whether two means agree, and which bias would have been detected.
 //!
-//! A difference is held against `t * stderr + hidden + rounding`: the quantile of Student's t at the false-alarm rate
-//! of the test, shared among its values ([`Family`]); what the samples may never have met ([`super::tails`]); and 1e-4 of
-//! the larger mean, which is granted to single precision. The same sum is the bias that would have been seen.
+//! The bound of a difference is `t * stderr + hidden + rounding`: the quantile of Student's t at the false-alarm rate of the
+//! test, shared among its values ([`Family`]); what the samples may have missed ([`super::tails`]); and 1e-4 of the larger mean
+//! for single precision. The same sum is the smallest detectable bias.
 
 use crate::study::distributions::t_quantile;
 use crate::study::family::Family;
 
-/// What single precision is granted, relative.
+/// Relative error allowed for single precision.
 pub const ROUNDING: f64 = 1e-4;
 
-/// Above this bias, relative, a test says that it has no power.
+/// A test whose detectable bias, relative, is above this reports no power.
 pub const POWER: f64 = 0.5;
 
-/// Two means of the same expectation, or so it is claimed.
+/// Two means that should have the same expectation.
 #[derive(Clone, Copy, Debug)]
 pub struct Estimate {
-    /// The one minus the other.
+    /// The difference of the means.
     pub difference: f64,
     /// Variance of the difference.
     pub variance: f64,
@@ -24,22 +24,22 @@ pub struct Estimate {
     pub dof: f64,
     /// Share that the samples of both may have missed.
     pub hidden: f64,
-    /// The larger mean.
+    /// The larger of the means.
     pub size: f64,
-    /// What biases are relative to: the light that comes by reflection.
+    /// The unit of relative biases: the reflected light.
     pub light: f64,
 }
 
 /// An estimate against its bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Judged {
-    /// Difference over bound; beyond 1 the two disagree.
+    /// Difference over bound; above 1 the means disagree.
     pub ratio: f64,
     /// The difference, relative to the light; 0 where there is none.
     pub difference: f64,
-    /// The bound, relative to the light: the bias that would be seen.
+    /// The bound, relative to the light: the smallest detectable bias.
     pub visible: f64,
-    /// Whether reflected light is there at all.
+    /// Whether there is any reflected light.
     pub lit: bool,
 }
 
@@ -51,7 +51,7 @@ pub struct Judgement {
 }
 
 impl Judgement {
-    /// Judges all with a false alarm in any of them at the rate `alpha`.
+    /// Judges all; `alpha` is the probability of a false alarm in any of them.
     pub fn new(estimates: &[Estimate], alpha: f64) -> Self {
         let (each, estimates) = Family::of(alpha, estimates).close();
         let mut known: Option<(f64, f64)> = None;
@@ -67,7 +67,7 @@ impl Judgement {
         }
     }
 
-    /// The one nearest to its bound, or farthest beyond.
+    /// The one with the largest ratio to its bound.
     pub fn worst(&self) -> Option<Judged> {
         self.judged.iter().copied().max_by(|a, b| a.ratio.total_cmp(&b.ratio))
     }
@@ -77,8 +77,8 @@ impl Judgement {
         self.judged.iter().all(|judged| judged.ratio <= 1.0)
     }
 
-    /// The bias that is seen: the largest visible one of up to 3 values, else the median of those blocks that have
-    /// power, if these are a quarter of all with light (and 1 or more). `None` where there is no light.
+    /// The detectable bias: of up to 3 values the largest; of more, the median of the blocks that have power, if these are a
+    /// quarter of all with light (and 1 or more). `None` without light.
     pub fn visible(&self) -> Option<f64> {
         let mut visible: Vec<f64> = self.judged.iter().filter(|j| j.lit).map(|j| j.visible).collect();
         visible.sort_by(f64::total_cmp);
@@ -90,7 +90,7 @@ impl Judgement {
         }
     }
 
-    /// Values that have light, and those among them in which a bias below [`POWER`] would be seen.
+    /// The number of values with light, and how many of them would show a bias below [`POWER`].
     pub fn power(&self) -> [usize; 2] {
         let lit = self.judged.iter().filter(|judged| judged.lit);
         [
@@ -104,7 +104,7 @@ impl Estimate {
     fn judge(&self, quantile: f64) -> Judged {
         let bound = quantile * self.variance.max(0.0).sqrt() + self.hidden + ROUNDING * self.size + 1e-37;
         let relative = |value: f64| if self.light > 0.0 { value / self.light } else { 0.0 };
-        // What is not a number agrees with nothing.
+        // NaN never agrees.
         let ratio = self.difference.abs() / bound;
         Judged {
             ratio: if ratio.is_nan() { f64::INFINITY } else { ratio },
@@ -123,7 +123,7 @@ mod tests {
     use super::super::replicates::spread;
     use super::*;
 
-    /// Means of 16 replicates of light that comes seldom and strongly, as renders bring it, times `bias`.
+    /// Means of 16 replicates of rare, bright light, as in renders, times `bias`.
     fn estimates(rng: &mut Pcg64, cells: usize, bias: f64) -> Vec<Estimate> {
         let mut replicate = |factor: f64| {
             let hits = (0..60).filter(|_| rng.random::<f64>() < 0.25).count();
@@ -154,7 +154,7 @@ mod tests {
         assert!((15..=65).contains(&alarms), "{alarms}");
     }
 
-    /// The mean of a replicate is true to 22 %, a difference of two to 32 %, and the mean of 16 to 8 %.
+    /// The mean of a replicate is accurate to 22 %, a difference of two to 32 %, and the mean of 16 to 8 %.
     #[test]
     fn a_bias_is_found_where_the_bound_says_so() {
         let mut rng = Pcg64::seed_from_u64(21);

@@ -1,24 +1,24 @@
-//! Proofs on a user's own scene.
+//! Verification of a user's own scene.
 //!
-//! Three kinds of checks, one a file: what can be wrong with the scene ([`sanity`], [`lights`]); pictures that must be the same to
-//! the last bit ([`exact`]); pictures that must agree in the mean ([`agreement`], [`oracle`]).
+//! Three kinds of checks, by module: mistakes in the scene ([`sanity`], [`lights`]); pictures that must agree bit by bit
+//! ([`exact`]); pictures that must agree in the mean ([`agreement`], [`oracle`]).
 //!
 //! # How means are compared
 //!
-//! Every picture is rendered at least 8 times with independent seeds. The standard error of a difference comes from
-//! the spread of those replicates, so it needs no assumption about samples, which in a low-discrepancy sequence depend
-//! on each other; but being an estimate from R values it makes the quotient follow Student's t with R - 1 degrees of
-//! freedom, whose tails are far wider than the normal ones ([`super::distributions`]). Estimators are compared replicate by
-//! replicate at the same seed: what noise their eye rays share cancels. Rims of visible lights are kept
-//! apart ([`silhouettes`]). What all samples together may have missed is granted on top ([`tails`]). All tests together raise a false alarm with probability [`FALSE_ALARMS`]
-//! at most: they share it equally, and so do the values of a test ([`Family`]).
+//! Every picture is rendered at least 8 times with independent seeds. The standard error of a difference comes from the spread
+//! of those replicates, so it makes no assumption about samples, which depend on each other in a low-discrepancy sequence.
+//! Since it is estimated from R values, the quotient follows Student's t with R - 1 degrees of freedom, whose tails are far
+//! wider than the normal ones ([`super::distributions`]). Estimators are compared replicate by replicate at the same seed,
+//! which cancels the noise of their common camera rays. Silhouettes of visible lights are tested separately ([`silhouettes`]).
+//! Every bound includes what all samples together may have missed ([`tails`]). All tests together raise a false alarm with
+//! probability [`FALSE_ALARMS`] at most: they share it equally, and so do the values of a test ([`Family`]).
 //!
-//! A row whose bound exceeds half of the light says `no power`: it has seen nothing wrong, and could hardly have. Before
-//! it does, an estimator too noisy for the whole picture is tested on those blocks together in which little can be
-//! hidden. Where all is black, any light is a difference.
+//! A row whose bound exceeds half of the light reports `no power`: it found nothing wrong, but hardly could have. An estimator
+//! that is too noisy for the whole picture is first tested on the blocks with a small hidden share together. Where everything
+//! is black, any light is a difference.
 //!
-//! Measured on Veach's scene with 12 s: a density of `mis` wrong by 3 %, shadows forgotten, the eighth lane dropped and
-//! a missing cosine in `brdf` each fail several rows, and nothing else fails.
+//! Measured on Veach's scene with 12 s: a density of `mis` wrong by 3 %, missing shadows, a dropped eighth lane and a missing
+//! cosine in `brdf` each fail several rows; without a fault nothing fails.
 
 pub mod agreement;
 pub mod bench;
@@ -54,38 +54,38 @@ use blocks::Grid;
 use oracle::Oracle;
 use tails::Tails;
 
-/// The probability that any row about means fails on a scene without fault.
+/// The probability that any row about means fails without a fault.
 pub const FALSE_ALARMS: f64 = 1e-4;
 
-/// Probes of a pixel.
+/// Minimum number of probes per pixel.
 const LEAST_PROBES: u64 = 16;
 const MOST_PROBES: u64 = 1000;
 
-/// What to verify with.
+/// Options of a verification.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
     /// Seconds to spend.
     pub budget: f64,
     /// Threads.
     pub threads: usize,
-    /// Seed of everything.
+    /// Common seed.
     pub seed: u32,
 }
 
-/// How a verification went.
+/// The result of a verification.
 #[derive(Debug)]
 pub struct Report {
     /// Row by row.
     pub rows: Vec<Row>,
     /// The film of the comparisons of means.
     pub film: FilmSize,
-    /// Samples of a pixel in each replicate of the best estimator; `brdf` gets 2 and `uniform` 4 times those of `mis`.
+    /// Samples per pixel in each replicate of the best estimator; `brdf` gets 2 and `uniform` 4 times those of `mis`.
     pub spp: u32,
     /// Replicates.
     pub replicates: usize,
-    /// Samples of a pixel by the oracle.
+    /// Samples per pixel of the oracle.
     pub oracle_spp: u32,
-    /// Probes of a pixel.
+    /// Probes per pixel.
     pub probes: u32,
     /// Renders.
     pub renders: u64,
@@ -96,16 +96,16 @@ pub struct Report {
 }
 
 impl Report {
-    /// Rows of one verdict.
+    /// Number of rows with a verdict.
     pub fn count(&self, verdict: Verdict) -> usize {
         self.rows.iter().filter(|row| row.verdict == verdict).count()
     }
 }
 
-/// Checks everything that the scene allows within the budget.
+/// Runs all checks that the scene and the budget allow.
 ///
 /// # Errors
-/// Where renders cannot start, or a stop was asked for.
+/// Where renders cannot start, or a stop was requested.
 pub fn run(scene: &Scene, options: Options, watch: &dyn Observer) -> Result<Report, VerifyError> {
     let settings = Settings {
         film: scene.film(),
@@ -128,7 +128,7 @@ pub fn run(scene: &Scene, options: Options, watch: &dyn Observer) -> Result<Repo
     let (grid, tails, probe_s) = probe(&bench, &pool, film, &left_out)?;
     rows.push(ties::row(scene, &grid, &ties));
     rows.push(lights::reach(scene, &tails.lights_nothing()));
-    // The oracle traces as many rays as a probe. It gets a fifth.
+    // The oracle traces as many rays as a probe. It gets a fifth of the budget.
     let oracle = Oracle::render(&bench, &pool, &grid, film, 0.2 * options.budget / probe_s)?;
     if grid.pixels(grid.blocks()) + grid.pixels(grid.silhouettes()) == 0.0 {
         rows.push(Row::pass("means", "no pixel").judged(
@@ -177,7 +177,7 @@ pub fn run(scene: &Scene, options: Options, watch: &dyn Observer) -> Result<Repo
     })
 }
 
-/// Probes for a twentieth of the budget, 16 passes at least. Also returns the seconds of a pass.
+/// Probes for a twentieth of the budget, 16 passes at least. Also returns the seconds per pass.
 fn probe(
     bench: &Bench<'_>,
     pool: &rayon::ThreadPool,
@@ -203,7 +203,7 @@ fn probe(
     Ok((grid, tails, pass_s))
 }
 
-/// Contributions that were thrown away, and values that no picture may hold.
+/// Rejected contributions, and invalid picture values.
 fn invalid(bench: &Bench<'_>) -> Row {
     let thrown = bench.counters.invalid_nan + bench.counters.invalid_inf + bench.counters.invalid_negative;
     let count = thrown + bench.invalid.total();

@@ -13,31 +13,31 @@ use crate::scene::FilmSize;
 use crate::study::distributions::{rms_bound, t_as_normal, t_quantile};
 use crate::study::family::Family;
 
-/// Renders of the oracle with different seeds, so that a stop is heard in between.
+/// The oracle renders this many parts with different seeds, so that it can be stopped in between.
 const PARTS: u32 = 4;
 
-/// Blocks whose hidden share is above this part of their bound are too far from normal for the RMS.
+/// Blocks whose hidden share exceeds this part of their bound are too far from normal for the RMS.
 const NEARLY_NORMAL: f64 = 0.2;
 
-/// Room that the RMS gets for what is not quite normal in blocks of few samples.
+/// Tolerance factor of the RMS, for blocks with few samples that are not quite normal.
 const ROOM: f64 = 1.05;
 
 /// The oracle's picture.
 #[derive(Clone, Debug)]
 pub struct Oracle {
-    /// Samples of every pixel.
+    /// Samples per pixel.
     pub spp: u32,
     /// Mean and its variance, pixel by pixel.
     pixels: Vec<[(f64, f64); 3]>,
-    /// The same of the cells.
+    /// The same for the cells.
     cells: Vec<[(f64, f64); 3]>,
 }
 
 impl Oracle {
-    /// Renders about `spp` samples of every pixel.
+    /// Renders about `spp` samples per pixel.
     ///
     /// # Errors
-    /// If a stop was asked for.
+    /// If a stop was requested.
     pub fn render(
         bench: &Bench<'_>,
         pool: &rayon::ThreadPool,
@@ -74,12 +74,12 @@ impl Oracle {
         })
     }
 
-    /// How many tests [`Self::rows`] makes at most: the whole and the part of it that has power; of blocks three more.
+    /// Maximum number of tests in [`Self::rows`]: the whole and its part with power; three more for blocks.
     pub const fn tests(blocks: bool) -> usize {
         if blocks { 5 } else { 2 }
     }
 
-    /// The whole; where `blocks`, also blocks, the RMS of their z-scores, and the rims of the lights.
+    /// Tests the whole picture; with `blocks`, also the blocks, the RMS of their z-scores, and the silhouettes of lights.
     pub fn rows(&self, judge: &Judge<'_>, series: &Series, blocks: bool) -> Vec<Row> {
         let name = series.estimator.name();
         let (whole, silhouettes) = (judge.grid.blocks(), judge.grid.silhouettes());
@@ -119,7 +119,7 @@ impl Oracle {
         Evidence::of_measured(&series.picture(), &self.pixels, judge.width, names)
     }
 
-    /// What both may have missed.
+    /// The share that both may have missed.
     fn hidden(&self, judge: &Judge<'_>, series: &Series, cell: usize) -> [f64; 3] {
         let renderer = judge.hidden(series, cell);
         let own = judge
@@ -141,7 +141,7 @@ impl Oracle {
             let oracle = judge.mean(cells, |cell| self.cells[cell][channel].0);
             let own = |&cell: &usize| (judge.grid.pixels(cell) / pixels.max(1.0)).powi(2) * self.cells[cell][channel].1;
             let all = variance + cells.iter().map(own).sum::<f64>();
-            // Welch and Satterthwaite: the oracle's own deviation comes from thousands of samples.
+            // Welch and Satterthwaite; the oracle's standard error comes from thousands of samples and counts as exact.
             let dof = (series.count() as f64 - 1.0) * (all / variance).powi(2);
             Estimate {
                 difference: mean - oracle,
@@ -158,7 +158,7 @@ impl Oracle {
         })
     }
 
-    /// One z-score a block, of the channel with the most light: channels share their samples.
+    /// One z-score per block, of the channel with the most light: channels share their samples.
     fn rms(&self, judge: &Judge<'_>, series: &Series, compared: String) -> Row {
         let whole = self.cells[judge.grid.blocks()].map(|(mean, _)| mean);
         let brightest = |a: &usize, b: &usize| whole[*a].total_cmp(&whole[*b]);

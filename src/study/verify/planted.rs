@@ -1,17 +1,18 @@
-//! Faults of eight kinds, planted one at a time: `verify` on one small scene finds each of them.
+//! Eight kinds of faults, planted one at a time: `verify` on one small scene finds each of them.
 //!
 //! | kind | what is planted |
 //! | --- | --- |
-//! | coordinates | Embree's hits without `u`, `v`, as of triangles that are too small for it |
-//! | widths | packets whose contributions belong to the next lane's rays |
+//! | coordinates | Embree's hits without `u`, `v`, as if the triangles were too small for them |
+//! | widths | packets that add contributions to the next lane's rays |
 //! | reflection | Phong's lobe without the cosine |
-//! | visibility | shadow rays that nothing blocks |
-//! | lights | one light that counts twice |
+//! | visibility | shadow rays that are never occluded |
+//! | lights | one light that is counted twice |
 //! | environment | a texel with the density of its neighbour |
-//! | normals | smooth normals with two corners exchanged |
-//! | culling | triangles left out for a tile when one corner is out of sight |
+//! | normals | smooth normals with two corners swapped |
+//! | culling | triangles culled for a tile when one corner is out of view |
 //!
-//! The first is in no picture that the plan would choose for so small a scene: it is found since both intersectors are looked at.
+//! The plan would not choose a picture that shows the first fault for so small a scene; the check of both intersectors finds
+//! it.
 
 use std::path::Path;
 use std::process::Command;
@@ -34,7 +35,7 @@ const KINDS: [Mutant; 8] = [
     Mutant::OneCornerBehind,
 ];
 
-/// A smooth, textured ridge on a polished floor, a ball, two lamps and a sun.
+/// A smooth, textured ridge on a glossy floor, a sphere, two lights and a sun.
 const SCENE: &str = "\
 [camera]\norigin = [0.3, 2.5, 4]\ntarget = [0, 0.2, 0]\nup = [0, 1, 0]\nfov_x = 40\n[film]\nwidth = 24\nheight = 16\n\
 [materials.cloth]\ndiffuse = [0.8, 0.7, 0.6]\ntexture = \"hunt-cloth.exr\"\n\
@@ -47,14 +48,14 @@ const SCENE: &str = "\
 [[spheres]]\nemission = [6, 5, 4]\ncenter = [2, 2, -1]\nradius = 0.5\n\
 [environment]\nfile = \"hunt-sun.exr\"\n";
 
-/// Seconds that a verification may take. A fault that is not found has a second and a third look: on a busy machine the first one has
-/// fewer samples, and may say that it has no power.
+/// Seconds for a verification. A fault that is not found gets a second and a third attempt: on a busy machine the first has
+/// fewer samples, and may report no power.
 const BUDGETS: [f64; 3] = [3.0, 15.0, 60.0];
 
-/// The environment variable with the seconds of a mutant's process.
+/// The environment variable with the time limit of a mutant's process.
 const SECONDS: &str = "OCTOLUX_PLANTED_SECONDS";
 
-/// What fails on the scene. Also what a mutant's process runs; it then says which rows failed.
+/// Asserts that the scene passes without a fault. Also what a mutant's process runs; it then prints which rows failed.
 #[test]
 fn the_scene_has_no_fault_of_its_own() {
     let folder = tempfile::tempdir().unwrap();
@@ -73,7 +74,7 @@ fn the_scene_has_no_fault_of_its_own() {
     assert!(failed.is_empty(), "{failed:?}");
 }
 
-/// What a process with this fault says that it has found.
+/// The failures that a process with this fault reports.
 fn found(mutant: Mutant, seconds: f64) -> String {
     let name = "study::verify::planted::the_scene_has_no_fault_of_its_own";
     let output = Command::new(std::env::current_exe().unwrap())
@@ -95,7 +96,7 @@ fn every_kind_of_fault_is_found() {
             let mut last = String::new();
             for seconds in BUDGETS {
                 last = found(mutant, seconds);
-                // The fault of coordinates alone has to be seen where the plan would not look.
+                // Only the barycentric fault has to be found where the plan would not look.
                 let where_it_is = mutant != Mutant::BarycentricsLost || last.contains("intersectors");
                 if !last.is_empty() && last != "no answer" && where_it_is {
                     return None;

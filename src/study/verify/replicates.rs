@@ -1,7 +1,7 @@
-//! The same picture many times over, each with its own seed: what the noise of a mean is, without any assumption.
+//! Independently seeded replicates of a picture: they measure the noise of a mean without assumptions.
 //!
-//! Samples of a low-discrepancy sequence are no independent draws, so their spread says little of the error of their
-//! mean. Pictures of different seeds are independent.
+//! Samples of a low-discrepancy sequence are not independent, so their spread says little about the error of their mean.
+//! Pictures of different seeds are independent.
 
 use super::Bench;
 use super::blocks::Grid;
@@ -19,20 +19,20 @@ pub struct Series {
     pub sampler: SamplerKind,
     /// Passes of each replicate.
     pub spp: u32,
-    /// Passes at which each was looked at before.
+    /// Passes at the early look.
     pub early_spp: u32,
     /// Means of the cells, replicate by replicate.
     pub means: Vec<Vec<[f64; 3]>>,
     /// The same at the early look.
     pub early: Vec<Vec<[f64; 3]>>,
-    /// Over replicates: sums of each value and of its square, pixel by pixel.
+    /// Sums over replicates of each value and of its square, per pixel.
     sums: Vec<[[f64; 2]; 3]>,
 }
 
 impl Series {
-    /// No replicate yet.
+    /// An empty series.
     pub fn new(estimator: EstimatorKind, sampler: SamplerKind, spp: u32) -> Self {
-        // A power of two up to a quarter: blocks of passes end there.
+        // A power of two up to a quarter of `spp`: blocks of passes end there.
         let early_spp = 1 << (spp / 4).max(1).ilog2();
         Self {
             estimator,
@@ -45,10 +45,10 @@ impl Series {
         }
     }
 
-    /// Renders one more.
+    /// Renders one more replicate.
     ///
     /// # Errors
-    /// Where the render cannot start, or a stop was asked for.
+    /// Where the render cannot start, or a stop was requested.
     pub fn render(&mut self, bench: &mut Bench<'_>, grid: &Grid, seed: u32) -> Result<(), VerifyError> {
         let settings = crate::pipeline::Settings {
             estimator: self.estimator,
@@ -63,7 +63,7 @@ impl Series {
         Ok(())
     }
 
-    /// Takes in one that was rendered elsewhere: its pictures at the early look and at the end.
+    /// Adds a replicate rendered elsewhere: its pictures at the early look and at the end.
     pub fn take(&mut self, grid: &Grid, early: &Picture, last: &Picture) {
         self.early.push(grid.means(&early.pixels));
         self.add(grid, last);
@@ -81,17 +81,17 @@ impl Series {
         }
     }
 
-    /// How many there are.
+    /// Number of replicates.
     pub fn count(&self) -> usize {
         self.means.len()
     }
 
-    /// Samples of every pixel in all of them.
+    /// Samples per pixel in all replicates together.
     pub fn passes(&self) -> f64 {
         self.count() as f64 * f64::from(self.spp)
     }
 
-    /// The mean picture and the variance of its values, from the spread of the replicates.
+    /// The mean picture and the variance of that mean, from the spread of the replicates.
     pub fn picture(&self) -> Vec<[(f64, f64); 3]> {
         let n = self.count() as f64;
         let of = |[sum, squares]: [f64; 2]| {

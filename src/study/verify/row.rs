@@ -1,4 +1,4 @@
-//! What a verification says, line by line.
+//! Rows of a verification report.
 
 use std::collections::BTreeMap;
 
@@ -8,19 +8,19 @@ use super::means::{Judgement, POWER};
 use super::replicates::Series;
 use crate::film::Picture;
 
-/// How a check came out.
+/// The outcome of a check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Verdict {
     /// It holds.
     #[serde(rename = "pass")]
     Pass,
-    /// Something to know, and nothing wrong.
+    /// Worth knowing, but nothing is wrong.
     #[serde(rename = "note")]
     Note,
-    /// It may be meant so, or it may be a mistake.
+    /// Intended or a mistake.
     #[serde(rename = "warn")]
     Warn,
-    /// Nothing contradicts it, but even a large bias would not have been seen.
+    /// Nothing contradicts it, but even a large bias would not have been detected.
     #[serde(rename = "no power")]
     NoPower,
     /// It does not hold.
@@ -48,29 +48,29 @@ pub struct Row {
     pub check: &'static str,
     /// On what.
     pub compared: String,
-    /// What was found, for people.
+    /// The measured value, as text.
     pub figure: String,
-    /// What was allowed, for people.
+    /// The bound, as text.
     pub bound: String,
-    /// How it came out.
+    /// The outcome.
     pub verdict: Verdict,
-    /// What a verdict other than `pass` means, in a sentence; empty otherwise.
+    /// An explanation of a verdict other than `pass`; empty otherwise.
     pub sentence: String,
     /// The figures behind it by name.
     pub numbers: BTreeMap<&'static str, f64>,
-    /// What to look at where it failed.
+    /// Pictures to inspect after a failure.
     #[serde(skip)]
     pub evidence: Option<Evidence>,
 }
 
-/// Two pictures that should agree, and where they do not.
+/// Two pictures that should agree, and a map of their difference.
 #[derive(Clone, Debug)]
 pub struct Evidence {
-    /// Short names of both, fit for files.
+    /// Short names of both, usable in file names.
     pub names: [String; 2],
     /// Both.
     pub pictures: [Picture; 2],
-    /// Blue where the first is darker, red where it is brighter, full colour from 5 standard errors on.
+    /// Blue where the first is darker, red where it is brighter, saturated from 5 standard errors.
     pub z: Picture,
 }
 
@@ -89,7 +89,7 @@ impl Row {
         }
     }
 
-    /// The same with another verdict and why.
+    /// The same with another verdict and its reason.
     #[must_use]
     pub fn judged(mut self, verdict: Verdict, sentence: impl Into<String>) -> Self {
         self.verdict = verdict;
@@ -166,7 +166,7 @@ impl Row {
     }
 }
 
-/// With as many digits as make sense.
+/// A percentage with a suitable number of digits.
 pub fn percent(share: f64) -> String {
     let percent = 100.0 * share;
     match percent {
@@ -207,7 +207,7 @@ impl Evidence {
         }
     }
 
-    /// Two pictures that should be the same bits: any difference is in full colour.
+    /// Two pictures that should agree bit by bit: any difference is saturated.
     pub fn of_bits(a: &Picture, b: &Picture, names: [String; 2]) -> Self {
         let exact = |picture: &Picture| -> Vec<[(f64, f64); 3]> {
             picture

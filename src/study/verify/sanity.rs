@@ -1,16 +1,16 @@
-//! What can be wrong with a scene that is well formed.
+//! Mistakes in a scene that is syntactically valid.
 
 use super::lights;
 use super::row::{Row, Verdict};
 use crate::scene::{Bsdf, Scene, Surface};
 
-/// Names at most so many culprits in a sentence.
+/// Maximum number of names listed in a sentence.
 const NAMED: usize = 3;
 
 /// Below this exponent Phong's model rounds to the diffuse one in single precision.
 const LEAST_EXPONENT: f64 = 1.000_000_1;
 
-/// Every check of the scene alone.
+/// Runs all checks that only need the scene.
 pub fn check(scene: &Scene) -> Vec<Row> {
     let mut rows = vec![
         energy(scene),

@@ -1,4 +1,4 @@
-//! How many replicates of which size fit into the budget.
+//! Chooses the number and size of replicates that fit into the budget.
 
 use std::time::Instant;
 
@@ -8,16 +8,16 @@ use super::error::VerifyError;
 use super::replicates::Series;
 use crate::scene::{EstimatorKind, FilmSize, SamplerKind};
 
-/// Fewer replicates say too little of their own spread.
+/// Minimum number of replicates: fewer do not determine their own spread.
 const LEAST_REPLICATES: usize = 8;
 
-/// More tighten no quantile any further; time then goes into samples.
+/// Planned number of replicates. More barely tighten the quantile; the time is better spent on samples.
 const REPLICATES: usize = 16;
 
-/// Replicates at most.
+/// Maximum number of replicates.
 const MOST_REPLICATES: usize = 64;
 
-/// Samples of a pixel in a replicate that the size of the film aims at.
+/// Target samples per pixel of a replicate when choosing the film size.
 const SPP: f64 = 64.0;
 
 /// Pixels for which the replicates get about `SPP` samples in so many seconds.
@@ -27,8 +27,8 @@ pub fn comparable_pixels(costs: &[Cost], seconds: f64) -> f64 {
     (round / sample / SPP).clamp(256.0, 60_000.0)
 }
 
-/// Seconds of a round of replicates: setting up, and a pass of one pixel. The last estimator runs once more, with the
-/// other sampler.
+/// Seconds of a round of replicates: setup, and a pass of one pixel. The last estimator runs twice, once with the other
+/// sampler.
 fn of_round(costs: &[Cost]) -> (f64, f64) {
     let all = costs.iter().chain(costs.last());
     all.fold((0.0, 1e-12), |(setup, sample), cost| {
@@ -39,7 +39,7 @@ fn of_round(costs: &[Cost]) -> (f64, f64) {
     })
 }
 
-/// How many times the samples of `mis` an estimator gets: those with one direction a point cost less and need more.
+/// Samples of an estimator relative to `mis`: estimators with one direction per point cost less and need more.
 const fn weight(estimator: EstimatorKind) -> u32 {
     match estimator {
         EstimatorKind::Uniform => 4,
@@ -53,11 +53,11 @@ const fn weight(estimator: EstimatorKind) -> u32 {
     }
 }
 
-/// A round that took so many times more or less than it should is done again with other numbers of samples.
+/// A round whose time is off by more than this factor is repeated with other sample counts.
 const SURPRISE: f64 = 1.4;
 
-/// Replicates of every estimator with the same seeds, and of the last one with the other sampler, until the budget is
-/// spent; 8 rounds at least.
+/// Replicates of every estimator with the same seeds, and of the last one with the other sampler, until the budget is spent; at
+/// least 8 rounds.
 ///
 /// # Errors
 /// As [`Bench::render`].
@@ -78,7 +78,7 @@ pub fn replicate(
     rounds.render(bench, grid)?;
     let took = bench.elapsed() - begun;
     if took > SURPRISE * round || round > SURPRISE * took {
-        // The machine has become busier or idler since the costs were measured.
+        // The machine's load has changed since the costs were measured.
         let better = even(f64::from(spp) * planned(bench) / took);
         if better != spp {
             rounds = Rounds::new(costs, better);
@@ -88,19 +88,19 @@ pub fn replicate(
     while rounds.count() < LEAST_REPLICATES || (rounds.count() < MOST_REPLICATES && bench.until(0.99) > longest) {
         let started = Instant::now();
         rounds.render(bench, grid)?;
-        // The last few count: a machine's mood passes.
+        // Weight the last few rounds: the load of the machine varies.
         longest = started.elapsed().as_secs_f64().max(0.8 * longest);
     }
     Ok((rounds.series, rounds.other))
 }
 
-/// Whole numbers of samples that sequences like.
+/// A sample count that suits low-discrepancy sequences.
 fn even(spp: f64) -> u32 {
     let spp = spp.clamp(4.0, 65_536.0) as u32;
     if spp >= 32 { spp / 16 * 16 } else { spp / 2 * 2 }
 }
 
-/// All series, which grow together.
+/// All series, extended together.
 struct Rounds {
     series: Vec<Series>,
     other: Series,
@@ -121,7 +121,7 @@ impl Rounds {
     }
 
     fn render(&mut self, bench: &mut Bench<'_>, grid: &Grid) -> Result<(), VerifyError> {
-        // A step that is odd and not small, so that the seeds of another --seed are others.
+        // A large odd step, so that the seeds of other values of --seed differ.
         let number = self.count() as u32 + 1;
         let seed = bench.settings.seed.wrapping_add(number.wrapping_mul(0x9e37_79b1));
         for one in self.series.iter_mut().chain(Some(&mut self.other)) {

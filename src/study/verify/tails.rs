@@ -1,11 +1,11 @@
-//! What a finite number of samples may never have met.
+//! Bounds on the light that a finite number of samples may have missed.
 //!
-//! An estimator that hits a small light once in a million samples looks calm as long as it misses: its samples agree,
-//! their standard error is small, and their mean is wrong by all that the light would have brought. No statistic of
-//! the samples themselves can tell. But the oracle can: for every bit of light it knows how probable each estimator
-//! finds it and what that would then count ([`Probe`]). Events that are expected fewer than [`unseen`] times in all
-//! samples may all be missing; the mean that they carry is the hidden share, and every test of means grants it on top
-//! of its standard errors. Where the hidden share is large, the test says that it has no power.
+//! An estimator that hits a small light once in a million samples looks noise-free until it does: its samples agree, their
+//! standard error is small, and their mean lacks the light's whole contribution. No statistic of the samples themselves can
+//! tell. The oracle can: for every bit of light it knows how probably each estimator finds it and how much that would then
+//! contribute ([`Probe`]). Events that are expected fewer than [`unseen`] times in all samples may all be missing. The mean
+//! that they carry is the hidden share, and every test of means adds it to its bound. Where the hidden share is large, the test
+//! reports that it has no power.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -14,7 +14,7 @@ use super::blocks::Grid;
 use crate::reference::probe::{Found, Probe, Way};
 use crate::scene::EstimatorKind;
 
-/// Whose samples are asked about.
+/// The source of the samples in question.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {
     /// The renderer with an estimator.
@@ -25,11 +25,11 @@ pub enum Source {
 
 const SOURCES: usize = EstimatorKind::ALL.len() + 1;
 
-/// Standard errors of what the probes say that are granted to it.
+/// Safety margin for the probes' own uncertainty, in standard errors.
 const DOUBT: f64 = 6.0;
 
-/// Angle in radians by which single precision may turn the horizon: two roundings of a normal and of a direction. A light of which a
-/// sliver rises above the horizon brings `TILT` times its solid angle more or less.
+/// Angle in radians by which single precision may tilt the horizon: two roundings of a normal and of a direction. A light that
+/// barely rises above the horizon contributes up to `TILT` times its solid angle more or less.
 const TILT: f64 = 4.0 * (f32::EPSILON / 2.0) as f64;
 
 impl Source {
@@ -52,59 +52,61 @@ impl Source {
             .unwrap_or(SOURCES - 1)
     }
 
-    /// How much more than the oracle it counts for the same direction; the inverse is how much more seldom it draws it.
+    /// Contribution of a sample relative to the oracle's for the same direction; the inverse is the ratio of the probabilities
+    /// of sampling it.
     fn factor(self, light: f64, brdf: f64) -> f64 {
         let both = light + brdf;
         match self {
             Self::Renderer(EstimatorKind::Uniform) => both * 4.0 * PI,
-            // By cosines, directions at the horizon are drawn more seldom than uniformly, and bring as much less.
+            // Cosine-weighted sampling draws directions near the horizon more rarely than uniform sampling, and they contribute
+            // proportionally less.
             Self::Renderer(EstimatorKind::Light | EstimatorKind::Projected) => both / light,
             Self::Renderer(EstimatorKind::Brdf) => both / brdf,
             Self::Renderer(EstimatorKind::Mis) => 2.0,
-            // In a cone the light's density is at least half the cosine's; a lobe inside a light draws in proportion to what a direction
-            // brings, to a factor of 2; meshes and the sky are as in `mis`.
+            // In a cone the light's density is at least half the cosine's; a lobe inside a light samples proportionally to the
+            // contribution, within a factor of 2; meshes and the environment are sampled as in `mis`.
             Self::Renderer(EstimatorKind::Product) => 3.0,
-            // The more probable technique: what it counts is the larger, by 1.21 at most.
+            // The more probable technique, whose contribution is larger by 1.21 at most.
             Self::Renderer(EstimatorKind::Mis2Power) => both * light.max(brdf) / (light * light + brdf * brdf),
             Self::Renderer(EstimatorKind::Mis2Balance) | Self::Oracle => 1.0,
         }
     }
 }
 
-/// Events of about the same size.
+/// Events of about the same contribution.
 #[derive(Clone, Copy, Debug, Default)]
 struct Bin {
-    /// How many of them are expected over all probes.
+    /// Their expected number over all probes.
     count: f64,
-    /// What they bring, over all probes.
+    /// Their total contribution over all probes.
     mass: [f64; 3],
-    /// Sums of the squares of that, for its own uncertainty.
+    /// Sums of squared contributions, for the uncertainty of `mass`.
     squares: [f64; 3],
 }
 
-/// Bins by size, two to a doubling.
+/// Bins by contribution, two per doubling.
 type Sizes = BTreeMap<i32, Bin>;
 
-/// The sizes of events in each cell of a grid.
+/// The distribution of contributions in each cell of a grid.
 #[derive(Clone, Debug)]
 pub struct Tails {
     grid: Grid,
     reflected: Vec<[Sizes; SOURCES]>,
     seen: Vec<Sizes>,
-    /// Light that comes and goes with [`TILT`], over all probes.
+    /// Light that a tilt of [`TILT`] adds or removes, over all probes.
     tilted: Vec<[f64; 3]>,
-    /// What each emitter brings by reflection or by being seen, over all probes.
+    /// Each emitter's contribution, reflected or seen directly, over all probes.
     emitters: Vec<f64>,
     passes: f64,
 }
 
-/// How many events may be expected and yet all be missing, with a probability of `alpha`.
+/// The largest expected number of events that may all be missing with a probability of `alpha`.
 pub fn unseen(alpha: f64) -> f64 {
     -alpha.ln()
 }
 
 impl Tails {
-    /// Nothing is known yet.
+    /// Empty statistics.
     pub fn new(grid: Grid, probe: &Probe<'_>) -> Self {
         Self {
             reflected: vec![Default::default(); grid.cells()],
@@ -116,7 +118,7 @@ impl Tails {
         }
     }
 
-    /// Takes one pass of the probe in.
+    /// Adds one pass of the probe.
     pub fn add(&mut self, found: &[Found]) {
         self.passes += 1.0;
         for event in found {
@@ -150,7 +152,7 @@ impl Tails {
         }
     }
 
-    /// Notes what of a direction's light a tilt of the normal may change.
+    /// Records how much light of a direction a tilt of the normal may change.
     fn tilt(&mut self, cells: impl Iterator<Item = usize>, radiance: [f64; 3], cosine: f64) {
         let part = (TILT / cosine).min(1.0);
         for cell in cells {
@@ -165,12 +167,12 @@ impl Tails {
         self.passes
     }
 
-    /// Emitters whose light was never found by reflection.
+    /// Emitters without any reflected light found.
     pub fn lights_nothing(&self) -> Vec<bool> {
         self.emitters.iter().map(|&mass| mass == 0.0).collect()
     }
 
-    /// Mean radiance of a cell that comes by reflection.
+    /// Mean reflected radiance of a cell.
     pub fn reflected(&self, cell: usize) -> [f64; 3] {
         let sum = self.reflected[cell][Source::Oracle.index()]
             .values()
@@ -178,7 +180,7 @@ impl Tails {
         sum.map(|mass| mass / self.probes(cell))
     }
 
-    /// What biases are relative to: light by reflection, in the rims also what is seen.
+    /// The reference of relative biases: reflected light; for silhouettes also directly visible light.
     pub fn light(&self, cell: usize) -> [f64; 3] {
         let mut light = self.reflected(cell);
         if cell == self.grid.silhouettes() {
@@ -191,9 +193,9 @@ impl Tails {
         light
     }
 
-    /// The part of a cell's mean that `passes` samples of every pixel may have missed altogether, with probability
-    /// `alpha`. In the rims, emitters that are seen may be missed as well; elsewhere they fill their pixels. A renderer is granted the
-    /// light at the horizon that single precision adds or loses, too.
+    /// The part of a cell's mean that `passes` samples per pixel may have missed entirely, with probability `alpha`. In
+    /// silhouettes, samples may also miss visible emitters; elsewhere emitters fill their pixels. For a renderer this includes
+    /// the light near the horizon that single precision adds or loses.
     pub fn hidden(&self, source: Source, cell: usize, passes: f64, alpha: f64) -> [f64; 3] {
         let scale = passes / self.passes;
         let mut left = unseen(alpha);
@@ -247,8 +249,8 @@ mod tests {
     use super::*;
     use crate::scene::{FilmSize, Scene};
 
-    /// A light that fills a hundredth of a thousandth of all directions is beyond `uniform` with few samples, and not
-    /// with many; `light` always finds it.
+    /// With few samples `uniform` may miss a light that fills a hundredth of a thousandth of all directions, with many it does
+    /// not; `light` always finds it.
     #[test]
     fn what_is_seldom_hit_may_be_missing() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/tests/sphere-tiny.toml");
@@ -266,9 +268,9 @@ mod tests {
         assert_eq!(tails.lights_nothing(), [false]);
     }
 
-    /// Of a light with the sine 1e-3 a strip of the height `h` = 2e-4 rises above the horizon. Its projected solid angle grows as
-    /// `h^2.5`, so a horizon that is turned by `TILT` changes it by `2.5 TILT / h` of itself; the strip is no thin one, and some 800 of
-    /// 8000 samples meet it, so a factor of 1.5 is granted.
+    /// A strip of height `h` = 2e-4 of a light with the sine 1e-3 rises above the horizon. Its projected solid angle grows as
+    /// `h^2.5`, so tilting the horizon by `TILT` changes it by `2.5 TILT / h`, relative. The strip is not thin, and some 800 of
+    /// 8000 samples hit it, so the test allows a factor of 1.5.
     #[test]
     fn a_sliver_of_a_light_comes_and_goes_with_the_horizon() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/tests/sphere-tiny.toml");

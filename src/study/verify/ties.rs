@@ -1,4 +1,4 @@
-//! Ties told from faults: where two faces meet or lie in one another, the scene does not say which of them a ray meets.
+//! Distinguishes ties from faults: where faces touch or coincide, the scene does not determine which one a ray hits.
 
 use std::collections::BTreeMap;
 
@@ -16,16 +16,16 @@ use crate::reference::ties::{Segment, Tie, Ties};
 use crate::scene::{FilmSize, Scene};
 use crate::settings::Lanes;
 
-/// Samples of every pixel that are asked for faces that lie in one another.
+/// Samples per pixel that are checked for coincident faces.
 const PROBES: u64 = 4;
 
-/// Of pixels that differ so many are replayed: all of them have to be ties.
+/// Number of differing pixels that are replayed: all of them have to be ties.
 const REPLAYED: usize = 200;
 
-/// How often bodies tie.
+/// Number of ties by pair of bodies.
 pub type Counts = BTreeMap<Tie, usize>;
 
-/// The two bodies of a tie by the names that the file gives them.
+/// The names of the two bodies of a tie, as in the file.
 fn names(scene: &Scene, Tie(a, b): Tie) -> String {
     let name = |body: usize| match body.checked_sub(scene.spheres().len()) {
         None => sphere_name(body),
@@ -45,7 +45,7 @@ pub fn worst(scene: &Scene, counts: &Counts) -> String {
     list(&all.iter().map(|(tie, _)| names(scene, **tie)).collect::<Vec<_>>())
 }
 
-/// Pixels of which faces that lie in one another decide, and which faces these are.
+/// Pixels that depend on coincident faces, and these faces.
 pub fn pixels(scene: &Scene, film: FilmSize, seed: u64) -> (Vec<bool>, Counts) {
     let ties = Ties::new(scene, film);
     let count = film.width as usize * film.height as usize;
@@ -60,7 +60,7 @@ pub fn pixels(scene: &Scene, film: FilmSize, seed: u64) -> (Vec<bool>, Counts) {
     (found.iter().map(Option::is_some).collect(), counts)
 }
 
-/// What was left out of the means, and why.
+/// Reports what was left out of the means, and why.
 pub fn row(scene: &Scene, grid: &Grid, counts: &Counts) -> Row {
     let left_out = grid.pixels(grid.left_out());
     let all = left_out + grid.pixels(grid.blocks()) + grid.pixels(grid.silhouettes());
@@ -80,14 +80,14 @@ pub fn row(scene: &Scene, grid: &Grid, counts: &Counts) -> Row {
 /// Pixels that differ between two renders, replayed ray by ray.
 #[derive(Clone, Debug, Default)]
 pub struct Explained {
-    /// Which bodies tie there.
+    /// The bodies that tie there.
     pub counts: Counts,
-    /// Pixels that no tie explains.
+    /// Pixels not explained by a tie.
     pub unexplained: usize,
 }
 
 impl Explained {
-    /// Takes another one in.
+    /// Adds another result.
     pub fn add(&mut self, other: Self) {
         self.unexplained += other.unexplained;
         for (tie, count) in other.counts {
@@ -96,8 +96,8 @@ impl Explained {
     }
 }
 
-/// Looks for ties in the samples of pixels in which renders with these settings differ after so many passes: in single lanes,
-/// which have the rays of all widths up to the tie.
+/// Looks for ties in the samples of pixels that differ between renders with these settings after the given number of passes. Uses scalar
+/// kernels, whose rays equal those of all widths up to the tie.
 ///
 /// # Errors
 /// Where a render cannot start.
@@ -113,7 +113,7 @@ pub fn explain(
     }
     let film = settings[0].film;
     let ties = Ties::new(bench.scene, film);
-    // Without culling every ray is traced, and so told.
+    // Without culling every ray is traced, and so recorded.
     let prepared = settings.map(|settings| {
         let settings = Settings {
             lanes: Some(Lanes::One),

@@ -1,4 +1,4 @@
-//! What the engine tells the pages: what there is to choose from, and how far it is.
+//! Messages of the engine to the pages: available choices, and progress.
 
 use std::path::PathBuf;
 
@@ -12,7 +12,7 @@ use octolux::scene::FilmSize;
 use octolux::settings::{EstimatorKind, SamplerKind};
 
 impl Engine {
-    /// Tells what there is to choose from.
+    /// Sends the available choices.
     pub(super) fn hello(&self) {
         let names = |files: &[PathBuf]| files.iter().map(|file| file.display().to_string()).collect::<Vec<_>>();
         let hello = json!({
@@ -28,7 +28,7 @@ impl Engine {
         self.board.tell(Topic::Hello, hello.to_string());
     }
 
-    /// Tells how far the render is.
+    /// Sends the progress of the render.
     pub(super) fn tell(&self) {
         let state = match (&self.show, self.playing) {
             (Show::Nothing, _) => "failed",

@@ -1,17 +1,17 @@
-//! Other cameras.
+//! Camera changes.
 
 use super::Engine;
 use crate::cli::view::message::View;
 
 impl Engine {
-    /// Looks from elsewhere, or as the file says.
+    /// Changes the view, or resets it to the file's.
     pub(super) fn turn(&mut self, view: Option<View>) {
         self.changes.view = view;
         self.playing = true;
         self.begin(true);
     }
 
-    /// Focuses on what a pixel shows, or turns about it.
+    /// Focuses on the point that a pixel shows, or orbits around it.
     pub(super) fn aim(&mut self, x: u32, y: u32) {
         let (Some(point), Some(shown)) = (self.desk.met(x, y), self.desk.shown()) else {
             return;

@@ -1,11 +1,11 @@
-//! Files on request, and the command line that renders the same.
+//! Writes files on request, and prints the command line for the same render.
 
 use super::{Engine, Show};
 use crate::cli::view::camera::Changes;
 use crate::cli::view::{said, write};
 
 impl Engine {
-    /// Writes the files that the command line names, and tells how.
+    /// Writes the files named on the command line, and reports the result.
     pub(super) fn write(&mut self, page: u64, exposure: f64) {
         let Show::Picture(run) = &mut self.show else {
             return self.board.answer(
@@ -35,7 +35,7 @@ impl Engine {
         self.look();
     }
 
-    /// The command line that renders what is seen.
+    /// The command line that renders the current view.
     fn command(&self, spp: u32, exposure: f64) -> String {
         let own = self.setup.options.render_options().settings(&self.file);
         let mut options = self.setup.options.clone();

@@ -1,4 +1,4 @@
-//! From the bytes of a glTF file to a document that the rest can rely on.
+//! Parses the bytes of a glTF file into a validated document.
 
 use std::borrow::Cow;
 
@@ -11,14 +11,14 @@ use serde_json::{Map, Value};
 use super::super::Problem;
 use super::DAMAGED;
 
-/// Extensions of which a file may say that it is not to be read without them: these are read.
+/// Required extensions that are supported.
 const READ: [&str; 3] = [
     "KHR_mesh_quantization",
     "EXT_mesh_gpu_instancing",
     "KHR_node_visibility",
 ];
 
-/// What the names of extensions have in them that say nothing of shapes.
+/// Parts of extension names that do not concern shapes.
 const NOT_OF_SHAPES: [&str; 8] = [
     "_material",
     "_texture",
@@ -30,16 +30,16 @@ const NOT_OF_SHAPES: [&str; 8] = [
     "_audio",
 ];
 
-/// The ways to compress a mesh, by the ends of their extensions' names.
+/// Mesh compression extensions, by the end of their names.
 const COMPRESSION: [(&str, &str); 2] = [
     ("_draco_mesh_compression", "Draco"),
     ("_meshopt_compression", "meshopt"),
 ];
 
-/// A document, and the buffer that comes with it.
+/// A document with its embedded buffer.
 type WithBuffer<'a> = (Document, Option<Cow<'a, [u8]>>);
 
-/// The document in these bytes, and the buffer that comes with it.
+/// Parses the document and its embedded buffer.
 pub fn document(bytes: &[u8]) -> Result<WithBuffer<'_>, Problem> {
     let (json, blob) = if bytes.starts_with(b"glTF") {
         check_length(bytes)?;
@@ -65,7 +65,7 @@ pub fn document(bytes: &[u8]) -> Result<WithBuffer<'_>, Problem> {
     Ok((validated(root)?, blob))
 }
 
-/// Takes out what no mesh needs: pictures and materials of kinds that the crate does not know are not to refuse it.
+/// Removes what meshes do not need, so that pictures and materials unknown to the crate are not rejected.
 fn shapes_alone(root: &mut Value) {
     let Some(root) = root.as_object_mut() else { return };
     for key in ["materials", "textures", "images", "samplers", "cameras", "animations"] {
@@ -84,7 +84,7 @@ fn shapes_alone(root: &mut Value) {
     });
 }
 
-/// Refuses compressed meshes by the name of what compresses them.
+/// Rejects compressed meshes by the name of the extension.
 fn compressed(root: &Value) -> Result<(), Problem> {
     let refused = |name: &str| {
         Problem::new(
@@ -105,7 +105,7 @@ fn compressed(root: &Value) -> Result<(), Problem> {
             return Err(refused(name));
         }
     }
-    // Files may say that a plain copy comes with them; where it does not, they need the extension.
+    // A file may contain an uncompressed copy; if not, it requires the extension.
     let [(draco, draco_name), (meshopt, meshopt_name)] = COMPRESSION;
     if list(root, "buffers")
         .iter()
@@ -141,7 +141,7 @@ fn list<'v>(value: &'v Value, key: &str) -> &'v [Value] {
     value.get(key).and_then(Value::as_array).map_or(&[], Vec::as_slice)
 }
 
-/// Whether the length in the header of a `.glb` is one that the crate can subtract its header from, and is all there.
+/// Checks the length in the header of a `.glb`: at least the header (the crate subtracts it), and not beyond the data.
 fn check_length(bytes: &[u8]) -> Result<(), Problem> {
     let length = bytes
         .get(8..12)
@@ -156,8 +156,7 @@ fn check_length(bytes: &[u8]) -> Result<(), Problem> {
     }
 }
 
-/// The rules of glTF, as far as a mesh needs them; the one that comes first here is one that the crate's validation takes
-/// for granted.
+/// Validates the rules of glTF that a mesh needs; the first one here is a precondition of the crate's own validation.
 fn validated(root: Root) -> Result<Document, Problem> {
     let mut attributes = root
         .meshes
@@ -175,7 +174,7 @@ fn validated(root: Root) -> Result<Document, Problem> {
         let path = path();
         let ends = |ends: &[&str]| ends.iter().any(|end| path.as_str().ends_with(end));
         let harmless = match error {
-            // Extensions were looked at above; an accessor without numbers holds zeros; boxes are not asked for.
+            // Extensions were checked above; an accessor without a buffer holds zeros; bounds are not needed.
             Error::Unsupported => path.as_str().starts_with("extensionsRequired"),
             Error::Missing => ends(&[".bufferView", ".min", ".max"]),
             Error::Invalid => ends(&[".min", ".max"]),
@@ -191,7 +190,7 @@ fn validated(root: Root) -> Result<Document, Problem> {
     }
 }
 
-/// The bytes of all buffers; `file` reads those of their own, whose names are relative to the file.
+/// The bytes of all buffers; `file` reads external ones, whose names are relative to the file.
 pub fn buffers<'b>(
     document: &Document,
     mut blob: Option<Cow<'b, [u8]>>,
@@ -221,7 +220,7 @@ pub fn buffers<'b>(
     Ok(buffers)
 }
 
-/// The name of a file: a URI without a scheme, whose percent signs stand for bytes.
+/// The file name of a URI without a scheme, with percent-encoding decoded.
 pub(in crate::scene) fn name(uri: &str) -> Result<String, Problem> {
     let unreadable = || {
         Problem::new(

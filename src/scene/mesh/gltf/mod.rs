@@ -20,8 +20,8 @@ const DAMAGED: &str = "the file is damaged or cut short: export it again";
 
 const INSTANCING: &str = "EXT_mesh_gpu_instancing";
 
-/// Reads all triangles of the file's default scene, moved to where its nodes put them, with what else is wanted of them:
-/// `NORMAL` and `TEXCOORD_0`. `file` reads buffers of their own, whose names are relative to the file.
+/// Reads all triangles of the file's default scene, transformed by its nodes, with `NORMAL` and `TEXCOORD_0` if wanted. `file`
+/// reads external buffers, whose names are relative to the file.
 pub fn read(
     bytes: Vec<u8>,
     wanted: Wanted,
@@ -46,7 +46,7 @@ pub fn read(
     let mut waiting: Vec<(Node<'_>, DMat4)> = scene.nodes().map(|node| (node, DMat4::IDENTITY)).collect();
     let mut visited = vec![false; document.nodes().len()];
     while let Some((node, parent)) = waiting.pop() {
-        // The nodes of a scene are trees: who comes by a second time walks in a circle.
+        // The nodes of a scene form trees: a second visit means a cycle.
         if std::mem::replace(&mut visited[node.index()], true) {
             return Err(Problem::new(
                 format!("has node {} in two places", node.index()),
@@ -66,25 +66,25 @@ pub fn read(
     Ok(whole.finish())
 }
 
-/// What a node does to what hangs on it.
+/// The local transform of a node.
 fn local(node: &Node<'_>) -> DMat4 {
     DMat4::from_cols_array_2d(&node.transform().matrix().map(|col| col.map(f64::from)))
 }
 
-/// The mesh so far, and where it comes from.
+/// The mesh so far, and its source.
 struct Collected<'d> {
     wanted: Wanted,
     document: &'d Document,
     numbers: Numbers<'d>,
     mesh: RawMesh,
-    /// How many vertices and triangles there were when somebody last asked whether there is memory for them.
+    /// Number of vertices and triangles at the last memory check.
     checked: usize,
-    /// Primitives of points and lines.
+    /// Number of primitives of points and lines.
     without_surface: usize,
 }
 
 impl Collected<'_> {
-    /// Adds the mesh of a node as many times as it stands there.
+    /// Adds the mesh of a node, once per instance.
     fn node(&mut self, node: &Node<'_>, placement: DMat4) -> Result<(), Problem> {
         let Some(mesh) = node.mesh() else { return Ok(()) };
         let mut places = vec![placement];
@@ -108,7 +108,7 @@ impl Collected<'_> {
             }
             let mut part = shape::part(&self.numbers, &primitive, self.wanted, weights)?;
             super::clean::check(&mut part)?;
-            // A skin leaves its vertices where its joints are, and the place of its own node counts for nothing.
+            // A skin places its vertices by its joints; the transform of its node is ignored.
             if let Some(pose) = &pose
                 && shape::apply(&self.numbers, &primitive, pose, &mut part)?
             {
@@ -132,7 +132,7 @@ impl Collected<'_> {
         Ok(())
     }
 
-    /// Where the copies of a node's mesh are, relative to the node (`EXT_mesh_gpu_instancing`).
+    /// Transforms of the instances of a node's mesh, relative to the node (`EXT_mesh_gpu_instancing`).
     fn instances(&self, node: &Node<'_>) -> Result<Vec<DMat4>, Problem> {
         let attributes = node
             .extension_value(INSTANCING)
@@ -175,7 +175,7 @@ impl Collected<'_> {
         Ok((0..count).map(place).collect())
     }
 
-    /// Adds what is in its place.
+    /// Adds a mesh that is already transformed.
     fn add(&mut self, mut part: RawMesh) -> Result<(), Problem> {
         let mesh = &mut self.mesh;
         let (before, count) = (mesh.vertices.len(), part.vertices.len());
@@ -190,7 +190,7 @@ impl Collected<'_> {
         unite(&mut mesh.normals, part.normals, before, count, NO_NORMAL);
         unite(&mut mesh.uvs, part.uvs, before, count, NO_UV);
         mesh.notes.append(&mut part.notes);
-        // A small file may name a large mesh many times.
+        // A small file may instance a large mesh many times.
         let size = mesh.vertices.len() + mesh.triangles.len();
         if size - self.checked > 1 << 20 {
             self.checked = size;
@@ -222,7 +222,8 @@ impl Collected<'_> {
     }
 }
 
-/// Adds what `count` more vertices have to what the `before` first have: `none` where one of the two has nothing.
+/// Appends an attribute of `count` more vertices to that of the `before` first ones; fills up with `none` if one of the two
+/// lacks it.
 fn unite<T: Copy>(all: &mut Option<Vec<T>>, more: Option<Vec<T>>, before: usize, count: usize, none: T) {
     match (all.as_mut(), more) {
         (None, None) => {}

@@ -1,7 +1,7 @@
 //! The numbers of glTF accessors: plain, quantized (`KHR_mesh_quantization`) and sparse.
 //!
-//! They are read here: the crate's readers trust the counts and offsets of the file (1.4.1: `count - 1` underflows,
-//! strides are only asserted), and a scene may come from anywhere.
+//! They are read here because the crate's readers trust the counts and offsets of the file (1.4.1: `count - 1` underflows,
+//! strides are only asserted), and scenes may be untrusted.
 
 use std::borrow::Cow;
 
@@ -18,16 +18,15 @@ use super::{DAMAGED, unsupported};
 /// The bytes of all buffers.
 pub struct Numbers<'b> {
     pub buffers: Vec<Cow<'b, [u8]>>,
-    /// Whether the file says that its numbers are quantized: only then may whole numbers stand for themselves in
-    /// texture coordinates.
+    /// Whether the file declares quantized numbers: only then may texture coordinates be unnormalized integers.
     pub quantized: bool,
 }
 
-/// As many numbers as the largest item has.
+/// Large enough for the largest item.
 type Item = [f64; 16];
 
 impl Numbers<'_> {
-    /// Positions, normals, or what is added to them: three numbers each.
+    /// Positions, normals, or offsets of them: three numbers each.
     pub fn vectors(&self, accessor: &Accessor<'_>) -> Result<Vec<DVec3>, Problem> {
         let narrow = matches!(
             accessor.data_type(),
@@ -45,7 +44,7 @@ impl Numbers<'_> {
         Ok(all)
     }
 
-    /// Texture coordinates. In glTF `v` goes down.
+    /// Texture coordinates. In glTF `v` points down.
     pub fn coordinates(&self, accessor: &Accessor<'_>) -> Result<Vec<DVec2>, Problem> {
         let whole = matches!(
             accessor.data_type(),
@@ -74,7 +73,7 @@ impl Numbers<'_> {
         Ok(all)
     }
 
-    /// Items of other kinds, such as weights, joints, matrices and the places of instances.
+    /// Items of other kinds, such as weights, joints, matrices and instance transforms.
     pub fn items(
         &self,
         accessor: &Accessor<'_>,
@@ -91,7 +90,7 @@ impl Numbers<'_> {
         Ok(all)
     }
 
-    /// Gives all items of an accessor to `take`, one after the other.
+    /// Passes all items of an accessor to `take` in order.
     fn each(&self, accessor: &Accessor<'_>, normalized: bool, mut take: impl FnMut(&Item)) -> Result<(), Problem> {
         let (kind, parts) = (accessor.data_type(), accessor.dimensions().multiplicity());
         let size = kind.size() * parts;
@@ -105,7 +104,7 @@ impl Numbers<'_> {
         if count == 0 {
             return Err(outside());
         }
-        // What has no buffer is as long as the file says.
+        // An accessor without a buffer can claim any length.
         if accessor.view().is_none() && !memory::fits((count as u64).saturating_mul(size_of::<Item>() as u64)) {
             let what = format!(
                 "has more numbers in accessor {} than fit into the memory that is free",
@@ -124,7 +123,7 @@ impl Numbers<'_> {
         let mut item = [0.0; 16];
         for i in 0..count {
             let mut bytes = base.map(|(bytes, stride)| &bytes[i * stride..i * stride + size]);
-            // The last of several is the one that stays.
+            // The last of several replacements counts.
             while let Some((_, own)) = replaced.next_if(|(at, _)| *at as usize <= i) {
                 bytes = Some(own);
             }
@@ -136,7 +135,7 @@ impl Numbers<'_> {
         Ok(())
     }
 
-    /// The items that a sparse accessor replaces, with their numbers, in order.
+    /// The items that a sparse accessor replaces, with their indices, in order.
     fn replaced(&self, accessor: &Accessor<'_>, size: usize) -> Result<Vec<(u32, &[u8])>, ()> {
         let Some(sparse) = accessor.sparse() else {
             return Ok(Vec::new());
@@ -163,7 +162,7 @@ impl Numbers<'_> {
         fits.then_some(replaced).ok_or(())
     }
 
-    /// The bytes of `count` items of `size` bytes, `stride` apart, if they are there.
+    /// The bytes of `count` items of `size` bytes at distance `stride`, if they exist.
     fn run(&self, view: &View<'_>, offset: usize, count: usize, stride: usize, size: usize) -> Result<&[u8], ()> {
         let end = view.offset().checked_add(view.length()).ok_or(())?;
         let buffer = self.buffers.get(view.buffer().index()).ok_or(())?;
@@ -177,7 +176,7 @@ impl Numbers<'_> {
     }
 }
 
-/// The number that begins `bytes`. Normalized whole numbers are parts of their largest (glTF 2.0, 3.6.2.2).
+/// Decodes the number at the start of `bytes`. Normalized integers are fractions of their maximum (glTF 2.0, 3.6.2.2).
 fn number(kind: DataType, bytes: &[u8], normalized: bool) -> f64 {
     let (value, largest) = match kind {
         DataType::I8 => (f64::from(bytes[0] as i8), 127.0),
@@ -193,7 +192,7 @@ fn number(kind: DataType, bytes: &[u8], normalized: bool) -> f64 {
     if normalized { (value / largest).max(-1.0) } else { value }
 }
 
-/// The accessor with this number in JSON.
+/// The accessor with this index in JSON.
 pub fn accessor<'d>(document: &'d Document, index: &gltf::json::Value) -> Result<Accessor<'d>, Problem> {
     let index = index.as_u64().and_then(|index| usize::try_from(index).ok());
     let accessor = index.and_then(|index| document.accessors().nth(index));

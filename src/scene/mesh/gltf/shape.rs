@@ -1,4 +1,4 @@
-//! The triangles of one primitive: its attributes, the shapes that it is morphed into at rest, and its skin.
+//! The triangles of one primitive: attributes, default morph targets, and skin.
 
 use glam::{DMat3, DMat4, DVec3};
 use gltf::accessor::Dimensions;
@@ -9,7 +9,7 @@ use super::super::{Problem, RawMesh, Wanted, strip, transform};
 use super::numbers::Numbers;
 use super::{DAMAGED, local};
 
-/// The primitive where its own numbers put it, morphed by `weights`. It has positions.
+/// The untransformed primitive, morphed by `weights`. It has positions.
 pub fn part(
     numbers: &Numbers<'_>,
     primitive: &Primitive<'_>,
@@ -65,7 +65,7 @@ pub fn part(
     })
 }
 
-/// Three corners each, with the winding that the mode implies.
+/// Triangles with three corners each, with the winding that the mode implies.
 fn triangles(mode: Mode, corners: &[u32]) -> Vec<[u32; 3]> {
     match mode {
         Mode::TriangleFan => {
@@ -77,7 +77,7 @@ fn triangles(mode: Mode, corners: &[u32]) -> Vec<[u32; 3]> {
     }
 }
 
-/// What the joints of a skin do to vertices, at rest.
+/// The joint matrices of a skin in the rest pose.
 pub fn pose(document: &Document, numbers: &Numbers<'_>, skin: &Skin<'_>) -> Result<Vec<DMat4>, Problem> {
     let mut parents = vec![None; document.nodes().len()];
     for node in document.nodes() {
@@ -113,7 +113,7 @@ pub fn pose(document: &Document, numbers: &Numbers<'_>, skin: &Skin<'_>) -> Resu
     joints.collect()
 }
 
-/// Moves vertices to where the joints of their skin are (glTF 2.0, 3.7.3.3); `false` if the primitive has none.
+/// Applies the joint matrices of a skin to vertices (glTF 2.0, 3.7.3.3); `false` if the primitive has no joints.
 pub fn apply(
     numbers: &Numbers<'_>,
     primitive: &Primitive<'_>,
@@ -151,7 +151,7 @@ pub fn apply(
         return Ok(false);
     }
     for (matrix, &sum) in moves.iter_mut().zip(&sums) {
-        // Weights should sum to 1. A vertex without any follows the first joint, as in other programs.
+        // Weights should sum to 1. A vertex without weights follows the first joint, as in other programs.
         *matrix = if sum > 0.0 {
             *matrix * (1.0 / sum)
         } else {

@@ -1,5 +1,5 @@
-//! Wavefront OBJ. The crate `tobj` gives corners without normals or texture coordinates those of their neighbours, and
-//! neither continues lines nor names them; so the few statements that a mesh is made of are read here, line by line.
+//! Wavefront OBJ. The crate `tobj` gives corners without normals or texture coordinates those of their neighbours, and supports
+//! no continued lines; so the few statements of meshes are parsed here.
 
 #[cfg(test)]
 mod tests;
@@ -17,7 +17,7 @@ use super::{NO_NORMAL, NO_UV, Problem, RawMesh, Wanted};
 const MEND: &str = "the file is damaged or cut short: save the mesh again";
 const NO_FACES: &str = "save the mesh with its faces: lines such as `f 1 2 3`";
 
-/// Reads all faces of an OBJ file, with what else is wanted of it; objects, groups and materials make no difference.
+/// Reads all faces of an OBJ file, with the wanted attributes; objects, groups and materials are ignored.
 pub fn read<R: BufRead>(source: R, wanted: Wanted) -> Result<RawMesh, Problem> {
     let mut lines = Lines::new(source)?;
     let mut mesh = Obj {
@@ -31,7 +31,7 @@ pub fn read<R: BufRead>(source: R, wanted: Wanted) -> Result<RawMesh, Problem> {
     mesh.finish()
 }
 
-/// Numbers of a position, texture coordinates and a normal, counted from 0.
+/// Indices of a position, texture coordinates and a normal, from 0.
 type Corner = [u32; 3];
 
 const KINDS: [&str; 3] = ["vertex", "texture coordinate", "normal"];
@@ -42,22 +42,22 @@ struct Obj {
     positions: Vec<DVec3>,
     uvs: Vec<DVec2>,
     normals: Vec<DVec3>,
-    /// How many of each kind there are; not all are kept.
+    /// Number of elements of each kind, stored or not.
     counts: [u64; 3],
     triangles: Vec<[u32; 3]>,
-    /// Once a corner has more than a position.
+    /// Present once a corner has more than a position.
     corners: Option<Corners>,
     polygons: Polygons,
-    /// The smoothing group, as a number of [`Set`]: `s 0` and `s off` have none.
+    /// The smoothing group, as a number of [`Set`]; none for `s 0` and `s off`.
     group: u32,
     groups: HashMap<Vec<u8>, u32>,
-    /// Faces that name what comes later in the file, with their lines and groups.
+    /// Faces that refer to later elements of the file, with their lines and groups.
     waiting: Vec<(usize, u32, Vec<Corner>)>,
     short: usize,
     curves: usize,
-    /// Corners whose texture coordinate or normal has the number 0.
+    /// Corners with index 0 for a texture coordinate or normal.
     zeros: usize,
-    /// The corners of one face, for use again.
+    /// The corners of the current face, a reused buffer.
     face: Vec<Corner>,
 }
 
@@ -74,7 +74,7 @@ impl Obj {
             Some(b"vt") => {
                 self.counts[1] += 1;
                 let [u] = numbers(&mut words).ok_or_else(|| broken("a texture coordinate"))?;
-                // A second one may be left out.
+                // The second coordinate is optional.
                 let v = words.next().map_or(Some(0.0), number);
                 let v = v.ok_or_else(|| broken("a texture coordinate"))?;
                 if self.wanted.uvs {
@@ -88,7 +88,7 @@ impl Obj {
                     self.normals.push(DVec3::from_array(normal));
                 }
             }
-            // `fo` is what `f` was called once.
+            // `fo` is the old name of `f`.
             Some(b"f" | b"fo") => {
                 let mut face = std::mem::take(&mut self.face);
                 face.clear();
@@ -111,7 +111,7 @@ impl Obj {
         Ok(())
     }
 
-    /// A corner `position/uv/normal`, of which the last two may be missing; negative numbers count back from the last.
+    /// Parses a corner `position/uv/normal`, of which the last two are optional; negative indices count back from the last.
     fn corner(&mut self, word: &[u8], line: usize) -> Result<Corner, Problem> {
         let broken = || Problem::new(format!("has a face that cannot be read in line {line}"), MEND);
         let mut corner = [NONE; 3];
@@ -148,7 +148,7 @@ impl Obj {
         *self.groups.entry(word.to_owned()).or_insert(next)
     }
 
-    /// Adds a face whose corners are all there.
+    /// Adds a face whose elements have all been read.
     fn face(&mut self, face: &[Corner], group: u32, line: usize) -> Result<(), Problem> {
         if face.len() < 3 {
             self.short += 1;
@@ -226,7 +226,7 @@ impl Obj {
         if let Some(corners) = self.corners {
             let mut corners = corners.finish(raw.vertices.len(), &mut raw.triangles);
             if !self.groups.is_empty() {
-                // Where there are smoothing groups, faces outside of all of them are flat.
+                // If there are smoothing groups, faces outside all groups are flat.
                 corners.part(&mut raw.triangles, |set| set.normal == NONE)?;
             }
             corners.extend(&mut raw.vertices);
@@ -242,7 +242,7 @@ impl Obj {
     }
 }
 
-/// Three coordinates. A fourth divides them; six or seven numbers are coordinates and a colour.
+/// Three coordinates. A fourth number is a divisor; six or seven numbers are coordinates and a colour.
 fn position<'w>(words: &mut impl Iterator<Item = &'w [u8]>) -> Option<DVec3> {
     let position = DVec3::from_array(numbers(words)?);
     let more: Vec<_> = words.take(5).collect();

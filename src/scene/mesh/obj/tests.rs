@@ -1,4 +1,4 @@
-//! OBJ files in the spellings that programs write.
+//! OBJ files in variants that programs write.
 
 use super::*;
 
@@ -71,7 +71,7 @@ fn what_some_faces_lack_they_get_from_nobody() {
 
 #[test]
 fn smoothing_groups_part_vertices_where_normals_are_wanted() {
-    // A roof of four faces along x: two in group 1, one in group 2, one in none.
+    // A roof of four faces along x: two in group 1, one in group 2, one in no group.
     let text = "v 0 0 0\nv 0 0 1\nv 1 1 0\nv 1 1 1\nv 2 0 0\nv 2 0 1\nv 3 1 0\nv 3 1 1\nv 4 0 0\nv 4 0 1\n\
         s 1\nf 1 2 4 3\nf 3 4 6 5\ns 2\nf 5 6 8 7\ns off\nf 7 8 10 9\n";
     assert_eq!(plain(text).vertices.len(), 10);
@@ -79,7 +79,7 @@ fn smoothing_groups_part_vertices_where_normals_are_wanted() {
     let mut used: Vec<_> = raw.triangles.iter().flatten().collect();
     used.sort_unstable();
     used.dedup();
-    // Eight points of the groups, two of them twice; both triangles of the last face have their own corners.
+    // Eight points of the groups, two of them duplicated; both triangles of the last face have separate corners.
     assert_eq!(used.len(), 8 + 2 + 6);
     let users = |point: [f64; 3]| {
         let near = |corner: &&u32| raw.vertices[**corner as usize] == DVec3::from_array(point);
@@ -91,7 +91,7 @@ fn smoothing_groups_part_vertices_where_normals_are_wanted() {
     assert_eq!(users([1., 1., 0.]), 1, "inside of group 1");
     assert_eq!(users([2., 0., 0.]), 2, "between groups 1 and 2");
     assert_eq!(users([4., 0., 1.]), 2, "a flat face");
-    // Without any group, and with `s off` alone, faces share their vertices as ever.
+    // Without any group, and with `s off` alone, faces share their vertices as usual.
     assert_eq!(all(&text.replace("s 1", "").replace("s 2", "s 0")).vertices.len(), 10);
 }
 
@@ -167,7 +167,7 @@ fn errors_name_the_line() {
         error(&format!("{points}f 0 1 2\n")),
         "has a face that names vertex 0 in line 4"
     );
-    // Each kind of index has a count of its own, whatever stands between two of them.
+    // Each kind of element has a separate count, however they are interleaved.
     let square = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\n";
     for face in [
         "1/1 2/-2 3/1",

@@ -1,4 +1,4 @@
-//! The header of a PLY file: which elements follow, and which numbers each of them has.
+//! The header of a PLY file: elements and their properties.
 
 use std::io::BufRead;
 
@@ -7,7 +7,7 @@ use super::super::lines::{DAMAGED, Lines, number, words};
 
 const MESH: &str = "a mesh file has vertices with x, y, z and faces with vertex_indices";
 
-/// How the numbers behind the header are written.
+/// The encoding of the numbers after the header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Encoding {
     Ascii,
@@ -65,7 +65,7 @@ pub struct Property {
     pub item: Scalar,
 }
 
-/// So many elements of a kind follow each other.
+/// A number of elements of the same kind.
 #[derive(Debug)]
 pub struct Element {
     pub name: String,
@@ -79,7 +79,7 @@ impl Element {
     }
 }
 
-/// What a file says of itself.
+/// The contents of a header.
 #[derive(Debug)]
 pub struct Header {
     pub encoding: Encoding,
@@ -134,7 +134,7 @@ impl Header {
         self.elements.iter().find(|element| element.name == name)
     }
 
-    /// Whether it describes a mesh, and one that `length` bytes can hold: nothing is allocated on its word alone.
+    /// Checks that it describes a mesh that fits into `length` bytes, before anything is allocated.
     pub fn check(&self, length: u64) -> Result<(), Problem> {
         for name in ["vertex", "face", "tristrips"] {
             if self.elements.iter().filter(|element| element.name == name).count() > 1 {
@@ -174,7 +174,7 @@ impl Header {
         self.fits(length)
     }
 
-    /// Whether `length` bytes can hold all elements.
+    /// Checks that all elements fit into `length` bytes.
     pub fn fits(&self, length: u64) -> Result<(), Problem> {
         for element in &self.elements {
             let least = element
@@ -196,7 +196,7 @@ impl Header {
     }
 }
 
-/// The fewest bytes that a property can take: a list may be empty, a number in a text is a digit and a space.
+/// The minimum size of a property in bytes: a list may be empty, a number in a text is a digit and a space.
 fn least_bytes(property: &Property, encoding: Encoding) -> u64 {
     match encoding {
         Encoding::Ascii => 2,
@@ -236,7 +236,7 @@ fn property<'l>(mut words: impl Iterator<Item = &'l [u8]>) -> Option<Property> {
         b"list" => (Some(Scalar::named(words.next()?)?), Scalar::named(words.next()?)?),
         _ => (None, Scalar::named(word)?),
     };
-    // Names of several words are not ours: the first will do.
+    // Names of several words are not used here: keep the first.
     let name = String::from_utf8_lossy(words.next()?).into_owned();
     Some(Property { name, length, item })
 }

@@ -1,5 +1,5 @@
-//! PLY, ASCII and binary. The crate `ply-rs-bw`, which read it before, knows neither `nan` nor `.5` in a text, nor
-//! Latin-1, nor lines that end in `\r`, and takes a memory allocation for each face.
+//! PLY, ASCII and binary. The crate `ply-rs-bw`, used before, does not support `nan` or `.5` in text, Latin-1, or lines that
+//! end in `\r`, and allocates memory for each face.
 
 mod header;
 mod payload;
@@ -20,17 +20,17 @@ use header::{Element, Header};
 use payload::Payload;
 pub use points::points;
 
-/// What programs call the corners of a face or a strip.
+/// Names of the corner list of a face or a strip.
 const CORNERS: &[&str] = &["vertex_indices", "vertex_index"];
 
-/// What programs call texture coordinates of vertices.
+/// Names of texture coordinates of vertices.
 const UVS: [[&str; 2]; 3] = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]];
 
-/// What they call those of a face's corners: two numbers each, in one list.
+/// Names of texture coordinates of a face's corners: two numbers each, in one list.
 const FACE_UVS: &[&str] = &["texcoord", "texcoords", "uv"];
 
-/// Reads the `vertex`, `face` and `tristrips` elements of a PLY file with what else is wanted of it; other elements and
-/// properties are skipped. The file has at most `longest` bytes.
+/// Reads the `vertex`, `face` and `tristrips` elements of a PLY file with the wanted attributes; other elements and properties
+/// are skipped. The file has at most `longest` bytes.
 pub fn read<R: BufRead>(source: R, longest: u64, wanted: Wanted) -> Result<RawMesh, Problem> {
     let mut lines = Lines::new(source)?;
     let header = Header::read(&mut lines)?;
@@ -55,15 +55,15 @@ pub fn read<R: BufRead>(source: R, longest: u64, wanted: Wanted) -> Result<RawMe
 struct Ply {
     wanted: Wanted,
     raw: RawMesh,
-    /// Texture coordinates of the corners of faces, each pair once.
+    /// Distinct texture coordinates of the corners of faces.
     pairs: Vec<DVec2>,
     numbers: HashMap<[u64; 2], u32>,
     corners: Option<Corners>,
     polygons: Polygons,
-    /// Polygons that stand before the vertices: where their triangles begin, and their corners.
+    /// Polygons before the vertices: the index of their first triangle, and their corners.
     waiting: Vec<(u64, Vec<u32>, Vec<f64>)>,
     short: usize,
-    /// Where the triangles of each strip are.
+    /// The triangle range of each strip.
     strips: Vec<Range<usize>>,
 }
 
@@ -149,7 +149,7 @@ impl Ply {
                 payload.property(property, element, list)?;
             }
             face.clear();
-            // A negative index becomes one that no file can hold; the check of all indices reports it.
+            // A negative index becomes an impossible one, which the check of all indices reports.
             face.extend(
                 corners
                     .iter()
@@ -166,10 +166,10 @@ impl Ply {
         Ok(())
     }
 
-    /// Adds a face; its texture coordinates count only where there are two numbers for each corner.
+    /// Adds a face; its texture coordinates only count if there are two numbers for each corner.
     fn face(&mut self, number: u64, face: &[u32], uvs: &[f64]) -> Result<(), Problem> {
         let vertices = &self.raw.vertices;
-        // What does not exist is reported later.
+        // Missing vertices are reported later.
         let point = |&corner: &u32| vertices.get(corner as usize).copied().unwrap_or(DVec3::NAN);
         let bare = uvs.len() != 2 * face.len();
         for triangle in self.polygons.triangles(face.iter().map(point), number as usize) {
@@ -179,7 +179,7 @@ impl Ply {
                 continue;
             }
             if let Some(missing) = corners.iter().find(|&&corner| corner as usize >= vertices.len()) {
-                // Positions that stand behind the faces are a spelling that nobody has been seen to write.
+                // Positions after the faces are not supported; no known program writes them.
                 let what = format!(
                     "has a corner that does not exist: face {number} names vertex {missing} of {}",
                     vertices.len()
@@ -209,7 +209,7 @@ impl Ply {
         Ok(())
     }
 
-    /// Strips of triangles: each corner makes one with the two before it, and -1 begins the next strip.
+    /// Triangle strips: each corner forms a triangle with the two before it, and -1 starts the next strip.
     fn strips<R: BufRead>(&mut self, element: &Element, payload: &mut Payload<R>) -> Result<(), Problem> {
         let mut corners = Vec::new();
         for _ in 0..element.count {
@@ -251,7 +251,7 @@ impl Ply {
         if let Some(corners) = self.corners {
             let corners = corners.finish(raw.vertices.len(), &mut raw.triangles);
             let of_faces = corners.gather(&self.pairs, NO_UV, |set| set.uv);
-            // Corners without coordinates of their own have those of their vertex, if it has any.
+            // Corners without coordinates use those of their vertex, if any.
             let mut uvs = raw.uvs.take().unwrap_or_else(|| vec![NO_UV; raw.vertices.len()]);
             corners.extend(&mut uvs);
             uvs.iter_mut()

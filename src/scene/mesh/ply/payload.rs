@@ -1,4 +1,4 @@
-//! The numbers behind the header of a PLY file.
+//! The numbers after the header of a PLY file.
 
 use std::io::{BufRead, ErrorKind};
 
@@ -6,13 +6,13 @@ use super::super::Problem;
 use super::super::lines::{DAMAGED, Lines, number, unreadable, words};
 use super::header::{Element, Encoding, Property, Scalar, cut_short};
 
-/// Gives the numbers of one element after the other.
+/// Reads the numbers of one element after another.
 pub enum Payload<R> {
-    /// Each element is a line; blank ones are nothing.
+    /// Each element is a line; blank lines are skipped.
     Text {
         lines: Lines<R>,
         line: Vec<u8>,
-        /// How much of the line was read.
+        /// Position in the line.
         at: usize,
     },
     Binary {
@@ -22,7 +22,7 @@ pub enum Payload<R> {
 }
 
 impl<R: BufRead> Payload<R> {
-    /// What follows the header, whose lines these are.
+    /// The data after a header that was read from these lines.
     pub fn new(lines: Lines<R>, encoding: Encoding) -> Result<Self, Problem> {
         Ok(match encoding {
             Encoding::Ascii => Self::Text {
@@ -37,7 +37,7 @@ impl<R: BufRead> Payload<R> {
         })
     }
 
-    /// To be called before the properties of each element.
+    /// Call before the properties of each element.
     pub fn begin(&mut self, element: &Element) -> Result<(), Problem> {
         let Self::Text { lines, line, at } = self else {
             return Ok(());
@@ -53,8 +53,8 @@ impl<R: BufRead> Payload<R> {
         }
     }
 
-    /// The next property of an element: its number, or its length if it is a list, whose numbers go into `list` where
-    /// they are wanted.
+    /// Reads the next property of an element and returns its number, or its length if it is a list, whose numbers go into
+    /// `list` if wanted.
     pub fn property(
         &mut self,
         property: &Property,
@@ -90,7 +90,7 @@ impl<R: BufRead> Payload<R> {
                 let rest = &line[*at..];
                 let word = words(rest).next();
                 let value = word.and_then(|word| {
-                    // A text is rounded to the type that it is declared as. Some programs write whole numbers as 3.0.
+                    // Text numbers are rounded to the declared type. Some programs write integers as 3.0.
                     let value = match scalar {
                         Scalar::F32 => number::<f32>(word).map(f64::from)?,
                         _ => number::<f64>(word)?,
@@ -119,14 +119,14 @@ impl<R: BufRead> Payload<R> {
         let name = &element.name;
         let place = match self {
             Self::Text { lines, .. } => format!(" in line {}", lines.number()),
-            // Binary files have no lines to speak of.
+            // Binary files have no lines to report.
             Self::Binary { .. } => String::new(),
         };
         Problem::new(format!("has a `{name}` element that cannot be read{place}"), DAMAGED)
     }
 }
 
-/// The number that these bytes are, the lowest first.
+/// Decodes a little-endian number.
 fn little(scalar: Scalar, bytes: [u8; 8]) -> f64 {
     let [a, b, c, d, ..] = bytes;
     match scalar {

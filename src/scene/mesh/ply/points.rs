@@ -1,4 +1,4 @@
-//! Points with numbers of their own, and nothing else: a cloud.
+//! Point clouds: vertices with properties and nothing else.
 
 use std::io::BufRead;
 
@@ -7,7 +7,7 @@ use super::super::lines::Lines;
 use super::header::Header;
 use super::payload::Payload;
 
-/// Reads numbers of each `vertex` of a PLY file of at most `longest` bytes, those with these names; all else is skipped.
+/// Reads the named properties of each `vertex` of a PLY file of at most `longest` bytes; everything else is skipped.
 pub fn points<const N: usize, R: BufRead>(
     source: R,
     longest: u64,

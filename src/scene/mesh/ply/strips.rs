@@ -1,18 +1,18 @@
-//! Strips of triangles, and which side of them is the front.
+//! Triangle strips, and their orientation.
 //!
-//! A strip has one winding, but nothing in the format says that two strips have the same. Programs that cut a mesh into strips
-//! quad by quad write some of them the other way round. Where the strips of a file make one closed surface, its outside is known,
-//! and strips that face inwards are turned.
+//! A strip has one winding, but the format does not require the same winding for all strips. Programs that split a mesh into
+//! strips quad by quad write some of them reversed. If the strips of a file form one closed surface, its outside is known, and
+//! strips that face inwards are flipped.
 
 use std::ops::Range;
 
 use glam::DVec3;
 
-/// Each strip's place among the triangles.
+/// The triangle range of each strip.
 type Strips = [Range<usize>];
 
-/// Turns the strips that face inwards, where strips close a surface; returns how many. Strips that close none, or one that has no
-/// outside, stay as they are.
+/// Flips strips that face inwards, where strips form a closed surface; returns how many. Strips of open or non-orientable
+/// surfaces stay unchanged.
 pub fn face_outwards(strips: &Strips, triangles: &mut [[u32; 3]], vertices: &[DVec3]) -> usize {
     let Some(sides) = sides(strips, triangles) else {
         return 0;
@@ -29,7 +29,7 @@ pub fn face_outwards(strips: &Strips, triangles: &mut [[u32; 3]], vertices: &[DV
     }
     let mut count = 0;
     for (range, side) in strips.iter().zip(sides) {
-        // The sides of a surface are all inside or all outside.
+        // The strips of a surface all face inwards or all outwards.
         if side.turned != (volumes[side.surface] < 0.0) {
             triangles[range.clone()].iter_mut().for_each(|t| t.swap(1, 2));
             count += 1;
@@ -38,16 +38,16 @@ pub fn face_outwards(strips: &Strips, triangles: &mut [[u32; 3]], vertices: &[DV
     count
 }
 
-/// Which surface a strip belongs to, by the number of its first strip, and whether it has the other winding than that one.
+/// The surface of a strip, identified by its first strip, and whether the winding is opposite to that one's.
 #[derive(Clone, Copy)]
 struct Side {
     surface: usize,
     turned: bool,
 }
 
-/// The side of each strip; `None` unless every edge belongs to two triangles and each surface can have one winding.
+/// The side of each strip; `None` unless every edge belongs to two triangles and each surface is orientable.
 fn sides(strips: &Strips, triangles: &[[u32; 3]]) -> Option<Vec<Side>> {
-    // Edges by their corners, the smaller one first, with the strip and whether it goes from the larger one.
+    // Edges by their corners, the smaller one first, with the strip and whether the edge runs from the larger one.
     let mut edges = Vec::new();
     for (strip, range) in strips.iter().enumerate() {
         for [a, b, c] in &triangles[range.clone()] {
@@ -67,7 +67,7 @@ fn sides(strips: &Strips, triangles: &[[u32; 3]]) -> Option<Vec<Side>> {
         neighbours[*strip].push((*other, back == other_back));
         neighbours[*other].push((*strip, back == other_back));
     }
-    // Three of one edge in a row leave a pair of different ones, or one over.
+    // If an edge occurs three times, some pair has different edges, or one edge is left over.
     if !pairs.remainder().is_empty() {
         return None;
     }
@@ -109,7 +109,7 @@ mod tests {
         [2.0, 1.0, 3.0],
         [0.0, 1.0, 3.0],
     ];
-    /// The sides of the box, each a strip; seen from outside their corners go round counter-clockwise, but for those that are turned.
+    /// The sides of the box, one strip each; seen from outside their corners are counter-clockwise, except in flipped strips.
     const STRIPS: [[u32; 4]; 6] = [
         [3, 2, 0, 1],
         [4, 5, 7, 6],
@@ -128,7 +128,7 @@ mod tests {
         ((0..6).map(|i| 2 * i..2 * i + 2).collect(), triangles)
     }
 
-    /// Whichever sides of a box are turned, all face outwards in the end: its volume is 6.
+    /// Whichever sides of a box are flipped, all face outwards afterwards: its volume is 6.
     #[test]
     fn all_sides_of_a_closed_box_face_outwards() {
         let vertices = BOX.map(DVec3::from_array);

@@ -1,4 +1,4 @@
-//! PLY files in the spellings that programs write.
+//! PLY files in variants that programs write.
 
 use super::*;
 
@@ -53,7 +53,7 @@ fn binary_of_both_orders() {
             put(&0.5_f32.to_be_bytes());
         }
         expected(&read(&bytes[..], bytes.len() as u64, ALL).unwrap());
-        // Any cut is an error, never a smaller mesh.
+        // Truncation anywhere is an error, never a smaller mesh.
         for end in 0..bytes.len() {
             assert!(read(&bytes[..end], end as u64, ALL).is_err(), "cut at {end}");
         }
@@ -115,7 +115,7 @@ fn a_header_that_promises_too_much_costs_nothing() {
                     .starts_with("is cut short")
             );
         }
-        // An element without properties takes no bytes: its count is not believed either.
+        // Elements without properties take no bytes, but their count is still checked.
         let text = format!(
             "ply\nformat {encoding} 1.0\nelement thing 4000000000\nelement vertex 0\nproperty float x\n\
              property float y\nproperty float z\nelement face 0\nend_header\n"

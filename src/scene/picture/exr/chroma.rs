@@ -1,8 +1,7 @@
-//! Channels that have a number for some of the pixels alone: luminance and chroma (`Y`, `RY`, `BY`), as
-//! OpenEXR's `RgbaOutputFile` writes them.
+//! Subsampled channels: luminance and chroma (`Y`, `RY`, `BY`), as OpenEXR's `RgbaOutputFile` writes them.
 //!
 //! `RY = (R - Y) / Y`, `BY = (B - Y) / Y`, with the luminance `Y` of the file's primaries ("Technical Introduction to OpenEXR",
-//! Luminance/Chroma Images). Between the samples of a channel it is interpolated linearly; beyond the last it stays.
+//! Luminance/Chroma Images). Channels are interpolated linearly between samples and constant beyond the last.
 
 use std::io::Cursor;
 
@@ -18,7 +17,7 @@ use super::super::{Problem, damaged};
 use super::layers::{Kind, Layer};
 use crate::texels::Texels;
 
-/// The texels of the data window. The table of chunks begins at the byte `first`.
+/// The texels of the data window. The chunk table begins at byte `first`.
 pub(super) fn read(
     bytes: &[u8],
     first: u64,
@@ -99,7 +98,7 @@ pub(super) fn read(
     Ok(Texels::Single(colours.collect()))
 }
 
-/// All chunks of a file of one part, by its table.
+/// All chunks of a single-part file, found by its table.
 fn chunks(bytes: &[u8], first: u64, meta: &MetaData) -> Result<Vec<Chunk>, Problem> {
     let mut read = Cursor::new(bytes);
     let table = bytes.get(first as usize..).unwrap_or_default();
@@ -114,8 +113,8 @@ fn chunks(bytes: &[u8], first: u64, meta: &MetaData) -> Result<Vec<Chunk>, Probl
     offsets.map(chunk).collect()
 }
 
-/// What a block holds: line by line, channel by channel, the samples that there are. The crate counts the bytes of a block as if
-/// every pixel had all samples, so it is given a header for which that is true.
+/// Decompresses a block into its existing samples, by line and channel. The crate computes the size of a block as if every
+/// pixel had all samples, so it gets a header for which that is true.
 fn decompress(header: &Header, compressed: Vec<u8>, area: IntegerBounds) -> Result<Vec<u8>, Problem> {
     let lines = area.position.y()..area.position.y() + area.size.height() as i32;
     let of_line = |y: i32| {
@@ -131,7 +130,7 @@ fn decompress(header: &Header, compressed: Vec<u8>, area: IntegerBounds) -> Resu
     }
     let mut like = header.clone();
     let area = match header.compression {
-        // Bytes, whatever they mean: as many as one line of halves.
+        // Treated as bytes of any meaning: as many as one line of halves.
         Compression::Uncompressed | Compression::RLE | Compression::ZIP1 | Compression::ZIP16 => {
             let half = ChannelDescription::named("half", SampleType::F16);
             like.channels = ChannelList::new([half].into_iter().collect());
@@ -144,7 +143,7 @@ fn decompress(header: &Header, compressed: Vec<u8>, area: IntegerBounds) -> Resu
             like.channels.bytes_per_pixel = length / area.size.area();
             area
         }
-        // The codec of the crate for B44 takes every pixel to have all samples.
+        // The crate's B44 codec assumes that every pixel has all samples.
         other => {
             let what = format!("has channels of fewer samples than pixels, compressed by {other}");
             return Err(Problem::new(
@@ -163,7 +162,7 @@ fn decompress(header: &Header, compressed: Vec<u8>, area: IntegerBounds) -> Resu
     Ok(decompressed)
 }
 
-/// Fills a plane between the samples that stand at every so many columns and rows.
+/// Fills a plane by interpolation between samples at regular columns and rows.
 fn between(plane: &mut [f32], width: usize, height: usize, across: usize, down: usize) {
     let mix = |a: f32, b: f32, step: usize, of: usize| a + (b - a) * (step as f32 / of as f32);
     for y in (0..height).step_by(down) {

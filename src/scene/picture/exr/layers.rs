@@ -1,4 +1,4 @@
-//! Which of the pictures in an EXR file is read: parts hold channels, whose names begin with that of a layer.
+//! Selects the picture in an EXR file: parts contain channels, whose names begin with that of a layer.
 
 use std::collections::BTreeMap;
 
@@ -6,33 +6,33 @@ use exr::meta::header::Header;
 
 use super::super::Problem;
 
-/// How three colours are stored.
+/// Representation of colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     /// Red, green and blue.
     Colours,
-    /// Luminance alone.
+    /// Luminance only.
     Grey,
-    /// Luminance and two differences, `RY` and `BY`.
+    /// Luminance and two chroma differences, `RY` and `BY`.
     Chroma,
 }
 
 /// One picture of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Layer {
-    /// Its part, from 0.
+    /// Index of its part, from 0.
     pub part: usize,
-    /// What the part is called.
+    /// Name of its part.
     part_name: Option<String>,
-    /// What stands before the last dot of its channels.
+    /// The prefix of its channels, up to the last dot.
     prefix: String,
     pub kind: Kind,
-    /// Red, green, blue; or luminance, then `RY` and `BY`: places in the list of the part's channels.
+    /// Red, green, blue; or luminance, `RY` and `BY`: indices into the part's channels.
     pub channels: [usize; 3],
 }
 
 impl Layer {
-    /// What the key `layer` calls it.
+    /// Its name for the key `layer`.
     fn name(&self) -> String {
         match (&self.part_name, self.prefix.as_str()) {
             (part, "") => part.clone().unwrap_or_default(),
@@ -46,7 +46,7 @@ impl Layer {
     }
 }
 
-/// The layer that is called so, or the one that is meant where nothing is said; and a sentence where others could be meant.
+/// The named layer, or the default one without a name; and a sentence if others are possible.
 pub(super) fn choose(headers: &[Header], called: Option<&str>) -> Result<(Layer, Option<String>), Problem> {
     let all: Vec<Layer> = (0..)
         .zip(headers)
@@ -59,7 +59,7 @@ pub(super) fn choose(headers: &[Header], called: Option<&str>) -> Result<(Layer,
     let every: Vec<&Layer> = all.iter().collect();
     if let Some(name) = called {
         let fitting: Vec<&Layer> = all.iter().filter(|layer| layer.is_called(name)).collect();
-        // A part and one of its layers may have the same name: the whole name decides.
+        // A part and one of its layers may share a name: a match of the full name wins.
         let whole: Vec<&Layer> = fitting.iter().copied().filter(|layer| layer.name() == name).collect();
         return match (&fitting[..], &whole[..]) {
             ([one], _) | (_, [one]) => Ok(((*one).clone(), None)),
@@ -132,7 +132,7 @@ fn layers(part: usize, header: &Header) -> Vec<Layer> {
         let named = |name: &str| channels.iter().find(|(own, _)| own == name).map(|(_, index)| *index);
         let three = |[a, b, c]: [&str; 3]| Some([named(a)?, named(b)?, named(c)?]);
         let colours = three(["R", "G", "B"]).or_else(|| three(["RED", "GREEN", "BLUE"]));
-        // X, Y and Z are a point or a direction.
+        // X, Y and Z together are a point or a direction.
         let luminance = named("Y").filter(|_| named("X").is_none() && named("Z").is_none());
         let (kind, channels) = match (colours, luminance, three(["Y", "RY", "BY"])) {
             (Some(colours), ..) => (Kind::Colours, colours),

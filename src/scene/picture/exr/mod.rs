@@ -1,7 +1,7 @@
-//! OpenEXR: any layer of any part, on its display window, in the colours that the header names.
+//! OpenEXR: any layer of any part, on its display window, in the primaries of the header.
 //!
-//! The format: "Technical Introduction to OpenEXR" (openexr.com). What is decoded by the crate `exr` is put in place here: its
-//! own pictures are those of the data window.
+//! The format: "Technical Introduction to OpenEXR" (openexr.com). The crate `exr` decodes the data window, which is placed in
+//! the display window here.
 
 mod chroma;
 mod layers;
@@ -20,7 +20,7 @@ use super::{Decoded, Problem, Purpose, damaged, room_for};
 use crate::texels::Texels;
 use layers::{Kind, Layer};
 
-/// Below this many texels halves are kept as singles: memory is no matter, and fetching them is faster.
+/// Below this many texels halves are converted to singles: memory does not matter, and lookups are faster.
 const KEPT_AS_HALF: usize = 1 << 22;
 
 /// Reads one picture of the file.
@@ -85,7 +85,7 @@ fn primaries(header: &Header) -> Option<Primaries> {
     })
 }
 
-/// A number as pictures keep it.
+/// A number type of stored pictures.
 trait Number: Copy + Default {
     fn of_half(x: f16) -> Self;
     fn of_single(x: f32) -> Self;
@@ -109,7 +109,7 @@ impl Number for f16 {
     }
 }
 
-/// The texels of the data window, of channels that have a number for every pixel.
+/// The texels of the data window, for channels without subsampling.
 fn plain<T: Number>(bytes: &[u8], layer: &Layer, stored: usize) -> Result<Vec<[T; 3]>, Problem> {
     let reader = exr::block::read(Cursor::new(bytes), false).map_err(|error| damaged(&error))?;
     let width = reader.headers()[layer.part].layer_size.width();
@@ -141,7 +141,7 @@ fn plain<T: Number>(bytes: &[u8], layer: &Layer, stored: usize) -> Result<Vec<[T
     Ok(texels)
 }
 
-/// Puts a line of samples into one colour of a row.
+/// Copies a line of samples into one channel of a row.
 fn copy<T: Number>(line: &[u8], kind: SampleType, row: &mut [[T; 3]], colour: usize) {
     match kind {
         SampleType::F16 => {
@@ -169,7 +169,7 @@ fn copy<T: Number>(line: &[u8], kind: SampleType, row: &mut [[T; 3]], colour: us
     }
 }
 
-/// What the display window shows of the data window: black where nothing is stored.
+/// Maps the data window to the display window: black where nothing is stored.
 fn place<T: Number>(stored: Vec<[T; 3]>, data: IntegerBounds, display: IntegerBounds) -> Vec<[T; 3]> {
     if (data.position, data.size) == (display.position, display.size) {
         return stored;
@@ -177,7 +177,7 @@ fn place<T: Number>(stored: Vec<[T; 3]>, data: IntegerBounds, display: IntegerBo
     let (width, height) = (display.size.width(), display.size.height());
     let mut shown = vec![[T::default(); 3]; width * height];
     let begin = |d: i32, s: i32| (i64::from(d) - i64::from(s)).max(0) as usize;
-    // Where the two overlap: the first column in each of them, and how many.
+    // The overlap of the two: its first column in each of them, and its width.
     let (left, from_left) = (
         begin(data.position.x(), display.position.x()),
         begin(display.position.x(), data.position.x()),

@@ -1,9 +1,9 @@
-//! Random lights that are no shapes.
+//! Random delta lights and suns.
 
 use super::Draw;
 use crate::study::hunt::lamp::Light;
 
-/// A point, a spot or light from far away, about as bright as the other lights.
+/// A point light, a spot light or a directional light, about as bright as the other lights.
 pub fn delta(draw: &mut Draw<'_>) -> Light {
     let colour = draw.each(|draw| draw.between(0.5, 4.0));
     let down = [draw.between(-0.7, 0.7), -1.0, draw.between(-0.7, 0.7)];
@@ -26,7 +26,7 @@ pub fn delta(draw: &mut Draw<'_>) -> Light {
     }
 }
 
-/// As [`delta`], of any size and place; now and then exactly where shapes are.
+/// Like [`delta`], of any size and place; sometimes exactly where shapes are.
 pub fn wild_delta(draw: &mut Draw<'_>) -> Light {
     let colour = draw.wild_colour(-6.0, 6.0);
     let direction = draw.each(|draw| draw.between(-1.0, 1.0) + 1e-3);

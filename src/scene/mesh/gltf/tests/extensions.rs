@@ -1,4 +1,4 @@
-//! Extensions, and attributes that some primitives lack.
+//! Extensions, and attributes missing from some primitives.
 
 use super::*;
 
@@ -49,7 +49,7 @@ fn what_is_said_of_materials_refuses_no_mesh() {
         refused("ACME_shapes"),
         "requires the glTF extension ACME_shapes, which Octolux does not read"
     );
-    // A plain copy beside the compressed one is read.
+    // An uncompressed copy beside the compressed mesh is read.
     let draco = r#","extensions":{"KHR_draco_mesh_compression":{"bufferView":0,"attributes":{"POSITION":0}}}"#;
     assert_eq!(
         with(r#""extensionsUsed":["KHR_draco_mesh_compression"],"#, draco)

@@ -1,4 +1,4 @@
-//! glTF files made by hand.
+//! Hand-made glTF files.
 
 mod extensions;
 
@@ -11,7 +11,7 @@ const ALL: Wanted = Wanted {
     normals: true,
 };
 
-/// A triangle with coordinates of one of the types that glTF has for them.
+/// A triangle with coordinates of one of glTF's number types.
 fn triangle(component: u32, normalized: bool, coordinates: &[u8], stride: usize) -> Vec<u8> {
     let mut buffer: Vec<u8> = [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]
         .iter()
@@ -177,7 +177,7 @@ fn morph_targets_have_their_weights_at_rest() {
 
 #[test]
 fn a_skin_moves_vertices_by_its_joints_and_its_node_by_nothing() {
-    // Joint 2 stands at [0, 0, 5] in node 1 at [10, 0, 0]; where the mesh was bound it stood at [0, 0, 1].
+    // Joint 2 is at [0, 0, 5] in node 1 at [10, 0, 0]; its bind position is [0, 0, 1].
     let mut inverse = DMat4::IDENTITY.to_cols_array().map(|x| x as f32);
     inverse[14] = -1.0;
     let weights = [255, 0, 0, 0, 255, 0, 0, 0, 128, 127, 0, 0];
@@ -200,7 +200,7 @@ fn a_skin_moves_vertices_by_its_joints_and_its_node_by_nothing() {
     let raw = read(file.clone(), ALL, &no_file).unwrap();
     assert_eq!(raw.vertices[0].to_array(), [10., 0., 4.]);
     assert_eq!(raw.vertices[1].to_array(), [11., 0., 4.]);
-    // Half of each joint, as far as 8 bits can say it.
+    // Half of each joint, to 8-bit precision.
     assert!(
         (raw.vertices[2] - DVec3::new(10., 1., 4.0 * 128.0 / 255.0)).length() < 1e-12,
         "{}",
@@ -238,7 +238,7 @@ fn instances_are_copies() {
     );
     let mut points: Vec<_> = read(file.clone(), ALL, &no_file).unwrap().vertices;
     points.sort_by(|a, b| a.x.total_cmp(&b.x));
-    // The second is three times as large and a quarter turn about z further.
+    // The second instance is scaled by three and rotated by a quarter turn about z.
     let expected = [
         [99., 0., 0.],
         [101., 0., 0.],

@@ -77,14 +77,14 @@ impl<L: Lane> Rings<L> {
         let power = alpha + one;
         let share = -expm1(power * ln_1m(part.min(L::splat(BELOW_ONE))));
         let share = L::select(whole, one, mutate!(share, FarRingForgotten => one));
-        let environment = exp(power * ln_1m(first.min(L::splat(BELOW_ONE))));
+        let beyond_first = exp(power * ln_1m(first.min(L::splat(BELOW_ONE))));
         Self {
             apart,
             nearest,
             width,
             one_minus_cos_max,
             share,
-            mass: mutate!(environment * share, MassBetweenRingsForgotten => environment).or_zero(lit),
+            mass: mutate!(beyond_first * share, MassBetweenRingsForgotten => beyond_first).or_zero(lit),
         }
     }
 

@@ -175,8 +175,8 @@ impl<L: Lane> Cone<L> {
             // One of the two roots is a sum without cancellation; the product of both is the power.
             let along = d * (L::one() - t);
             let root = (along * along - self.power).safe_sqrt();
-            let environment = L::select(along.ge(L::zero()), along + root, self.power / (along - root));
-            return L::select(self.inside, environment, outside);
+            let far = L::select(along.ge(L::zero()), along + root, self.power / (along - root));
+            return L::select(self.inside, far, outside);
         }
         let half_chord = (r * r - d * d * t * (two - t)).safe_sqrt();
         L::select(self.inside, d.mul_add(L::one() - t, half_chord), outside)

@@ -223,11 +223,11 @@ impl Bounds {
 
     /// Boxes that do not overlap this one.
     pub(super) fn apart<L: Lane>(&self, low: Vec3<L>, high: Vec3<L>) -> L::Mask {
-        let environment = |k: usize, low: L, high: L| {
+        let outside = |k: usize, low: L, high: L| {
             let margin = MARGIN * (self.low[k].abs() + self.high[k].abs());
             high.lt(L::splat(self.low[k] - margin)) | low.gt(L::splat(self.high[k] + margin))
         };
-        environment(0, low.x, high.x) | environment(1, low.y, high.y) | environment(2, low.z, high.z)
+        outside(0, low.x, high.x) | outside(1, low.y, high.y) | outside(2, low.z, high.z)
     }
 }
 

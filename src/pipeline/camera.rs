@@ -97,11 +97,8 @@ mod tests {
                 let (origin, direction) = rays.through_lens((x, y), warp::disk(u, v));
                 let (origin, direction) = (wide(origin), wide(direction));
                 assert!(origin.length() < 0.3 + 1e-6 && origin.dot(forward).abs() < 1e-6);
-                let sample_brdf = (5.0 - origin.dot(forward)) / direction.dot(forward);
-                assert!(
-                    (origin + sample_brdf * direction - sharp).length() < 1e-5,
-                    "{x} {y} {u} {v}"
-                );
+                let along = (5.0 - origin.dot(forward)) / direction.dot(forward);
+                assert!((origin + along * direction - sharp).length() < 1e-5, "{x} {y} {u} {v}");
             }
         }
     }

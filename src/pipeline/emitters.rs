@@ -124,7 +124,7 @@ pub fn suns(scene: &Scene) -> Vec<Sun> {
         let angle = angular_radius.to_radians();
         // Irradiance on a facing surface from a disk of radiance 1.
         let facing = std::f64::consts::PI * angle.sin().powi(2);
-        Some(Sun::new(sample_light(direction), angle, narrow(irradiance / facing)))
+        Some(Sun::new(toward(direction), angle, narrow(irradiance / facing)))
     });
     suns.collect()
 }
@@ -149,16 +149,12 @@ pub fn delta_lights(scene: &Scene, space: &Space) -> Vec<DeltaLight> {
             outer_angle,
         } => {
             let angles = [inner_angle, outer_angle].map(f64::to_radians);
-            at(
-                position,
-                intensity,
-                Some(Falloff::new(sample_light(-direction), angles)),
-            )
+            at(position, intensity, Some(Falloff::new(toward(-direction), angles)))
         }
         Light::Directional {
             direction, irradiance, ..
         } => DeltaLight {
-            place: Place::Toward(sample_light(direction)),
+            place: Place::Toward(toward(direction)),
             le: narrow(irradiance),
         },
     });
@@ -167,7 +163,7 @@ pub fn delta_lights(scene: &Scene, space: &Space) -> Vec<DeltaLight> {
 
 /// Unit vector opposite to `direction`, which may have any nonzero length. The division first keeps the squares within the range of
 /// `f64`.
-fn sample_light(direction: DVec3) -> [f32; 3] {
+fn toward(direction: DVec3) -> [f32; 3] {
     narrow(-(direction / direction.abs().max_element()).normalize())
 }
 

@@ -173,18 +173,18 @@ fn decide(origin: [f32; 3], direction: [f32; 3], met: Met, nearby: &dyn Nearby) 
 /// The direction of a ray moved towards the centroids of faces, by the rounding error of the smallest face.
 fn inward(faces: &[Face], d: DVec3, t: f64) -> DVec3 {
     let to_middle = |face: &Face| (face.corners[0] + face.corners[1] + face.corners[2]) / 3.0 - t * d;
-    let sample_light: DVec3 = faces.iter().map(|face| to_middle(face).normalize_or_zero()).sum();
+    let toward: DVec3 = faces.iter().map(|face| to_middle(face).normalize_or_zero()).sum();
     let steps = faces.iter().map(|face| 4.0 * face.slack * to_middle(face).length());
     let step = steps.fold(f64::INFINITY, f64::min);
-    d + step / t * sample_light.normalize_or_zero()
+    d + step / t * toward.normalize_or_zero()
 }
 
 /// The nearest face that a ray hits, and whether no other is as near. Among coplanar faces the one that faces the ray wins, then
 /// the first in the file.
 fn nearest(faces: &[Face], d: DVec3) -> Option<(Face, bool)> {
     let strictly = || faces.iter().filter(|face| face.inside(d) >= 0.0);
-    let first = strictly().min_by(|a, b| a.sample_brdf(d).total_cmp(&b.sample_brdf(d)))?;
-    let as_near = |face: &&Face| face.sample_brdf(d) <= first.sample_brdf(d) * (1.0 + SAME);
+    let first = strictly().min_by(|a, b| a.along(d).total_cmp(&b.along(d)))?;
+    let as_near = |face: &&Face| face.along(d) <= first.along(d) * (1.0 + SAME);
     let looks_away = |face: &Face| face.normal.dot(d) > 0.0;
     let alone = strictly().filter(as_near).all(|face| face.parallel(first));
     let won = strictly()
@@ -205,7 +205,7 @@ impl Face {
             t: 0.0,
             slack: 0.0,
         };
-        face.t = face.sample_brdf(d);
+        face.t = face.along(d);
         let total = face.sides(d).iter().sum::<f64>().abs();
         let terms = |from: DVec3, to: DVec3| (from + to).length() * (to - from).length();
         let largest = terms(a, b).max(terms(b, c)).max(terms(c, a)) * d.length();
@@ -220,7 +220,7 @@ impl Face {
     }
 
     /// Distance at which a ray hits the plane.
-    fn sample_brdf(&self, d: DVec3) -> f64 {
+    fn along(&self, d: DVec3) -> f64 {
         self.normal.dot(self.corners[0]) / self.normal.dot(d)
     }
 

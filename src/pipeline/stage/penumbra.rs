@@ -67,7 +67,7 @@ impl Stage for Penumbra {
             // Each unoccluded ray adds 1 to red; each traced ray has added 1 to green.
             chunk.sum.0.fill([0.0; 4]);
             for turn in 0..RAYS {
-                skip_id::<L>(chunk, stream, light, turn, queue);
+                to_rim::<L>(chunk, stream, light, turn, queue);
                 chunk.ask(Ask::Visible {
                     queue,
                     set,
@@ -83,7 +83,7 @@ impl Stage for Penumbra {
 
 /// Queues a ray from every point to one place of the light's rim.
 #[inline(always)]
-fn skip_id<L: TraceLane>(
+fn to_rim<L: TraceLane>(
     chunk: &mut Chunk,
     stream: &ModelStream<Diffuse>,
     light: &SphereLight,

@@ -301,7 +301,7 @@ fn planted_faults_are_found() {
         ("unheard/of.rs", "use crate::lane::Lane;"),
         ("pipeline/stream.rs", "fn f() { unsafe { g() } }"),
         ("math/frame.rs", "use wide::f32x8;"),
-        ("pipeline/rows.rs", "use crate::lane::{F32x8, F32x16};"),
+        ("pipeline/kernels.rs", "use crate::lane::{F32x8, F32x16};"),
         ("math/frame.rs", "let x = ::wide::f32x8::ZERO;"),
         ("math/frame.rs", &"\n".repeat(LINES + 1)),
     ] {

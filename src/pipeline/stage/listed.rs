@@ -237,7 +237,7 @@ fn toward_triangle<L: TraceLane, M: Probed>(
             stream: part,
             points,
             ball,
-            skip_id: skip_id,
+            skip_id,
             open: &mut false,
             set,
         });

@@ -2,7 +2,7 @@
 //! it.
 //!
 //! A node stores moments instead of bounds: the power-weighted mean position of its lights, the variance around it, and the second
-//! moments of their normals. The importance of a node ([`Node::importance`]) is then a closed form that is finite and positive
+//! moments of their normals. The importance of a node (`Node::importance`) is then a closed form that is finite and positive
 //! everywhere, even inside a node. So are all sampling probabilities made from it; lists are therefore unbiased whatever the
 //! moments are. Accuracy affects only variance, so nodes are rounded: 32 bytes each, 64 per light.
 //!

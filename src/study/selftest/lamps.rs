@@ -140,8 +140,11 @@ fn suns(effort: Effort) -> Result<f64, SelftestError> {
                 }
                 let picture = bench::picture(&scene, bench::settings(32, 32, estimator), effort.of(64))?;
                 let found = bench::mean_of_pixels(&picture);
-                // Allow 3e-6 for rounding of the offset and of radiances: pixels under a narrow sun are alike, so their spread allows nothing.
-                let off = (found.mean - answer).abs() - 3e-6 * answer;
+                // Mixtures find the narrowest sun along the BRDF too, once in 36 000 directions: all samples may miss this part of the light.
+                let mixes = !matches!(estimator, EstimatorKind::Light | EstimatorKind::Projected);
+                let missed = if mixes && radius < 5.0 { sine * sine } else { 0.0 };
+                // Allow 1.5e-6 for rounding of the offset and of radiances.
+                let off = (found.mean - answer).abs() - (1.5e-6 + missed) * answer;
                 worst = worst.max(off.max(0.0) / found.variance.sqrt().max(1e-9 * answer));
             }
         }

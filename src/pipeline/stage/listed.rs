@@ -43,7 +43,7 @@ impl<D: Directions<M>, M: Probed> Stage for PerListed<D, M> {
             rings,
             ..
         } = scratch;
-        let (stream, part) = (M::stream_mut(hits), M::stream_mut(parts));
+        let (stream, part) = (M::stream_mut(hits), M::stream_mut(parts.get_or_insert_default()));
         let Some(lists) = &chunk.world.lists else { return };
         if stream.len() == 0 {
             return;

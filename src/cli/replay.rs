@@ -114,15 +114,7 @@ fn met(scene: &Scene, met: &Met) -> String {
     if geometry < scene.meshes().len() {
         format!("triangle {primitive} of {}", names::mesh(scene, geometry))
     } else {
-        ball(scene, primitive)
-    }
-}
-
-/// A sphere, by its index among those that are distinct in single precision.
-fn ball(scene: &Scene, number: usize) -> String {
-    match number < scene.spheres().len() {
-        true => names::sphere(scene, number),
-        false => format!("sphere {}", number + 1),
+        names::sphere(scene, primitive)
     }
 }
 
@@ -148,7 +140,7 @@ fn direction(scene: &Scene, asked: &Asked) -> Vec<String> {
     {
         lines.push(format!(
             "light {light:<4} {}, cone 1 - cos = {one_minus_cos_max:?}, pdf {pdf:?} per sr",
-            ball(scene, sphere as usize)
+            names::sphere(scene, sphere as usize)
         ));
     }
     if let (Some(light), Some(kind), None) = (asked.light, asked.kind, asked.sphere) {

@@ -71,7 +71,7 @@ pub struct Met {
     pub distance: f32,
     /// Index of the mesh in the scene; for a sphere, the number of meshes.
     pub geometry: u32,
-    /// Index of the triangle or sphere.
+    /// Index of the triangle in its mesh, or of the sphere in the scene.
     pub primitive: u32,
     /// Barycentric coordinates.
     pub barycentric: [f32; 2],
@@ -126,11 +126,11 @@ pub(super) fn replay(
     let [seen @ .., _] = chunk.sum.0[0];
     let mut asked = Vec::new();
     let mut point = None;
-    if plan.asks_lists()
-        && let Some(lists) = &world.lists
-    {
-        lists.tabulate_all(&mut chunk, pass);
+    // Shading builds the tables of lists, and leaves the points as they are.
+    for shade in &plan.shade {
+        shade(&mut chunk, &mut scratch);
     }
+    let rays = chunk.log.take().unwrap_or_default();
     let sample = Sample {
         accel: plan.intersector.accel,
         lists: plan.asks_lists(),
@@ -148,10 +148,6 @@ pub(super) fn replay(
     if let Some((there, directions)) = shaded.into_iter().flatten().last() {
         (point, asked) = (Some(there), directions);
     }
-    for shade in &plan.shade {
-        shade(&mut chunk, &mut scratch);
-    }
-    let rays = chunk.log.take().unwrap_or_default();
     let lists = plan.asks_lists() && !world.only_spheres_emit();
     let untold = lists || !world.mesh_lights.is_empty() && settings.estimator.per_light();
     let told = |ray: &Segment| {
@@ -213,10 +209,17 @@ fn met<T: Tracer>(world: &World, origin: Vec3<f32>, direction: Vec3<f32>) -> Opt
         &ray(origin, direction, f32::INFINITY, NO_SKIP_ID),
         Coherence::Coherent,
     );
-    hit.found.then_some(Met {
+    // Spheres that are one in single precision are one to rays.
+    let sphere = |primitive: u32| world.sphere_numbers[primitive as usize];
+    let on_sphere = hit.geometry.0 == world.sphere_geometry;
+    hit.found.then(|| Met {
         distance: world.space.in_scene(hit.t),
         geometry: hit.geometry.0,
-        primitive: hit.primitive.0,
+        primitive: if on_sphere {
+            sphere(hit.primitive.0)
+        } else {
+            hit.primitive.0
+        },
         barycentric: [hit.u, hit.v],
     })
 }
@@ -241,10 +244,7 @@ impl Sample<'_> {
             chunk,
             ..
         } = self;
-        let stream = M::stream(hits);
-        if stream.len() == 0 {
-            return None;
-        }
+        let stream = M::stream(hits)?;
         let (_, at, address) = stream.packet::<f32>(0);
         let point = Point {
             p: at.p.lane(0).map(|x| chunk.world.space.in_scene(x)),
@@ -319,7 +319,7 @@ fn directions<T: Tracer, M: Told>(
         Asked {
             light: Some(i),
             kind: Some("sphere"),
-            sphere: Some(light.sphere),
+            sphere: Some(world.sphere_numbers[light.sphere as usize]),
             one_minus_cos_max: Some(cone.one_minus_cos_max),
             cone_pdf: Some(cone.pdf()),
             technique: if technique_sample.by_brdf_lanes {

@@ -36,8 +36,6 @@ pub enum Way {
     Certain {
         /// Index of the emitter, as below.
         emitter: usize,
-        /// Cosine of the direction with the shading normal.
-        cosine: f64,
     },
     /// One reflection.
     Reflected {
@@ -48,8 +46,6 @@ pub enum Way {
         light: f64,
         /// Density of the direction under BRDF sampling, sr⁻¹.
         brdf: f64,
-        /// Cosine of the direction with the shading normal, (0, 1].
-        cosine: f64,
     },
 }
 
@@ -148,15 +144,7 @@ impl<'s> Probe<'s> {
         if value == DVec3::ZERO || self.world.blocked(&ray, sample.distance, sample.index) {
             return None;
         }
-        let (light, brdf) = (sample.density, shading.density(sample.wi));
-        let cosine = shading.n.dot(sample.wi);
-        let way = Way::Reflected {
-            emitter,
-            light,
-            brdf,
-            cosine,
-        };
-        Some((value / (light + brdf), way))
+        Some(weighed(value, reflected(emitter, sample.density, shading, sample.wi)))
     }
 
     fn by_sky(&self, shading: &Shading, point: DVec3, rng: &mut Pcg64) -> Option<(DVec3, Way)> {
@@ -179,8 +167,7 @@ impl<'s> Probe<'s> {
             Lamp::Delta(light) => {
                 let arrival = arrival(light, point)?;
                 let value = arrival.irradiance * shading.value_cos(arrival.wi);
-                let cosine = shading.n.dot(arrival.wi);
-                (arrival.wi, arrival.distance, (value, Way::Certain { emitter, cosine }))
+                (arrival.wi, arrival.distance, (value, Way::Certain { emitter }))
             }
             Lamp::Disk(disk) => {
                 let direction = disk.sample(rng);
@@ -255,7 +242,6 @@ fn reflected(emitter: usize, light: f64, shading: &Shading, wi: DVec3) -> Way {
         emitter,
         light,
         brdf: shading.density(wi),
-        cosine: shading.n.dot(wi),
     }
 }
 

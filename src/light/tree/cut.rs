@@ -11,6 +11,8 @@ use super::{LightTree, Node};
 pub struct Cluster {
     /// The root node of its lights.
     pub node: u32,
+    /// The first of its lights in the order of leaves.
+    pub first: u32,
     /// Its importance for each point.
     pub importance: [f32; WIDE],
 }
@@ -51,12 +53,13 @@ impl Cut {
     pub fn new(tree: &LightTree, probes: &Probes, most: usize) -> Self {
         let root = Cluster {
             node: 0,
+            first: 0,
             importance: probes.importance(tree.root()),
         };
         let (mut clusters, mut heap) = (vec![root], BinaryHeap::new());
         let mut sums = root.importance;
         let offer = |heap: &mut BinaryHeap<Open>, clusters: &[Cluster], sums: &[f32; WIDE], at: usize| {
-            let Cluster { node, importance } = &clusters[at];
+            let Cluster { node, importance, .. } = &clusters[at];
             if tree.node(*node).leaf().is_none() {
                 let gain = gain(tree.node(*node), probes, importance, sums);
                 heap.push(Open { gain, at, node: *node });
@@ -67,9 +70,12 @@ impl Cut {
             && let Some(Open { at, node, .. }) = heap.pop()
         {
             let first = tree.node(node).link;
-            let [a, b] = [first, first + 1].map(|node| Cluster {
-                node,
-                importance: probes.importance(tree.node(node)),
+            // The first child begins where its parent does.
+            let begins = [clusters[at].first, tree.first_leaf(first + 1)];
+            let [a, b] = [0, 1].map(|i| Cluster {
+                node: first + i as u32,
+                first: begins[i],
+                importance: probes.importance(tree.node(first + i as u32)),
             });
             for (k, sum) in sums.iter_mut().enumerate() {
                 *sum += a.importance[k] + b.importance[k] - clusters[at].importance[k];
@@ -79,7 +85,7 @@ impl Cut {
             offer(&mut heap, &clusters, &sums, at);
             offer(&mut heap, &clusters, &sums, clusters.len() - 1);
         }
-        clusters.sort_by_cached_key(|cluster| tree.first_leaf(cluster.node));
+        clusters.sort_unstable_by_key(|cluster| cluster.first);
         Self { clusters }
     }
 

@@ -59,12 +59,16 @@ pub struct Table {
 
 impl Table {
     /// A table for lists of `length` lights: a cut of at most `most` clusters. With a `look`, all points trace rays to one light of
-    /// each cluster. There must be at least one light, and `length` must be positive.
+    /// each cluster. `length` must be positive. Without lights, all lists are empty: the lights of a scene may be 0 in single precision,
+    /// or have no area.
     pub fn new(tree: &LightTree, probes: Probes, most: usize, length: u32, look: Option<&mut dyn Look>) -> Self {
+        if tree.is_empty() {
+            return Self::default();
+        }
         let cut = Cut::new(tree, &probes, most);
         let nodes: Vec<u32> = cut.clusters.iter().map(|cluster| cluster.node).collect();
         let mut table = Self {
-            firsts: nodes.iter().map(|&node| tree.first_leaf(node)).collect(),
+            firsts: cut.clusters.iter().map(|cluster| cluster.first).collect(),
             expected: vec![0.0; nodes.len()],
             ends: vec![0.0; nodes.len()],
             gets: cut.sums(),
@@ -191,7 +195,8 @@ impl Table {
     }
 
     fn pick(&self, tree: &LightTree, stratum: u32, number: f64) -> Pick {
-        let at = f64::from(stratum) + number;
+        // The sum may round up to the next stratum.
+        let at = (f64::from(stratum) + number).min(f64::from(self.drawn) * BELOW_ONE);
         let last = self.ends.len() - 1;
         let cluster = self.ends.partition_point(|&end| end <= at).min(last);
         let start = if cluster == 0 { 0.0 } else { self.ends[cluster - 1] };

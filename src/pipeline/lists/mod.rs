@@ -1,7 +1,7 @@
 //! Short lists of lights: with many lights, each pass samples only a few of them for the points of a tile.
 //!
 //! Points of one tile, BRDF model and pass share a list. A light then still serves a whole stream, and its shadow rays are
-//! coherent: with different lights per lane, rays take five to seven times as long. The list, and the [`Table`] from which it is
+//! coherent: different lights per lane make shadow rays incoherent (not measured here). The list, and the [`Table`] from which it is
 //! sampled, depend only on the scene, the film, the seed, the tile and the pass: not on lanes, threads, chunks or hits. The pixels
 //! of the two colors of a checkerboard have separate lists: in adaptive renders each color determines the sample counts of the
 //! other, so the two must be independent ([`allocation`](crate::film::allocation)).
@@ -12,7 +12,7 @@ use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use super::model::{self, Model};
-use super::stage::{Ask, Chunk};
+use super::stage::Chunk;
 use super::tracer::Tracer;
 use crate::film::{TILE, Tile};
 use crate::lane::Word;
@@ -202,8 +202,8 @@ impl Lists {
         let level = level(pass);
         let (_, clusters, looks) = LEVELS[level];
         self.tables[chunk.tile.number() as usize][kind as usize][level].get_or_init(|| {
-            let (mut looker, probes) = probe::shoot::<T>(chunk, self, kind, looks);
-            let look = (looks > 0 && !probes.is_empty()).then_some(&mut looker as _);
+            let (mut visibility, probes) = probe::shoot::<T>(chunk, self, kind, looks);
+            let look = (looks > 0 && !probes.is_empty()).then_some(&mut visibility as _);
             Box::new(Table::new(
                 &self.tree,
                 probes,
@@ -212,17 +212,6 @@ impl Lists {
                 look,
             ))
         });
-    }
-
-    /// Builds the tables of all models for a pass.
-    pub fn tabulate_all(&self, chunk: &mut Chunk, pass: u32) {
-        for kind in [Kind::Diffuse, Kind::Phong, Kind::Ggx, Kind::Conductor] {
-            chunk.ask(Ask::Tabulate {
-                lists: self,
-                kind,
-                pass,
-            });
-        }
     }
 
     /// Samples the list of a tile's pixels of one color for a pass.

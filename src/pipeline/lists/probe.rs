@@ -76,7 +76,7 @@ pub(super) fn shoot<'a, T: Tracer>(
     }
     let mut set = Candidates::default();
     T::keep_all(world, &mut set);
-    let looker = VisibilityProbe {
+    let visibility = VisibilityProbe {
         world,
         lists,
         places,
@@ -84,7 +84,7 @@ pub(super) fn shoot<'a, T: Tracer>(
         set,
         tracer: std::marker::PhantomData,
     };
-    (looker, probes)
+    (visibility, probes)
 }
 
 /// The points of a model seen through pixel centers, in pixel order.

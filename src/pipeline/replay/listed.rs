@@ -7,10 +7,10 @@ use crate::embree::{Coherence, NO_SKIP_ID};
 use crate::estimator::density::{Density, Listed, Mix};
 use crate::estimator::{ShadingPoint, per_light};
 use crate::lane::Word;
-use crate::light::SphereLight;
 use crate::math::Vec3;
 use crate::pipeline::kernels;
 use crate::pipeline::lists::{ListAddress, colour};
+use crate::pipeline::stage::listed::counted;
 use crate::pipeline::stage::pairs;
 use crate::pipeline::stream::Address;
 use crate::pipeline::tracer::Tracer;
@@ -38,8 +38,8 @@ pub(super) fn directions<T: Tracer, M: Told>(
         mix
     };
     let tossed = triangles_mix == Mix::Average && mix == Mix::Average;
-    let technique_sample = |pair: u32, technique_sample: bool| {
-        if technique_sample {
+    let random = |pair: u32, tossed: bool| {
+        if tossed {
             numbers.after_toss(address.key, address.pass, pair)
         } else {
             numbers.pair(address.key, address.pass, pair)
@@ -59,15 +59,10 @@ pub(super) fn directions<T: Tracer, M: Told>(
         let (true, number) = lists.kind(pick.light) else {
             continue;
         };
-        let guess = if mix.mixed() { pick.guess } else { 1.0 };
-        let times = (f64::from(guess) / pick.expected) as f32;
-        let light = SphereLight {
-            le: world.lights[number].le.map(|x| x * times),
-            ..world.lights[number]
-        };
+        let (light, guess) = counted(&world.lights[number], mix, pick);
         let technique_sample: TechniqueSample<Word> = TechniqueSample {
             by_brdf_lanes: false,
-            pair: technique_sample(pairs::light(i), tossed),
+            pair: random(pairs::light(i), mix.tosses(warp)),
         };
         let sampled = match settings.estimator {
             _ if mix.mixed() => per_light::sample(Listed::new(mix, guess), point, &light, technique_sample, true),
@@ -79,7 +74,7 @@ pub(super) fn directions<T: Tracer, M: Told>(
         asked.push(Asked {
             light: Some(number),
             kind: Some("sphere"),
-            sphere: Some(light.sphere),
+            sphere: Some(world.sphere_numbers[light.sphere as usize]),
             one_minus_cos_max: Some(cone.one_minus_cos_max),
             cone_pdf: Some(cone.pdf()),
             technique: technique(warp, point, &light),
@@ -92,7 +87,7 @@ pub(super) fn directions<T: Tracer, M: Told>(
         });
     }
     if by_brdf_lanes || triangles_mix.both() {
-        let wi = per_light::along_lobe(point, technique_sample(pairs::DIRECTION, by_brdf_lanes));
+        let wi = per_light::along_lobe(point, random(pairs::DIRECTION, by_brdf_lanes));
         let (cos_theta, above) = point.above(wi);
         let lobe = point.bsdf.eval(wi, cos_theta);
         asked.push(Asked {

@@ -43,11 +43,10 @@ impl<D: Directions<M>, M: Probed> Stage for PerListed<D, M> {
             rings,
             ..
         } = scratch;
-        let (stream, part) = (M::stream_mut(hits), M::stream_mut(parts.get_or_insert_default()));
-        let Some(lists) = &chunk.world.lists else { return };
-        if stream.len() == 0 {
+        let (Some(lists), Some(stream)) = (&chunk.world.lists, M::stream_mut(hits)) else {
             return;
-        }
+        };
+        let part = M::filled(parts);
         let of_spheres = D::of(chunk.mix);
         // Triangles may use MIS where spheres do not.
         let mix = if lists.has_triangles() {
@@ -141,10 +140,18 @@ fn all_heads(part: &HitStream) -> bool {
 }
 
 /// Weights of a listed light: a factor for its radiance, and a factor for the density of its light sampling.
-fn worth(mix: Mix, pick: &Pick) -> (f32, f32) {
+pub fn worth(mix: Mix, pick: &Pick) -> (f32, f32) {
     let expected = mutate!(pick.expected, ExpectedOnceEach => pick.expected.max(1.0));
     let guess = if mix.mixed() { pick.guess } else { 1.0 };
     ((f64::from(guess) / expected) as f32, guess)
+}
+
+/// A listed sphere with the radiance that it counts for, and a factor for the density of its light sampling.
+#[inline(always)]
+pub fn counted(light: &SphereLight, mix: Mix, pick: &Pick) -> (SphereLight, f32) {
+    let (times, guess) = worth(mix, pick);
+    let le = light.le.map(|x| x * times);
+    (SphereLight { le, ..*light }, guess)
 }
 
 #[inline(always)]
@@ -159,11 +166,7 @@ fn toward_sphere<L: TraceLane, D: Directions<M>, M: Probed>(
     rings: &mut super::rings::RingBlock,
     (light, i, pick): (&SphereLight, usize, &Pick),
 ) {
-    let (times, guess) = worth(density.mix(), pick);
-    let counted = SphereLight {
-        le: light.le.map(|x| x * times),
-        ..*light
-    };
+    let (counted, guess) = counted(light, density.mix(), pick);
     let lamp = Light::new(i, &counted, None);
     let mut open = false;
     let ball = Ball {

@@ -132,8 +132,7 @@ fn a_pick_knows_how_often_it_was_expected() {
 }
 
 /// Chi-square test of 20 000 lists against the expected counts, with lights below 5 pooled. Strata make counts more even than
-/// independent samples, so the bound for independent samples, at 1e-6, holds all the more. The lights are uneven on purpose:
-/// without the mutant's factor the test fails by far.
+/// independent samples, so the bound for independent samples, at 1e-6, holds all the more.
 #[test]
 fn lists_hold_lights_as_often_as_expected() {
     let tree = LightTree::new(&lights(200));

@@ -43,6 +43,12 @@ impl Mix {
         matches!(self, Self::Balance | Self::Power)
     }
 
+    /// Whether a light's pair has a bit for the choice of technique, so that a direction uses the rest of the pair.
+    #[inline(always)]
+    pub const fn tosses(self, warp: Warp) -> bool {
+        !self.both() && matches!(warp, Warp::Cone)
+    }
+
     /// Of the lanes that chose BRDF sampling, those that use it: all, or none without MIS.
     #[inline(always)]
     pub fn by_brdf<L: Lane>(self, by_brdf_lanes: L::Mask) -> L::Mask {

@@ -19,9 +19,6 @@ pub trait LightKind {
     /// Whether this is a delta light: it needs no random numbers, and no other technique finds it.
     const DELTA: bool = false;
 
-    /// Whether it can contribute at every point, so that [`Self::may_contribute`] need not be called.
-    const ALWAYS: bool = false;
-
     /// Data broadcast to all lanes once for many points.
     type Spread<L: Lane>;
 
@@ -100,8 +97,6 @@ impl LightKind for TriangleLight {
 
 /// The environment.
 impl<B: EnvironmentLight> LightKind for B {
-    const ALWAYS: bool = true;
-
     type Spread<L: Lane> = ();
     type View<L: Lane> = ();
 

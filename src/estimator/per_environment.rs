@@ -21,7 +21,12 @@ pub fn sample<L: Lane, D: Density, M: Brdf<L>, B: EnvironmentLight>(
 ) -> Option<Contribution<L>> {
     let bsdf = &point.bsdf;
     let by_brdf = active & density.mix().by_brdf::<L>(technique_sample.by_brdf_lanes);
-    let mut wi = environment.draw(bsdf.normal(), technique_sample.pair, active & !by_brdf);
+    let by_light = active & !by_brdf;
+    let mut wi = Vec3::zero();
+    // A packet mostly holds one technique.
+    if by_light.any() {
+        wi = environment.draw(bsdf.normal(), technique_sample.pair, by_light);
+    }
     if by_brdf.any() {
         let (u, v) = technique_sample.pair.unit::<L>();
         wi = Vec3::select(by_brdf, bsdf.draw(u, v), wi);

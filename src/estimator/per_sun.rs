@@ -32,8 +32,12 @@ pub fn sample<L: Lane, D: Density, B: Brdf<L>>(
 ) -> Option<Contribution<L>> {
     let bsdf = &point.bsdf;
     let by_brdf = active & density.mix().by_brdf::<L>(technique_sample.by_brdf_lanes);
-    let mut wi = sun.draw(technique_sample.pair);
+    let mut wi = Vec3::zero();
     let mut active = active;
+    // A packet mostly holds one technique.
+    if (active & !by_brdf).any() {
+        wi = sun.draw(technique_sample.pair);
+    }
     if by_brdf.any() {
         let (u, v) = technique_sample.pair.unit::<L>();
         wi = Vec3::select(by_brdf, bsdf.draw(u, v), wi);

@@ -44,11 +44,16 @@ pub fn sample<L: Lane, D: Density, B: Brdf<L>>(
 ) -> Option<Contribution<L>> {
     let bsdf = &point.bsdf;
     let by_brdf = active & density.mix().by_brdf::<L>(by_brdf_lanes);
-    let mut wi = view.draw(u, v);
-    let mut met = view.met(wi);
+    let by_light = active & !by_brdf;
+    let (mut wi, mut met) = (Vec3::zero(), L::Mask::splat(false));
+    // A packet mostly holds one technique.
+    if by_light.any() {
+        wi = view.draw(u, v);
+        met = by_light & view.met(wi);
+    }
     if by_brdf.any() {
         wi = Vec3::select(by_brdf, bsdf.draw(u, v), wi);
-        met = (met & !by_brdf) | (by_brdf & view.contains(wi));
+        met = met | (by_brdf & view.contains(wi));
     }
     let (cos_theta, above) = point.above(wi);
     let mut active = active & above & met;

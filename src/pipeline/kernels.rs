@@ -29,66 +29,32 @@ pub struct CameraKernel {
     line: Kernel,
 }
 
-/// The rows of the camera table, each with the effects compiled in.
+/// The rows of the camera table. Each row has the effects of the row before it and those that are listed.
 macro_rules! camera_kernels {
-    ($([$($effect:ident),*],)*) => {
-        &[$({
-            const COMPILED_IN: Effects = Effects::of(&[$(Effect::$effect),*]);
+    ($([$($effect:ident),*],)*) => { camera_kernels!(@ [] [] $([$($effect)*])*) };
+    (@ [$($before:ident)*] [$($rows:expr,)*] [$($effect:ident)*] $($more:tt)*) => {
+        camera_kernels!(@ [$($before)* $($effect)*] [$($rows,)* {
+            const COMPILED_IN: Effects = Effects::of(&[$(Effect::$before,)* $(Effect::$effect),*]);
             const ROW: CameraKernel = CameraKernel {
                 embree: Kernel::of::<camera::CameraStage<ByEmbree, { COMPILED_IN.bits() }>>(),
                 line: Kernel::of::<camera::CameraStage<BruteForce, { COMPILED_IN.bits() }>>(),
             };
             (COMPILED_IN, ROW)
-        },)*]
+        },] $($more)*)
     };
+    (@ [$($all:ident)*] [$($rows:expr,)*]) => { &[$($rows),*] };
 }
 
 /// The camera stages, from fewest effects to most; the last row has all. Effects share a row if compiling one in without using it
 /// costs less than 1 % of a sample's instructions (`docs/effects/README.md` has the figures).
 const CAMERA_KERNELS: &[(Effects, CameraKernel)] = camera_kernels![
     [Diffuse],
-    [Diffuse, Phong],
-    [Diffuse, Phong, SmoothNormals],
-    [Diffuse, Phong, SmoothNormals, Blend, OneSided, Textures],
-    [
-        Diffuse,
-        Phong,
-        SmoothNormals,
-        Blend,
-        OneSided,
-        Textures,
-        Environment,
-        Ggx,
-        Conductor,
-        Suns
-    ],
-    [
-        Diffuse,
-        Phong,
-        SmoothNormals,
-        Blend,
-        OneSided,
-        Textures,
-        Environment,
-        Ggx,
-        Conductor,
-        Suns,
-        SmoothTerminator
-    ],
-    [
-        Diffuse,
-        Phong,
-        SmoothNormals,
-        Blend,
-        OneSided,
-        Textures,
-        Environment,
-        Ggx,
-        Conductor,
-        Suns,
-        SmoothTerminator,
-        Lens
-    ],
+    [Phong],
+    [SmoothNormals],
+    [Blend, OneSided, Textures],
+    [Environment, Ggx, Conductor, Suns],
+    [SmoothTerminator],
+    [Lens],
 ];
 
 /// The BRDF models, in the order in which their points are shaded.

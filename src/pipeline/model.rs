@@ -15,10 +15,12 @@ pub trait Model: Sized {
     fn put<L: Lane>(bsdf: &Self::Of<L>, columns: &mut Fill<L>);
     /// Builds the BRDF from a normal, a reflectance and the model's columns.
     fn get<L: Lane>(n: Vec3<L>, rho: Vec3<L>, columns: &Own) -> Self::Of<L>;
-    /// The model's stream.
-    fn stream(streams: &Streams) -> &ModelStream<Self>;
-    /// The model's stream, mutable.
-    fn stream_mut(streams: &mut Streams) -> &mut ModelStream<Self>;
+    /// The model's stream, if it has points.
+    fn stream(streams: &Streams) -> Option<&ModelStream<Self>>;
+    /// The model's stream, mutable, if it has points.
+    fn stream_mut(streams: &mut Streams) -> Option<&mut ModelStream<Self>>;
+    /// The model's stream, to be filled.
+    fn filled(streams: &mut Streams) -> &mut ModelStream<Self>;
 }
 
 /// Declares the models: type, stream name, number of columns.
@@ -26,27 +28,22 @@ macro_rules! models {
     ($($(#[$doc:meta])* $model:ident: $stream:ident, $columns:literal;)*) => {
         $($(#[$doc])* #[derive(Debug)] pub struct $model;)*
 
-        /// Shading points, grouped by model.
-        #[derive(Debug)]
+        /// Shading points, grouped by model. A stream is allocated when it is first filled, so that an absent model costs no memory: a
+        /// stream takes half a megabyte, which is filled with zeros.
+        #[derive(Debug, Default)]
         pub struct Streams {
-            $($(#[$doc])* pub $stream: ModelStream<$model>,)*
-        }
-
-        impl Default for Streams {
-            fn default() -> Self {
-                Self { $($stream: ModelStream::new(),)* }
-            }
+            $($stream: Option<ModelStream<$model>>,)*
         }
 
         impl Streams {
             /// Empties all streams.
             pub fn clear(&mut self) {
-                $(self.$stream.clear();)*
+                $(self.$stream.iter_mut().for_each(|stream| stream.clear());)*
             }
 
             /// See [`ModelStream::pad`].
             pub fn pad(&mut self) {
-                $(self.$stream.pad();)*
+                $(self.$stream.iter_mut().for_each(ModelStream::pad);)*
             }
         }
 
@@ -61,11 +58,15 @@ macro_rules! models {
             fn get<L: Lane>(n: Vec3<L>, rho: Vec3<L>, columns: &Own) -> Self::Of<L> {
                 $stream::get(n, rho, columns)
             }
-            fn stream(streams: &Streams) -> &ModelStream<Self> {
-                &streams.$stream
+            fn stream(streams: &Streams) -> Option<&ModelStream<Self>> {
+                streams.$stream.as_ref().filter(|stream| stream.len() > 0)
             }
-            fn stream_mut(streams: &mut Streams) -> &mut ModelStream<Self> {
-                &mut streams.$stream
+            fn stream_mut(streams: &mut Streams) -> Option<&mut ModelStream<Self>> {
+                streams.$stream.as_mut().filter(|stream| stream.len() > 0)
+            }
+            #[inline(always)]
+            fn filled(streams: &mut Streams) -> &mut ModelStream<Self> {
+                streams.$stream.get_or_insert_with(ModelStream::new)
             }
         })*
     };

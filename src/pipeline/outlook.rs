@@ -93,7 +93,7 @@ pub fn kinds(prepared: &Prepared) -> Vec<Kind> {
     }
     let kind = |x: u32, y: u32| {
         let own = &all[at(x, y)];
-        let (mut edge, mut rim) = (false, own.what == SHINES);
+        let (mut edge, mut rim) = (false, false);
         for row in y.saturating_sub(1)..height.min(y + 2) {
             for other in &all[at(x.saturating_sub(1), row)..at(width.min(x + 2) - 1, row) + 1] {
                 edge |= !own.joins(other);
@@ -131,7 +131,7 @@ fn seen(chunk: &Chunk, hits: &Streams) -> Vec<Traced> {
 
 /// Records the hits of one model; `what` encodes the surface.
 fn note<M: Model>(hits: &Streams, all: &mut [Traced], what: fn(&M::Of<f32>) -> f32) {
-    let stream = M::stream(hits);
+    let Some(stream) = M::stream(hits) else { return };
     for at in 0..stream.len() {
         let (_, point, address) = stream.packet::<f32>(at);
         all[address.index.0 as usize] = Traced {

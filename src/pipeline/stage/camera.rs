@@ -9,7 +9,7 @@ use crate::bsdf::{Diffuse, Phong};
 use crate::embree::{Coherence, Hit, NO_SKIP_ID, Ray, TraceLane, prefetch};
 use crate::lane::{Bits, Mask};
 use crate::math::Vec3;
-use crate::pipeline::model::Streams;
+use crate::pipeline::model::{self, Model, Streams};
 use crate::pipeline::stream::Address;
 use crate::pipeline::tracer::Tracer;
 use crate::pipeline::world::World;
@@ -167,10 +167,11 @@ fn resolve<L: TraceLane, T: Tracer, const COMPILED_IN: u32>(chunk: &mut Chunk, h
         hit,
         address,
     } = seen;
+    let misses = *active & !hit.found;
     if has(COMPILED_IN, Effect::Environment)
+        && misses.any()
         && let Some(environment) = &chunk.world.environment
     {
-        let misses = *active & !hit.found;
         let radiance = environment.radiance(ray.direction, misses);
         for lane in misses.lanes() {
             let [red, green, blue] = radiance.lane(lane);
@@ -179,10 +180,9 @@ fn resolve<L: TraceLane, T: Tracer, const COMPILED_IN: u32>(chunk: &mut Chunk, h
                 .add(address.index.lane(lane) as usize, &[red, green, blue, 0.0]);
         }
     }
-    if has(COMPILED_IN, Effect::Suns) {
+    if has(COMPILED_IN, Effect::Suns) && misses.any() {
         for sun in &chunk.world.suns {
-            let misses = *active & !hit.found & sun.contains(ray.direction);
-            for lane in misses.lanes() {
+            for lane in (misses & sun.contains(ray.direction)).lanes() {
                 let [red, green, blue] = sun.le;
                 chunk
                     .sum
@@ -239,11 +239,10 @@ fn resolve<L: TraceLane, T: Tracer, const COMPILED_IN: u32>(chunk: &mut Chunk, h
         ..
     } = point;
     if diffuse.any() {
-        hits.diffuse
-            .push::<L>(diffuse, &point.with(Diffuse { n, rho }), address);
+        model::Diffuse::filled(hits).push::<L>(diffuse, &point.with(Diffuse { n, rho }), address);
     }
     if phong.any() {
-        let model = Phong::new(n, wo, specular, alpha, reach);
-        hits.phong.push::<L>(phong, &point.with(model), address);
+        let lobe = Phong::new(n, wo, specular, alpha, reach);
+        model::Phong::filled(hits).push::<L>(phong, &point.with(lobe), address);
     }
 }

@@ -95,10 +95,7 @@ fn each<L: TraceLane, M: Model, K: LightKind>(chunk: &mut Chunk, scratch: &mut S
         set,
         ..
     } = scratch;
-    let stream = M::stream(hits);
-    if stream.len() == 0 {
-        return;
-    }
+    let Some(stream) = M::stream(hits) else { return };
     let mut surveyed = false;
     for (i, light) in (first..).zip(lights) {
         let spread = light.spread::<L>();
@@ -107,12 +104,9 @@ fn each<L: TraceLane, M: Model, K: LightKind>(chunk: &mut Chunk, scratch: &mut S
             for at in (0..stream.len()).step_by(L::N) {
                 let (active, point, address) = stream.packet::<L>(at);
                 let view = light.seen_from(&spread, point.p);
-                let mut active = active;
-                if !K::ALWAYS {
-                    active = active & light.may_contribute(&point, &view);
-                    if active.none() {
-                        continue;
-                    }
+                let active = active & light.may_contribute(&point, &view);
+                if active.none() {
+                    continue;
                 }
                 let technique_sample = technique_sample::<L, K>(chunk, &address, i, time);
                 let Some(found) = light.sample(chunk.mix, &point, &view, technique_sample, active) else {

@@ -5,7 +5,7 @@ use crate::bsdf::{Conductor, Ggx, Microfacets};
 use crate::embree::TraceLane;
 use crate::lane::Mask;
 use crate::math::Vec3;
-use crate::pipeline::model::Streams;
+use crate::pipeline::model::{self, Model, Streams};
 use crate::pipeline::stream::Address;
 use crate::pipeline::world::{Facets, World};
 
@@ -47,15 +47,15 @@ pub fn push<L: TraceLane>(
     let rho = point.rho;
     if coated.any() {
         let metallic = L::load(&metallic);
-        let model = Ggx { facets, rho, metallic };
-        hits.ggx.push::<L>(coated, &point.with(model), address);
+        let coat = Ggx { facets, rho, metallic };
+        model::Ggx::filled(hits).push::<L>(coated, &point.with(coat), address);
     }
     if metals.any() {
         let [a, b, c, d, e, f] = &index;
         let eta = Vec3::new(L::load(a), L::load(b), L::load(c));
         let k = Vec3::new(L::load(d), L::load(e), L::load(f));
-        let model = Conductor { facets, rho, eta, k };
-        hits.conductor.push::<L>(metals, &point.with(model), address);
+        let metal = Conductor { facets, rho, eta, k };
+        model::Conductor::filled(hits).push::<L>(metals, &point.with(metal), address);
     }
     coated | metals
 }

@@ -31,10 +31,7 @@ impl<M: Model> Stage for PerMesh<M> {
         } = scratch;
         let world = chunk.world;
         let first = world.first(Kind::Meshes);
-        let stream = M::stream(hits);
-        if stream.len() == 0 {
-            return;
-        }
+        let Some(stream) = M::stream(hits) else { return };
         chunk.ask(Ask::Survey { stream, points });
         for (i, light) in (first..).zip(&world.mesh_lights) {
             let le = Vec3::splat(light.le);

@@ -9,7 +9,7 @@ use crate::estimator::per_light;
 use crate::lane::{Bits, Lane, Mask};
 use crate::light::SphereLight;
 use crate::math::Vec3;
-use crate::pipeline::model::Diffuse;
+use crate::pipeline::model::{Diffuse, Model};
 use crate::pipeline::queue::{QueuedRays, RayQueue};
 use crate::pipeline::stream::{HitStream, ModelStream};
 use crate::sampling::Pair;
@@ -41,10 +41,7 @@ impl Stage for Penumbra {
         } = scratch;
         partly.clear();
         partly.resize(chunk.sum.0.len(), 0);
-        let stream = &hits.diffuse;
-        if stream.len() == 0 {
-            return;
-        }
+        let Some(stream) = Diffuse::stream(hits) else { return };
         chunk.ask(Ask::Survey { stream, points });
         let world = chunk.world;
         for (i, light) in world.lights.iter().enumerate().take(MARKS) {

@@ -23,8 +23,8 @@ pub struct Scratch {
     pub grid: Grid,
     /// Shading points by BRDF model: see [`Model`](crate::pipeline::model::Model).
     pub hits: Streams,
-    /// Points that share a list of lights, by model. Allocated by the first list, since filling 2 MB with zeros takes time.
-    pub parts: Option<Box<Streams>>,
+    /// Points that share a list of lights, by model.
+    pub parts: Streams,
     /// The list of lights.
     pub list: Vec<Pick>,
     /// Shadow rays to be traced. This queue and the next two are empty between stages.
@@ -59,7 +59,7 @@ impl Default for Scratch {
         Self {
             grid: Grid::default(),
             hits: Streams::default(),
-            parts: None,
+            parts: Streams::default(),
             list: Vec::new(),
             queue: RayQueue::new(),
             aimed: WideQueue::new(),

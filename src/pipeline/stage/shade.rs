@@ -38,10 +38,7 @@ impl<D: Directions<M>, M: Model> Stage for PerLight<D, M> {
             rings,
             ..
         } = scratch;
-        let stream = M::stream_mut(hits);
-        if stream.len() == 0 {
-            return;
-        }
+        let Some(stream) = M::stream_mut(hits) else { return };
         let density = D::of(chunk.mix);
         chunk.ask(Ask::Survey { stream, points });
         let lights = &chunk.world.lights;
@@ -253,10 +250,10 @@ pub fn sample_light<L: TraceLane, D: per_light::Directions<L, M::Of<L>>, M: Mode
         if active.none() {
             continue;
         }
-        let mut numbers = if mix.both() || D::WARP != Warp::Cone {
-            chunk.numbers.pair(address.key, address.pass, light.pair)
-        } else {
+        let mut numbers = if mix.tosses(D::WARP) {
             chunk.numbers.after_toss(address.key, address.pass, light.pair)
+        } else {
+            chunk.numbers.pair(address.key, address.pass, light.pair)
         };
         if second {
             numbers = numbers.opposite();
@@ -364,7 +361,7 @@ impl<D: per_point::Density, M: Model> Stage for PerPoint<D, M> {
     #[inline(always)]
     fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
         let Scratch { hits, queue, set, .. } = scratch;
-        let stream = M::stream(hits);
+        let Some(stream) = M::stream(hits) else { return };
         for at in (0..stream.len()).step_by(L::N) {
             let (active, point, address) = stream.packet::<L>(at);
             let numbers = chunk.numbers.pair(address.key, address.pass, pairs::DIRECTION);

@@ -128,19 +128,17 @@ pub fn resolve_emitter_hits<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &
             L::from_fn(|i| le[i][2]),
         );
         let (mut emits, mut radiance) = (L::Mask::from_bitmask(emits), radiance);
-        if let Some(environment) = &chunk.world.environment {
-            let misses = active & !hit.found;
-            radiance = Vec3::select(misses, environment.radiance(rays.direction, misses), radiance);
-            emits = emits | misses;
-        }
-        for sun in &chunk.world.suns {
-            let misses = active & !hit.found;
-            radiance = Vec3::select(
-                misses,
-                radiance.or_zero(emits) + sun.radiance(rays.direction, misses),
-                radiance,
-            );
-            emits = emits | misses;
+        let misses = active & !hit.found;
+        if misses.any() {
+            if let Some(environment) = &chunk.world.environment {
+                radiance = Vec3::select(misses, environment.radiance(rays.direction, misses), radiance);
+                emits = emits | misses;
+            }
+            for sun in &chunk.world.suns {
+                let more = radiance.or_zero(emits) + sun.radiance(rays.direction, misses);
+                radiance = Vec3::select(misses, more, radiance);
+                emits = emits | misses;
+            }
         }
         let value = rays.value.times(radiance);
         splat(chunk.sum, chunk.counters, emits, value, rays.index);

@@ -4,6 +4,7 @@
 //! error, 130 interrupted.
 
 mod batch;
+mod budget_bar;
 mod compare;
 mod done;
 mod error;
@@ -14,7 +15,6 @@ mod hunt;
 mod info;
 mod inputs;
 mod interrupt;
-mod looker;
 mod manifest;
 mod merge;
 mod names;

@@ -32,7 +32,7 @@ impl Bar {
                 Some(seconds) => Goal::Seconds(seconds),
                 None => Goal::Passes((progress.expected() / pixels) as u32),
             };
-            let now = LoadOptions {
+            let now = Counts {
                 samples: progress.samples(),
                 resumed: before[0],
                 rays: progress.rays() - before[1],
@@ -96,7 +96,7 @@ enum Goal {
 }
 
 /// The counts at one moment.
-struct LoadOptions {
+struct Counts {
     samples: u64,
     /// Samples from before the run was resumed.
     resumed: u64,
@@ -104,7 +104,7 @@ struct LoadOptions {
     seconds: f64,
 }
 
-impl LoadOptions {
+impl Counts {
     fn share(&self, goal: Goal, pixels: u64) -> f64 {
         let share = match goal {
             Goal::Passes(passes) => self.samples as f64 / (pixels as f64 * f64::from(passes)),
@@ -152,7 +152,7 @@ mod tests {
 
     #[test]
     fn the_message_tells_passes_speed_and_time() {
-        let now = LoadOptions {
+        let now = Counts {
             samples: 2_500,
             resumed: 0,
             rays: 8_000_000,

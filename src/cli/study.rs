@@ -5,9 +5,9 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use super::budget_bar::BudgetBar;
 use super::inputs::{Inputs, keeps_checkpoints};
 use super::interrupt::Interrupt;
-use super::looker::PreviewWriter;
 use super::options::Options;
 use super::{CliError, Exit, report};
 use octolux::film::replace;
@@ -92,9 +92,9 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
             .map(|folder| folder.join("references")),
         prices_only: args.output.is_none(),
     };
-    let looker = PreviewWriter::new("study", interrupt, args.quiet);
-    let outcome = cost::run(&scene, &options, &looker);
-    looker.clear();
+    let observer = BudgetBar::new("study", interrupt, args.quiet);
+    let outcome = cost::run(&scene, &options, &observer);
+    observer.clear();
     let mut study = match outcome {
         Ok(study) => study,
         Err(StudyError::Stopped) => {

@@ -12,12 +12,12 @@ use octolux::pipeline::Progress;
 use octolux::run::Observer;
 
 /// The progress bar and ctrl-c.
-pub struct PreviewWriter {
+pub struct BudgetBar {
     interrupt: Interrupt,
     bar: ProgressBar,
 }
 
-impl PreviewWriter {
+impl BudgetBar {
     /// Starts the bar of the command `name`; draws nothing if standard error is no terminal.
     pub fn new(name: &str, interrupt: Interrupt, quiet: bool) -> Self {
         let bar = if quiet || !io::stderr().is_terminal() {
@@ -44,7 +44,7 @@ impl PreviewWriter {
     }
 }
 
-impl Observer for PreviewWriter {
+impl Observer for BudgetBar {
     fn begins(&self, progress: &Arc<Progress>) {
         self.interrupt.watch(progress.clone());
     }

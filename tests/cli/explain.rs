@@ -141,3 +141,20 @@ fn a_map_that_would_replace_the_scene_or_cannot_be_written_is_refused() {
             .contains("no folder nowhere")
     );
 }
+
+/// A part has no noise of the choice of its light, so shares would not add up.
+#[test]
+fn noise_of_many_lights_is_told_without_shares() {
+    let place = Place::new();
+    let light = |i: u32| {
+        format!(
+            "[[spheres]]\ncenter = [{}, 3, 0]\nradius = 0.01\nemission = [9, 9, 9]\n",
+            f64::from(i) * 0.05 - 2.0
+        )
+    };
+    let lights: String = (0..70).map(light).collect();
+    std::fs::write(place.path().join("in/many.toml"), format!("{TWO_LIGHTS}{lights}")).unwrap();
+    let text = stdout(&place.succeeds("explain in/many.toml --noise=map.npy"));
+    assert!(text.contains("shares     not measured: passes sample lists"), "{text}");
+    assert!(text.contains("settings "), "{text}");
+}

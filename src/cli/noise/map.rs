@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::{Ended, SEEDS, render};
 use crate::cli::CliError;
-use crate::cli::looker::PreviewWriter;
+use crate::cli::budget_bar::BudgetBar;
 use octolux::film::{Attributes, Picture, write_picture};
 use octolux::pipeline::Prepared;
 use octolux::run::{Goal, replicates};
@@ -49,10 +49,10 @@ pub struct Spread {
 
 impl Map {
     /// Renders all seeds.
-    pub fn measure(prepared: &Prepared, looker: &PreviewWriter) -> Result<Self, Ended> {
+    pub fn measure(prepared: &Prepared, observer: &BudgetBar) -> Result<Self, Ended> {
         let mut pictures = Vec::new();
         for seed in 0..SEEDS {
-            pictures.push(render(prepared, Goal::passes(SPP), seed, looker)?.0);
+            pictures.push(render(prepared, Goal::passes(SPP), seed, observer)?.0);
         }
         Ok(Self::of(&pictures))
     }

@@ -16,15 +16,14 @@ use serde::Serialize;
 use self::map::Map;
 use self::parts::{Part, Parts};
 use self::prices::Price;
+use super::budget_bar::BudgetBar;
 use super::inputs::Inputs;
 use super::interrupt::Interrupt;
-use super::looker::PreviewWriter;
 use super::{CliError, outputs};
 use octolux::film::{Picture, check_output};
 use octolux::pipeline::{Prepared, Settings, SetupError};
 use octolux::run::{Goal, Observer as _, replicates};
 use octolux::scene::{FilmSize, Scene};
-use octolux::settings::LightsAsked;
 
 pub use self::words::lines;
 
@@ -52,6 +51,7 @@ pub struct Noise {
     /// The root of the pixels' mean variance of one such render, over the mean of the picture; and its standard error.
     error: f64,
     error_uncertainty: f64,
+    /// Shares; none where passes sample lists of lights.
     lights: Vec<Part>,
     materials: Vec<Part>,
     prices: Vec<Price>,
@@ -79,9 +79,9 @@ pub fn measure(path: &Path, scene: &Scene, settings: Settings, to: &Path) -> Res
     let to = outputs::of_scene(path, &[to.to_owned()], None, None).pictures.remove(0);
     Inputs::of_scene(scene).are_kept_by([to.as_path()])?;
     check_output(&to).map_err(|error| CliError::bad_path(&error))?;
-    let looker = PreviewWriter::new("noise", Interrupt::listen(true)?, false);
-    let outcome = all(scene, settings, &to, &looker);
-    looker.clear();
+    let observer = BudgetBar::new("noise", Interrupt::listen(true)?, false);
+    let outcome = all(scene, settings, &to, &observer);
+    observer.clear();
     match outcome {
         Ok(noise) => Ok(Some(noise)),
         Err(Ended::Stopped) => Ok(None),
@@ -90,33 +90,35 @@ pub fn measure(path: &Path, scene: &Scene, settings: Settings, to: &Path) -> Res
     }
 }
 
-fn all(scene: &Scene, settings: Settings, to: &Path, looker: &PreviewWriter) -> Result<Noise, Ended> {
+fn all(scene: &Scene, settings: Settings, to: &Path, observer: &BudgetBar) -> Result<Noise, Ended> {
     let started = Instant::now();
-    looker.doing(0.0, "the map");
-    let map = Map::measure(&Prepared::new(scene, settings)?, looker)?;
+    observer.doing(0.0, "the map");
+    let map = Map::measure(&Prepared::new(scene, settings)?, observer)?;
     let Some(spread) = map.spread() else {
         let what = "there is no noise: all seeds make the same picture, or it is black";
         return Err(Ended::Other(CliError::usage(what)));
     };
     map.write(to).map_err(Ended::Other)?;
     let film = shrunk(settings.film);
-    // Parts only add up to the whole if all lights are sampled: lists of many lights would differ between parts.
-    let lights = LightsAsked::All;
-    let settings = Settings {
-        film,
-        lights,
-        ..settings
-    };
-    let steps = 1.0 + SEEDS as f64 + Parts::count(scene) as f64;
+    let settings = Settings { film, ..settings };
+    // Parts only add up to the whole if they sample its lights: lists of many lights differ between parts.
+    let lists = Prepared::new(scene, settings)?.lists().is_some();
+    let count = if lists { 0 } else { Parts::count(scene) };
+    let steps = 1.0 + (SEEDS + count) as f64;
     let (prices, pictures) = prices::measure(scene, settings, &|seed| {
-        looker.doing((1.0 + seed as f64) / steps, "what settings cost");
-        looker
+        observer.doing((1.0 + seed as f64) / steps, "what settings cost");
+        observer
     })?;
     let shown = replicates::error(&pictures);
-    let parts = Parts::measure(scene, settings, &pictures, &|part| {
-        looker.doing((1.0 + (SEEDS + part) as f64) / steps, "lights and materials");
-        looker
-    })?;
+    let begins = |part: usize| {
+        observer.doing((1.0 + (SEEDS + part) as f64) / steps, "lights and materials");
+        observer
+    };
+    let parts = if lists {
+        Parts::default()
+    } else {
+        Parts::measure(scene, settings, &pictures, &begins)?
+    };
     let error = shown.error * (SEEDS as f64).sqrt();
     Ok(Noise {
         map: to.to_owned(),
@@ -144,10 +146,10 @@ fn shrunk(FilmSize { width, height }: FilmSize) -> FilmSize {
 }
 
 /// One of the renders with different seeds, and its time in seconds.
-fn render(prepared: &Prepared, goal: Goal, seed: usize, looker: &PreviewWriter) -> Result<(Picture, f64), Ended> {
+fn render(prepared: &Prepared, goal: Goal, seed: usize, observer: &BudgetBar) -> Result<(Picture, f64), Ended> {
     let seed = replicates::seed(prepared.settings().seed, seed);
     let mut run = prepared.with_seed(seed).start(goal);
-    let _ = run.run(looker);
+    let _ = run.run(observer);
     match run.failure() {
         Some(error) => Err(SetupError::Embree(error.clone()).into()),
         None if !run.is_complete() => Err(Ended::Stopped),

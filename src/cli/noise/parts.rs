@@ -19,7 +19,7 @@ use glam::DVec3;
 use serde::Serialize;
 
 use super::{Ended, SEEDS, SPP, render};
-use crate::cli::looker::PreviewWriter;
+use crate::cli::budget_bar::BudgetBar;
 use crate::cli::names;
 use octolux::film::Picture;
 use octolux::pipeline::{Prepared, Settings};
@@ -49,6 +49,7 @@ pub struct Part {
 }
 
 /// The shares of all lights, and of all materials.
+#[derive(Default)]
 pub struct Parts {
     pub lights: Vec<Part>,
     pub materials: Vec<Part>,
@@ -80,15 +81,15 @@ impl Parts {
         scene: &Scene,
         settings: Settings,
         whole: &[Picture],
-        begins: &dyn Fn(usize) -> &'l PreviewWriter,
+        begins: &dyn Fn(usize) -> &'l BudgetBar,
     ) -> Result<Self, Ended> {
         let number = Cell::new(0);
         let pictures = |scene: &Result<Scene, InvalidScene>| -> Result<Option<Vec<Picture>>, Ended> {
-            let looker = begins(number.replace(number.get() + 1));
+            let observer = begins(number.replace(number.get() + 1));
             // Skip a part without which the scene is invalid.
             let Ok(scene) = scene else { return Ok(None) };
             let prepared = Prepared::new(scene, settings)?;
-            let all = (0..SEEDS).map(|seed| render(&prepared, Goal::passes(SPP), seed, looker));
+            let all = (0..SEEDS).map(|seed| render(&prepared, Goal::passes(SPP), seed, observer));
             Ok(Some(all.map(|one| Ok(one?.0)).collect::<Result<_, Ended>>()?))
         };
         let (mut lights, mut materials) = (Vec::new(), Vec::new());

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::parts::{covariances, jackknife};
 use super::{Ended, SEEDS, SPP, render};
-use crate::cli::looker::PreviewWriter;
+use crate::cli::budget_bar::BudgetBar;
 use octolux::film::Picture;
 use octolux::pipeline::{Prepared, Settings};
 use octolux::run::{Goal, replicates};
@@ -71,19 +71,19 @@ struct Candidate {
 pub fn measure<'l>(
     scene: &Scene,
     settings: Settings,
-    begins: &dyn Fn(usize) -> &'l PreviewWriter,
+    begins: &dyn Fn(usize) -> &'l BudgetBar,
 ) -> Result<(Vec<Price>, Vec<Picture>), Ended> {
     let prepared = Prepared::new(scene, settings)?;
     let mut all = candidates(&prepared)?;
     for seed in 0..SEEDS {
-        let looker = begins(seed);
+        let observer = begins(seed);
         // Alternates them, so that other load on the machine affects all alike.
         for one in &mut all {
             if seed == 0 {
                 // The first pass includes page faults for new memory.
-                let _ = render(&one.prepared, Goal::passes(1), SEEDS, looker)?;
+                let _ = render(&one.prepared, Goal::passes(1), SEEDS, observer)?;
             }
-            let (picture, seconds) = render(&one.prepared, one.goal, seed, looker)?;
+            let (picture, seconds) = render(&one.prepared, one.goal, seed, observer)?;
             one.pictures.push(picture);
             one.seconds.push(seconds);
         }

@@ -31,8 +31,12 @@ pub fn lines(noise: &Noise) -> Vec<String> {
             percent(noise.error_uncertainty)
         ),
     ];
-    lines.extend(shares("lights", &noise.lights));
-    lines.extend(shares("materials", &noise.materials));
+    if noise.lights.is_empty() && noise.materials.is_empty() {
+        lines.push("    shares     not measured: passes sample lists of the many lights, and no light alone has the noise of its choice".to_owned());
+    } else {
+        lines.extend(shares("lights", &noise.lights));
+        lines.extend(shares("materials", &noise.materials));
+    }
     let to = format!("s to {} % noise", percent(ASKED));
     lines.push(format!("    settings   {to:>17}   {:>21}", "relMSE x s"));
     lines.extend(noise.prices.iter().map(price));

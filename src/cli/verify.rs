@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 
 use clap::builder::RangedU64ValueParser;
 
+use super::budget_bar::BudgetBar;
 use super::inputs::{Inputs, keeps_checkpoints};
 use super::interrupt::Interrupt;
-use super::looker::PreviewWriter;
 use super::reading::LoadOptions;
 use super::verify_report::{self, Circumstances};
 use super::{CliError, Exit, report, units};
@@ -87,9 +87,9 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
         threads: args.threads.unwrap_or_else(octolux::pipeline::all_threads),
         seed: args.seed,
     };
-    let looker = PreviewWriter::new("verify", interrupt, args.quiet);
-    let outcome = verify::run(&scene, options, &looker);
-    looker.clear();
+    let observer = BudgetBar::new("verify", interrupt, args.quiet);
+    let outcome = verify::run(&scene, options, &observer);
+    observer.clear();
     let result = match outcome {
         Ok(result) => result,
         Err(VerifyError::Stopped) => {

@@ -28,10 +28,6 @@ const SOURCES: usize = EstimatorKind::ALL.len() + 1;
 /// Safety margin for the probes' own uncertainty, in standard errors.
 const DOUBT: f64 = 6.0;
 
-/// Angle in radians by which single precision may tilt the horizon: two roundings of a normal and of a direction. A light that
-/// barely rises above the horizon contributes up to `TILT` times its solid angle more or less.
-const TILT: f64 = 4.0 * (f32::EPSILON / 2.0) as f64;
-
 impl Source {
     const ALL: [Self; SOURCES] = [
         Self::Renderer(EstimatorKind::Uniform),
@@ -93,8 +89,6 @@ pub struct Tails {
     grid: Grid,
     reflected: Vec<[Sizes; SOURCES]>,
     seen: Vec<Sizes>,
-    /// Light that a tilt of [`TILT`] adds or removes, over all probes.
-    tilted: Vec<[f64; 3]>,
     /// Each emitter's contribution, reflected or seen directly, over all probes.
     emitters: Vec<f64>,
     passes: f64,
@@ -111,7 +105,6 @@ impl Tails {
         Self {
             reflected: vec![Default::default(); grid.cells()],
             seen: vec![Sizes::new(); grid.cells()],
-            tilted: vec![[0.0; 3]; grid.cells()],
             grid,
             emitters: vec![0.0; probe.emitters()],
             passes: 0.0,
@@ -128,19 +121,12 @@ impl Tails {
             let cells = std::iter::once(own).chain(whole);
             match event.way {
                 Way::Seen => cells.for_each(|cell| put(&mut self.seen[cell], event.radiance, size, 1.0)),
-                Way::Certain { emitter, cosine } => {
+                Way::Certain { emitter } => {
                     self.emitters[emitter] += size;
-                    self.tilt(cells.clone(), event.radiance, cosine);
                     cells.for_each(|cell| put(&mut self.seen[cell], event.radiance, size, 1.0));
                 }
-                Way::Reflected {
-                    emitter,
-                    light,
-                    brdf,
-                    cosine,
-                } => {
+                Way::Reflected { emitter, light, brdf } => {
                     self.emitters[emitter] += size;
-                    self.tilt(cells.clone(), event.radiance, cosine);
                     for (source, at) in Source::ALL.into_iter().zip(0..) {
                         let factor = source.factor(light, brdf);
                         for cell in cells.clone() {
@@ -148,16 +134,6 @@ impl Tails {
                         }
                     }
                 }
-            }
-        }
-    }
-
-    /// Records how much light of a direction a tilt of the normal may change.
-    fn tilt(&mut self, cells: impl Iterator<Item = usize>, radiance: [f64; 3], cosine: f64) {
-        let part = (TILT / cosine).min(1.0);
-        for cell in cells {
-            for (sum, radiance) in self.tilted[cell].iter_mut().zip(radiance) {
-                *sum += part * radiance;
             }
         }
     }
@@ -194,8 +170,7 @@ impl Tails {
     }
 
     /// The part of a cell's mean that `passes` samples per pixel may have missed entirely, with probability `alpha`. In
-    /// silhouettes, samples may also miss visible emitters; elsewhere emitters fill their pixels. For a renderer this includes
-    /// the light near the horizon that single precision adds or loses.
+    /// silhouettes, samples may also miss visible emitters; elsewhere emitters fill their pixels.
     pub fn hidden(&self, source: Source, cell: usize, passes: f64, alpha: f64) -> [f64; 3] {
         let scale = passes / self.passes;
         let mut left = unseen(alpha);
@@ -218,11 +193,6 @@ impl Tails {
             left -= expected;
             if left <= 0.0 {
                 break;
-            }
-        }
-        if source != Source::Oracle {
-            for (hidden, tilted) in hidden.iter_mut().zip(self.tilted[cell]) {
-                *hidden += tilted;
             }
         }
         std::array::from_fn(|i| (hidden[i] + DOUBT * squares[i].sqrt()) / self.probes(cell))
@@ -266,29 +236,5 @@ mod tests {
         assert!(share(EstimatorKind::Uniform, 1e18) < 1e-3);
         assert!(share(EstimatorKind::Light, 1e6) < 1e-3);
         assert_eq!(tails.lights_nothing(), [false]);
-    }
-
-    /// A strip of height `h` = 2e-4 of a light with the sine 1e-3 rises above the horizon. Its projected solid angle grows as
-    /// `h^2.5`, so tilting the horizon by `TILT` changes it by `2.5 TILT / h`, relative. The strip is not thin, and some 800 of
-    /// 8000 samples hit it, so the test allows a factor of 1.5.
-    #[test]
-    fn a_sliver_of_a_light_comes_and_goes_with_the_horizon() {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/tests/sphere-tiny.toml");
-        let mut scene = Scene::load(&path).unwrap().to_builder();
-        let (sine, high) = (1e-3, 2e-4);
-        scene.spheres[0].center = glam::DVec3::new(10.0, 10.0 * (high - sine), 0.0);
-        let scene = scene.build().unwrap();
-        let film = FilmSize { width: 1, height: 1 };
-        let probe = Probe::new(&scene, film);
-        let mut tails = Tails::new(Grid::new(film, &[false]), &probe);
-        (0..8000).for_each(|seed| tails.add(&probe.pass(seed)));
-        let all = tails.reflected(0)[1];
-        let hidden = |source| tails.hidden(source, 0, 1e18, 1e-6)[1] / all;
-        let tilted = hidden(Source::Renderer(EstimatorKind::Light)) - hidden(Source::Oracle);
-        let expected = 2.5 * TILT / high;
-        assert!(
-            (expected / 1.5..1.5 * expected).contains(&tilted),
-            "{tilted:e}, not {expected:e}"
-        );
     }
 }

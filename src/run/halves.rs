@@ -156,8 +156,13 @@ impl Halves {
                 None => self.ended[half] = Some(shown.error),
             }
         }
-        let least = self.least();
-        self.pictures.retain(|&(_, passes), _| passes >= least);
+        let mut kept = self.least();
+        if self.anew {
+            // The next pictures start from nothing: until they are there, the last ones are what a stopped render has.
+            let passes = self.pictures.keys().map(|&(_, passes)| passes);
+            kept = passes.filter(|passes| *passes < kept).max().unwrap_or(kept);
+        }
+        self.pictures.retain(|&(_, passes), _| passes >= kept);
         self.ended.iter().all(Option::is_some)
     }
 
@@ -182,8 +187,19 @@ impl Halves {
         Some(replicates::mean(&means))
     }
 
-    /// The picture with the most passes of each replicate, if that is at least half of the overall maximum.
+    /// The picture with the most passes of each replicate, if that is at least half of the overall maximum. Of pictures that start anew,
+    /// those of the number of passes that has the most samples in all, which says nothing about their values.
     pub fn latest(&self) -> Vec<Picture> {
+        if self.anew {
+            let mut of: BTreeMap<u32, Vec<&Picture>> = BTreeMap::new();
+            for (&(_, passes), picture) in &self.pictures {
+                of.entry(passes).or_default().push(picture);
+            }
+            let most = of
+                .into_iter()
+                .max_by_key(|(passes, all)| u64::from(*passes) * all.len() as u64);
+            return most.map_or_else(Vec::new, |(_, all)| all.into_iter().cloned().collect());
+        }
         let latest: BTreeMap<usize, (u32, &Picture)> = self
             .pictures
             .iter()
@@ -302,6 +318,30 @@ pub(crate) mod tests {
             z.abs() < 5.0,
             "the mean of the pictures is {mean}, {z} standard errors from the truth"
         );
+    }
+
+    /// Adaptive pictures start anew at each look; those of the last look stay until the next are worth more.
+    #[test]
+    fn a_look_anew_keeps_the_pictures_of_the_last_one() {
+        let mut halves = Halves::new(1e-3, true);
+        let mut rare = Pcg64::seed_from_u64(5);
+        let mut picture = || Picture {
+            width: 4,
+            height: 1,
+            pixels: (0..4).map(|_| [rare.random::<f32>(); 3]).collect(),
+        };
+        let first = halves.wanted();
+        for &(replicate, passes) in &first {
+            halves.take(replicate, passes, picture());
+        }
+        assert!(!halves.decide());
+        assert_eq!(halves.latest().len(), first.len());
+        // The next have more passes, so the first of them alone is worth more or less than all before, by samples.
+        let (replicate, passes) = halves.wanted()[0];
+        halves.take(replicate, passes, picture());
+        let before = first.len() as u64 * u64::from(first[0].1);
+        let expected = if u64::from(passes) > before { 1 } else { first.len() };
+        assert_eq!(halves.latest().len(), expected);
     }
 
     #[test]

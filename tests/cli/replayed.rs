@@ -65,3 +65,17 @@ fn rays_to_lights_of_every_kind_are_told_and_lobe_directions_that_meet_none() {
         assert!(beside.iter().any(|ray| !ray["blocked_by"].is_null()), "{beside:?}");
     }
 }
+
+/// The first two spheres are one in single precision; the third has the number of the file all the same.
+#[test]
+fn spheres_have_the_numbers_of_the_file_where_two_are_one() {
+    let place = Place::new();
+    let sphere = |x: f64, y: f64| format!("[[spheres]]\ncenter = [{x}, {y}, 0]\nradius = 0.5\nemission = [1, 1, 1]\n");
+    let spheres = [sphere(2.0, 2.0), sphere(2.0 + 1e-12, 2.0), sphere(-2.0, 2.0)].concat();
+    let rest = LIGHTS.split("[environment]").next().unwrap();
+    let floor = "[[boxes]]\ncenter = [0, -0.5, 0]\nsize = [9, 1, 9]\nmaterial = \"grey\"\n";
+    fs::write(place.path().join("in/twice.toml"), format!("{rest}{spheres}{floor}")).unwrap();
+    let text = stdout(&place.succeeds("render in/twice.toml --replay 4,3,0 --estimator light"));
+    assert!(text.contains("sphere 3 at -2, 2, 0"), "{text}");
+    assert!(text.contains(" at 2, 2, 0"), "{text}");
+}

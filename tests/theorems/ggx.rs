@@ -32,7 +32,7 @@ fn a_white_furnace_gets_back_what_quadrature_says() {
 }
 
 #[test]
-fn no_coated_body_reflects_more_than_arrives() {
+fn by_the_formulas_no_coated_body_reflects_more_than_arrives() {
     albedos::no_light_is_made();
 }
 

@@ -117,7 +117,7 @@ impl Feed {
     /// A sentence about an address that does not answer.
     pub fn start(address: &str, name: &str) -> Result<Self, String> {
         let (mut tev, name) = (connect(address, Some(STALL))?, name.to_owned());
-        let (pictures, taken) = mpsc::sync_channel::<Picture>(1);
+        let (pictures, taken) = mpsc::sync_channel::<Picture>(0);
         let sender = thread::spawn(move || {
             let mut before: Option<Picture> = None;
             for picture in taken {

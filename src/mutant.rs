@@ -10,7 +10,7 @@
 //! | `DoubledDensity` | cones that report half their solid angle | weight |
 //! | `MixtureWithoutHalf` | the mixture's density is the sum of two, not their average | weight |
 //! | `HeuristicTurned` | the power heuristic swaps the weights of the techniques | weight |
-//! | `HorizonArcForgotten` | of a light partly below the horizon, the part under the horizon's arc is missing | weight |
+//! | `HorizonArcForgotten` | a light partly below the horizon is sampled without the fan to the horizon's arc | weight |
 //! | `HemisphereForSphere` | `uniform` weighted as if it sampled a hemisphere | weight |
 //! | `HorizonDropped` | directions below the surface contribute (in a picture the surface occludes them) | weight |
 //! | `FlippedMask` | BRDF directions contribute where they miss the light | density |
@@ -61,8 +61,8 @@
 //! and samples of rough surfaces, "numbers" the independence of random numbers, "closed form" and "exact" are the scenes of
 //! `scenes/tests`, "oracle" is the agreement of estimators and oracle, "lanes" compares the bits of eight lanes and one,
 //! "accelerators" brute force and Embree, "acne" tests self-shadowing, "large plates" lights much larger than their distance,
-//! "study" its search for biased settings, "target" the error that `--target-error` measures. Most mutants fail several checks;
-//! of the first 36 without `OneCornerOutside` nine fail only one: `HorizonDropped`, `ReachTooShort`, `DensityOfTheNextTexel`,
+//! "study" its search for biased settings, "target" the error that `--target-error` measures. Most mutants fail several checks.
+//! Of 36 that were run against all checks, nine fail only one: `HorizonDropped`, `ReachTooShort`, `DensityOfTheNextTexel`,
 //! `PairReused`, `SharesAlike`, `CornersSwapped`, `LightAsPoint`, `OnePercentBright` and `ErrorOfOneReplicate`.
 
 /// The plain expression; in tests of mutants, the broken one if its mutant is active.
@@ -346,7 +346,7 @@ mod tests {
 
     /// `cargo test --release --lib which_checks -- --ignored` prints which check catches which mutant.
     #[test]
-    #[ignore = "makes every check of every mutant; the suite makes the one meant for it"]
+    #[ignore = "runs every check on every mutant; the suite runs the one meant for it"]
     fn which_checks_reject_which_mutant() {
         try_mutants(false);
     }

@@ -1,15 +1,16 @@
 //! The metallic-roughness model of glTF 2.0: base color, metallic and roughness.
 //!
 //! A share `m` of the surface is metal with Schlick's Fresnel reflectance `rho + (1 - rho) s_h`. The rest is a diffuse body of
-//! reflectance `rho` below a dielectric coat of reflectance `F = F0 + (1 - F0) s_h`, `F0 = 0.04`. With `s = (1 - cos)^5` of `wo`,
-//! `wi` and the half vector, and the reflection `S` of perfectly reflecting [`Microfacets`]:
+//! reflectance `rho` below a dielectric coat of reflectance `F = F0 + (1 - F0) s_h`, `F0 = 0.04`. Here `s_o`, `s_i` and `s_h` are
+//! `(1 - cos)^5`, with the cosine of `wo`, of `wi`, and between `wi` and the half vector. With the reflection `S` of perfectly
+//! reflecting [`Microfacets`]:
 //!
 //! `f_cos = m (rho + (1 - rho) s_h) S + (1 - m) (F S + rho (1 - F0) (1 - g s_o) (1 - g s_i) cos_i / pi)`
 //!
 //! glTF has `1 - F` instead of the product, which reflects up to twice the incident light at grazing angles. The product is from
 //! Ashikhmin and Shirley (2000, "An Anisotropic Phong BRDF Model"); it equals glTF's at normal incidence and is reciprocal. Rough
-//! coats reflect less at grazing angles and transmit more: `g = 1 / (1 + 4 a + 15 a^2)`. The model conserves energy for all
-//! roughnesses and angles (`docs/effects/ggx.md` has the table).
+//! coats reflect less at grazing angles and transmit more: `g = 1 / (1 + 4 a + 15 a^2)`, where `a` is the `alpha` of the facets.
+//! The model conserves energy for all roughnesses and angles (`docs/effects/ggx.md` has the table).
 
 use std::f32::consts::FRAC_1_PI;
 

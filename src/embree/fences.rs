@@ -1,4 +1,4 @@
-//! Guard bytes after each packet: every kind of query, on triangles and our spheres, with every kind of mask, writes nothing
+//! Guard bytes around each packet: every kind of query, on triangles and our spheres, with every kind of mask, writes nothing
 //! outside its packet and nothing into inactive lanes. This also holds if Embree has no packets of a width and traces rays one by
 //! one: occlusion queries then read and write the space for hits after the rays.
 

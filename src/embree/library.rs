@@ -28,7 +28,7 @@ pub const EMBREE_DIR: &str = "EMBREE_DIR";
 /// File names of the library. Programs link to the first; the second is for developers.
 const NAMES: [&str; 2] = ["libembree4.so.4", "libembree4.so"];
 
-/// Subfolders of a prefix: on most systems, on Fedora, on Debian.
+/// Subfolders of a prefix: on most systems, on Fedora, on Debian; and the prefix itself.
 const BELOW: [&str; 4] = ["lib", "lib64", "lib/x86_64-linux-gnu", ""];
 
 /// Where the build found Embree, if it did.

@@ -194,7 +194,8 @@ impl<F: Write> Checked<F> {
     }
 }
 
-/// Writes the next pass; then nodes, passes of the open leaf, goals, squares: each count before its values.
+/// Writes five counts (passes, nodes, passes of the open leaf, goals, squares), then the values of nodes, open leaf, goals and
+/// squares.
 fn write_tile<F: Write>(to: &mut Checked<F>, tile: &Tile) -> io::Result<()> {
     let (tree, goals, squares) = (tile.sums(), tile.goals(), tile.squares());
     let (open, open_passes) = tree.open();

@@ -3,7 +3,7 @@
 //!
 //! The idea is from Peters and Dachsbacher 2019, "Sampling Projected Spherical Caps in Real Time". Regions and maps are derived
 //! anew here for single precision. In the projection onto the plane of the surface, the cap's rim is an ellipse and the horizon is
-//! the unit circle. With `h` and `c` the heights of the cap's axis and of the center of its rim, and `x` along the projected axis:
+//! the unit circle. With `x` along the projected axis of the cap:
 //!
 //! - **whole**: the ellipse, filled like a disk;
 //! - **cut**, axis above the horizon: two fans around the center of the ellipse. The area of the fan to the rim's arc is linear in

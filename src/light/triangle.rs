@@ -232,8 +232,8 @@ impl<L: Lane> View<L> {
     }
 }
 
-/// `(a x b)·d`, from the sum and the difference of the two, so that exchanging them only flips the sign: neighbors agree about
-/// their edge.
+/// `2 (a x b)·d`, from the sum and the difference of `a` and `b`, so that exchanging them only flips the sign: neighbors agree
+/// about their edge.
 #[inline(always)]
 fn volume<L: Lane>(a: Vec3<L>, b: Vec3<L>, d: Vec3<L>) -> L {
     let (sum, edge) = (a + b, b - a);

@@ -43,12 +43,13 @@ pub(super) struct Plane {
     size: f32,
 }
 
-/// Rounding error in half-ulps of the product of two unit directions, over [`MARGIN`]. The directions to the corners of a tile have
-/// two each, and are nearly equal in a narrow view: at a distance of 1000 sizes from a body, the error was 0.3 of its size.
+/// Rounding error of the cross product of two unit directions: 8 half-ulps, in units of [`MARGIN`]. The directions to the corners
+/// of a tile have an error of two half-ulps each. In a narrow view they are nearly equal, so the product is short and its relative
+/// error large: at a distance of 1000 sizes from a body, the error was 0.3 of its size.
 const ROUNDED: f32 = 8.0 * f32::EPSILON / 2.0 / MARGIN;
 
 impl Plane {
-    /// Values below this are on the other side, for shapes at most `reach` from the origin.
+    /// Points with `dot(normal, p)` below this are outside of the half space, if they are at most `reach` from the origin.
     pub fn limit<L: Lane>(&self, reach: L) -> L {
         let margin = L::splat(self.size).mul_add(reach, L::splat(self.offset.abs()));
         L::splat(self.offset) - L::splat(MARGIN) * margin
@@ -93,7 +94,8 @@ impl LinearScene {
         }
     }
 
-    /// Computes the bounds of points from their bounding box.
+    /// Starts `points` with the bounding box of the points: it bounds `dot(normal, p) - offset` for each triangle until that is
+    /// measured.
     #[inline(never)]
     pub fn look<L: Lane>(&self, bounds: Bounds, points: &mut Points) {
         points.bounds = bounds;
@@ -112,10 +114,10 @@ impl LinearScene {
     /// Finds the shapes that may lie between points and the sphere `light`. The sphere or the triangles with the id `skip_id` block
     /// none of the rays there.
     ///
-    /// The segments lie in the convex hull of points and light. It is bounded by planes parallel to one axis, through a corner of
-    /// one box and the same corner of the other, if both boxes lie on one side (the shafts of Haines and Wallace 1994), and by the
-    /// box around both. A triangle with points and light strictly on one side of its plane is no occluder. If only its plane could
-    /// tell and [`Points`] has no measurement for it yet, the triangle is kept for [`Self::separated_by_plane`].
+    /// The segments from points to light lie in the convex hull of both. It is bounded by planes parallel to one axis, through a
+    /// corner of one box and the same corner of the other, if both boxes lie on one side (the shafts of Haines and Wallace 1994),
+    /// and by the box around both. A triangle with points and light strictly on one side of its plane is no occluder. If only its
+    /// plane could tell and [`Points`] has no measurement for it yet, the triangle is kept for [`Self::separated_by_plane`].
     #[inline(never)]
     pub fn in_shaft<L: Lane>(&self, points: &Points, light: &Ball, skip_id: u32, set: &mut Candidates) {
         let shapes = &self.shapes;

@@ -175,8 +175,8 @@ impl LinearScene {
             geometry: L::Bits::splat(u32::MAX),
             primitive: L::Bits::splat(u32::MAX),
         };
-        // Two loops instead of a chained iterator, which would test at each step which list is current. Idle lanes run along until
-        // the end.
+        // Two loops instead of a chained iterator, which would test at each step which list is current. Idle lanes are traced with
+        // the others, and masked at the end.
         for list in [&set.triangles, &set.lights] {
             for &i in list {
                 let Member {

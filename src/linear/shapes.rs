@@ -6,7 +6,7 @@ use crate::lane::{Bits, Lane, Mask};
 use crate::math::Vec3;
 use crate::shape::{Ball, FromOrigin, Triangle};
 
-/// Precomputed data of all shapes for culling. The shapes at an index are as many as there are lanes.
+/// Precomputed data of all shapes for culling. An index `at` stands for a packet: as many shapes from there on as there are lanes.
 #[derive(Clone, Debug, Default)]
 pub struct Shapes {
     pub triangles: Columns<33>,
@@ -23,7 +23,7 @@ const OFFSET: usize = 18;
 const LENGTH: usize = 19;
 // Upper bound on the corners' distance from the origin; margins scale with it.
 const REACH: usize = 20;
-// Skip id, as bits.
+// Skip id, as the bits of an `f32`.
 const AIM: usize = 21;
 // Data of `FromOrigin`, and the largest `norm1` of its sides.
 const SIDES: usize = 22;
@@ -119,7 +119,8 @@ impl Shapes {
     /// Triangles that no ray from the origin between these unit directions hits, because all such rays pass outside the same edge.
     pub fn apart<L: Lane>(&self, at: usize, corners: &[[f32; 3]; 4]) -> L::Mask {
         let sign: L = self.triangles.get(SIGN, at);
-        // A triangle seen edge-on has one short side; its rounding error is that of the other sides.
+        // An edge that points at the origin has a short side, but its rounding error is as large as that of the others: the margin
+        // scales with the longest side.
         let limit = L::splat(-MARGIN) * self.triangles.get(WIDEST, at);
         let mut apart = L::Mask::splat(false);
         for i in 0..3 {
@@ -130,7 +131,8 @@ impl Shapes {
         apart
     }
 
-    /// Triangles that have the light, and points between `low` and `high` from their planes, strictly on one side.
+    /// Triangles whose plane has the light and the points strictly on one side. `low` and `high` bound `dot(normal, p) - offset`
+    /// over the points `p`.
     pub fn separated_by_plane<L: Lane>(&self, at: usize, light: &Ball, low: L, high: L) -> L::Mask {
         let (length, offset): (L, L) = (self.triangles.get(LENGTH, at), self.triangles.get(OFFSET, at));
         let center = self.triangles.get3::<L>(NORMAL, at).dot(Vec3::splat(light.center)) - offset;

@@ -19,7 +19,7 @@ pub trait Model: Sized {
     fn stream(streams: &Streams) -> Option<&ModelStream<Self>>;
     /// The model's stream, mutable, if it has points.
     fn stream_mut(streams: &mut Streams) -> Option<&mut ModelStream<Self>>;
-    /// The model's stream, to be filled.
+    /// The model's stream, to be filled; allocated on the first call.
     fn filled(streams: &mut Streams) -> &mut ModelStream<Self>;
 }
 
@@ -77,7 +77,7 @@ models! {
     Diffuse: diffuse, 0;
     /// Phong's model.
     Phong: phong, 5;
-    /// GGX metals and coated dielectrics with rough surfaces.
+    /// The metallic-roughness model: rough metals, and diffuse bodies below a rough dielectric coat.
     Ggx: ggx, 5;
     /// Metals defined by their complex index of refraction.
     Conductor: conductor, 10;

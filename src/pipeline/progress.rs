@@ -68,9 +68,9 @@ impl Progress {
 pub struct Counters {
     /// Pixels x passes.
     pub samples: u64,
-    /// Camera rays traced through the accelerator.
+    /// Camera rays traced by the intersector.
     pub eye_rays: u64,
-    /// Shadow rays resolved, by the accelerator or by culling that left no occluder.
+    /// Shadow rays resolved, by the intersector or by culling that left no occluder.
     pub shadow_rays: u64,
     /// Contributions that were not a number; never written into a picture.
     pub invalid_nan: u64,

@@ -21,7 +21,8 @@ use crate::lane::{Bits, Mask};
 use crate::math::Vec3;
 use crate::shape::{EDGE, Hit, Ray};
 
-/// Half-ulps by which two distances of one place may differ, in the unit of `leave` in `stage/surface.rs`.
+/// The largest difference between two distances of one place: 32 half-ulps of the `size` that `leave` in `stage/surface.rs`
+/// defines.
 const ONE_PLACE: f64 = 32.0 * (f32::EPSILON / 2.0) as f64;
 
 /// Relative error bound of a distance in `f64`.

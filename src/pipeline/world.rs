@@ -61,7 +61,8 @@ pub struct World {
     pub environment: Option<Environment>,
     /// Generates camera rays.
     pub camera: CameraRays,
-    /// For each mesh, whether coplanar faces of other meshes cover its own; empty if there are no such meshes.
+    /// For each mesh, whether its faces overlap others in one plane, of other meshes or of its own; empty if there are no such
+    /// meshes.
     pub overlaps: Vec<bool>,
     /// Transform between scene and packet coordinates.
     pub space: Space,

@@ -33,7 +33,7 @@ impl Goal {
         Self::new(Work::Passes(spp.min(MOST_SPP), None))
     }
 
-    /// As many samples of every pixel as fit into `time`, to the nearest, at least one.
+    /// As many samples of every pixel as fit into `time`, rounded to the nearest number, at least one.
     pub fn time(time: Duration) -> Self {
         Self::passes(MOST_SPP).within(time)
     }
@@ -107,8 +107,8 @@ impl Goal {
         }
     }
 
-    /// For resuming a run that was saved on its way to `saved` samples of every pixel: the first goal, and the number of
-    /// samples to extend to afterwards, if this goal has more.
+    /// Splits this goal to resume a run that was saved on its way to `saved` samples of every pixel. Returns the goal to reach
+    /// first, and the number of samples to extend to afterwards, if this goal has more than `saved`.
     pub(super) fn resuming(self, saved: u32) -> (Self, Option<u32>) {
         match self.work {
             Work::Passes(spp, None) if saved < spp => {
@@ -129,7 +129,7 @@ impl Goal {
     }
 }
 
-/// The pass limit after the next block; `None` when it is time to stop.
+/// The number of passes at which the next block must end at the latest; `None` when it is time to stop.
 ///
 /// `end` is the target number of passes, `time` an optional limit in seconds, `spent` the seconds rendered so far,
 /// `pass_seconds` the time of a pass of the last block. A time limit is rounded to the nearest pass: one more starts if less

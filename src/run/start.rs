@@ -36,7 +36,7 @@ impl Prepared {
         self.start(Goal::shard(shard, spp))
     }
 
-    /// Resumes a saved run. The picture has the bits of an uninterrupted run.
+    /// Resumes a saved run. With the same goal, the picture has the bits of an uninterrupted run.
     ///
     /// The goal may have more samples of every pixel than the saved run's. The run then first reaches the saved run's goal, and
     /// continues as by [`Run::extend`]. The picture has the bits of an uninterrupted run if the saved run's goal ends a block

@@ -249,7 +249,7 @@ fn picture(key: &'static str, width: u32, height: u32, texels: &Texels) -> Check
     }
 }
 
-/// Checks the surface of a sphere or of a mesh: its material must exist, and with a texture the shape needs coordinates.
+/// Checks the surface of a sphere or of a mesh: its material must exist, and a mesh with a texture needs texture coordinates.
 fn surface(scene: &SceneBuilder, surface: Surface, mesh: Option<&Mesh>) -> Checked {
     let id = match surface {
         Surface::Emission(radiance) => return vector("emission", radiance, &NOT_NEGATIVE),

@@ -1,4 +1,4 @@
-//! Coincident shapes: what certainly hides the other is decided here in `f64`; the rest is reported.
+//! Coincident shapes. Where one certainly hides another, the hidden one is removed here, in `f64`; other coincidences are reported.
 //!
 //! Where two faces lie in one plane and overlap, rounding decides which of them a ray hits. The tie rule is the same for all
 //! packet widths, for both intersectors and for the oracle: the face whose front faces the ray, then the first in the file.
@@ -21,7 +21,7 @@ struct Twins {
     same_side: bool,
 }
 
-/// Pairs of faces with equal corners; each duplicate is paired once, with the first face at its place in the file.
+/// Pairs of faces with equal corners: each duplicate, with the first face in the file that has these corners.
 fn twins<M: Borrow<Mesh>>(meshes: &[M]) -> Vec<Twins> {
     // The addition turns -0 into 0.
     let corner = |v: DVec3| v.to_array().map(|x| (x + 0.0).to_bits());
@@ -62,8 +62,8 @@ fn twins<M: Borrow<Mesh>>(meshes: &[M]) -> Vec<Twins> {
     found
 }
 
-/// Removes faces that lie exactly on an earlier one that hides them: those with the same front side, those beside an emitting
-/// one, and those of one mesh unless only its front reflects. Returns a sentence if there are any.
+/// Removes faces that have the corners of an earlier face and are hidden by it: if both have the same front side, if one of them
+/// emits, or if both are of one mesh, unless only its front reflects. Returns a note for the user if there are any.
 pub fn drop_twins<M: Borrow<Mesh>>(
     meshes: &mut [M],
     one_sided: impl Fn(&Surface) -> bool,
@@ -96,8 +96,8 @@ fn name(mesh: usize) -> String {
     format!("mesh {}", mesh + 1)
 }
 
-/// Removes spheres with the centre of another one and a radius that is equal in single precision, if they are on the side
-/// hidden from the camera. A sentence names each pair.
+/// Of two spheres with one centre and radii that single precision cannot tell apart from the camera, removes the one that the other
+/// hides from the camera. Returns a note for each pair.
 pub fn drop_close(spheres: &mut Vec<Sphere>, origin: DVec3) -> Vec<String> {
     let mut order: Vec<usize> = (0..spheres.len()).collect();
     let key = |&i: &usize| {
@@ -213,8 +213,9 @@ fn flats(mesh: usize, its: &Mesh, origin: DVec3) -> Vec<Flat> {
     its.triangles.iter().map(flat).collect()
 }
 
-/// Pairs of meshes, by index, with visible overlapping faces in one plane; and whether all pairs were tested. The bottom of a
-/// body that stands on a floor does not count: it faces down, and its body hides it.
+/// Pairs of meshes, by index, with visible overlapping faces in one plane; a mesh paired with itself has faces back to back. Also
+/// returns whether all pairs were tested. The bottom of a body that stands on a floor does not count: it faces down, and its body
+/// hides it.
 pub fn overlaps<M: Borrow<Mesh>>(meshes: &[M], origin: DVec3) -> (Vec<[usize; 2]>, bool) {
     let numbered = meshes.iter().enumerate();
     let mut faces: Vec<Flat> = numbered.flat_map(|(i, mesh)| flats(i, mesh.borrow(), origin)).collect();
@@ -237,7 +238,8 @@ pub fn overlaps<M: Borrow<Mesh>>(meshes: &[M], origin: DVec3) -> (Vec<[usize; 2]
             }
         }
     }
-    // Twins of two meshes were found above; in one mesh both sides of a surface may be needed.
+    // Faces of two meshes with equal corners were found above. Those of one mesh are added here: both sides of its surface may be
+    // needed.
     let backs = twins(meshes)
         .into_iter()
         .filter(|twins| !twins.same_side && twins.first[0] == twins.second[0]);

@@ -70,7 +70,7 @@ impl Wrong {
         }
     }
 
-    /// Adds the invalid property, or several that belong together.
+    /// Adds the invalid property and its value.
     pub fn of(mut self, property: Property, value: impl fmt::Display) -> Self {
         self.property = Some(property);
         self.value = Some(value.to_string());

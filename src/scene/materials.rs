@@ -32,7 +32,7 @@ const MODELS: &str = "write diffuse = [r, g, b], or phong = [r, g, b] with expon
                       [r, g, b, alpha]; or base_color = [r, g, b] with metallic and roughness; or eta and k = [r, g, b] with \
                       roughness";
 
-/// Keys that only some models have: key, models, remedy for other models.
+/// Keys that only some models have: the key, the models, and the key to write instead of that of another model.
 const PARAMETERS: [(&str, &[&str], &str); 4] = [
     ("exponent", &["phong"], "phong"),
     ("metallic", &["base_color"], "base_color"),
@@ -40,7 +40,7 @@ const PARAMETERS: [(&str, &[&str], &str); 4] = [
     ("k", &["eta"], "eta"),
 ];
 
-/// The materials of a scene by name, for quick lookup: a scene can have as many as shapes.
+/// The materials of a scene by name. Look-up is quick, because a scene may have as many materials as shapes.
 #[derive(Default)]
 pub(super) struct Materials<'t> {
     places: HashMap<&'t str, MaterialId>,

@@ -1,4 +1,4 @@
-//! Rays and shapes, generic over lanes: pure functions, independent of the accelerator.
+//! Rays and shapes, generic over lanes: pure functions, independent of the intersector.
 
 mod ball;
 mod ray;

@@ -36,7 +36,8 @@ fn side<L: Lane>(from: Vec3<L>, to: Vec3<L>, direction: Vec3<L>) -> L {
     edge(from, to).dot(direction)
 }
 
-/// Twice the normal of the plane through the origin and an edge; its length is the area of the triangle between them.
+/// Twice `from x to`: a normal of the plane through the origin and an edge. Its length is four times the area of the triangle that
+/// they span.
 #[inline(always)]
 fn edge<L: Lane>(from: Vec3<L>, to: Vec3<L>) -> Vec3<L> {
     let (sum, edge) = (from + to, to - from);

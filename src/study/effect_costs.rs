@@ -105,7 +105,7 @@ pub fn measure(scene: &Scene, settings: Settings) -> Result<Costs, SetupError> {
         .filter_map(|effect| {
             let alone = Effects::of(&[effect]);
             if !needs.has(effect) {
-                // Effects that no stage of this plan can include are not measured.
+                // An absent effect that `without` cannot remove is not measured.
                 without(scene, effect).map(|_| (effect, scene.clone(), alone))
             } else {
                 without(scene, effect).map(|scene| (effect, scene, Effects::default()))

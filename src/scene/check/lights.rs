@@ -54,7 +54,7 @@ pub(super) fn light(light: &Light) -> Checked {
     }
 }
 
-/// Any finite vector except 0; a target is given relative to the light.
+/// Checks a direction: any finite vector except 0. A target was made a direction from the light before.
 fn direction(axis: DVec3, remedy: &'static str) -> Checked {
     vector("direction", axis, &FINITE)?;
     if axis != DVec3::ZERO {

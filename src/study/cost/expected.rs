@@ -28,8 +28,8 @@ impl Price {
         }
     }
 
-    /// Time of `--target-error` over that of one picture of the same error: it needs samples for certainty, and Sobol points
-    /// split between at least eight pictures lose their faster-than-1/n convergence.
+    /// Time of `--target-error` over that of one picture of the same error. `--target-error` takes further samples to be certain of
+    /// its error, and Sobol points split between at least eight pictures lose their faster-than-1/n convergence.
     fn by_replicates(&self) -> f64 {
         let gained = self.by_error.map_or(0.0, |law| (-law.0.slope - 1.0).clamp(0.0, 1.0));
         OVERHEAD * (2.0 * LEAST as f64).powf(gained)
@@ -52,8 +52,7 @@ impl Study {
         }
     }
 
-    /// Settings not seen to be slower than the cheapest one because their intervals overlap. Settings with the same bits count
-    /// as the cheapest.
+    /// Settings that the study cannot tell apart from the cheapest one, because their intervals overlap.
     pub fn ties(&self, error: f64) -> Vec<&Price> {
         let best = self.cheapest(error);
         let high = best.expected(error).high;

@@ -142,7 +142,7 @@ pub struct Study {
     pub warnings: Vec<String>,
     /// Seconds that it took.
     pub seconds: f64,
-    /// Every run.
+    /// Every look at every run.
     #[serde(skip)]
     pub lines: Vec<Line>,
     /// The picture that errors are measured against.

@@ -83,7 +83,7 @@ pub fn on_the_surface(effort: Effort) -> Checks {
             effort.of(1 << 15),
         );
         (worst, unsound) = (worst.max(sigmas), unsound + bad);
-        // And beside it, with half of it below the horizon.
+        // And the light beside the test point, half of it below the horizon.
         let beside = truth::clipped_sphere((1.0 / height).min(1.0 - 1e-16), PI / 2.0);
         let (sigmas, bad) = against(
             if height < 1.0 { PI } else { beside },

@@ -46,7 +46,7 @@ impl Layer {
     }
 }
 
-/// The named layer, or the default one without a name; and a sentence if others are possible.
+/// The named layer, or the default one without a name; and a note for the user if others are possible.
 pub(super) fn choose(headers: &[Header], called: Option<&str>) -> Result<(Layer, Option<String>), Problem> {
     let all: Vec<Layer> = (0..)
         .zip(headers)

@@ -114,7 +114,7 @@ fn floats(numbers: &[f32]) -> Vec<u8> {
     numbers.iter().flat_map(|x| x.to_le_bytes()).collect()
 }
 
-/// Three corners of a triangle about the origin, seen from +z counter-clockwise.
+/// A triangle with one corner at the origin, counter-clockwise as seen from +z.
 const CORNERS: [f32; 9] = [0., 0., 0., 1., 0., 0., 0., 1., 0.];
 
 const POSITIONS: &str = r#"{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}"#;

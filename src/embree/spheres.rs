@@ -77,7 +77,7 @@ impl PacketLane for F32x8 {
 
 impl Packet {
     /// # Safety
-    /// `column * n + first + L::N` numbers must be readable behind `columns`.
+    /// `column * n + first + L::N` numbers must be readable from `columns` on.
     #[inline(always)]
     unsafe fn get<L: PacketLane>(&self, column: usize, first: usize) -> L {
         // SAFETY: guaranteed by the caller.

@@ -85,7 +85,7 @@ impl Tile {
         self.skip(passes);
     }
 
-    /// Skips passes in which no pixel takes part.
+    /// Counts passes whose sums were added, or in which no pixel takes part.
     pub fn skip(&mut self, passes: u32) {
         if passes > 0 {
             self.passes += passes;

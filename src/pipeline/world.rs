@@ -237,8 +237,8 @@ impl World {
         let spheres = distinct_spheres(scene, &space);
         let mut lights = Vec::new();
         for (i, (_, sphere, Sphere { ball, origin_power })) in spheres.iter().enumerate() {
-            // For a sphere given by its power, only the power is exact to the rounding of the point; center and radius are less
-            // precise.
+            // The surface of a sphere with a power is more precise than its center and radius: a hit point is not projected onto
+            // these.
             let (put_onto, extent) = match origin_power {
                 Some(_) => (NOWHERE, [0.0; 3]),
                 None => (*ball, [ball.radius; 3]),
@@ -310,7 +310,7 @@ impl World {
         })
     }
 
-    /// Lanes that hit a mesh covered by coplanar faces of others; `None` if there is no such mesh.
+    /// Lanes that hit a mesh with [overlapping faces](Self::overlaps); `None` if there is no such mesh.
     #[inline(always)]
     pub fn covered<L: Lane>(&self, hit: &Hit<L>) -> Option<L::Mask> {
         if self.overlaps.is_empty() {

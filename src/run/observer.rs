@@ -32,8 +32,8 @@ pub trait Observer {
         false
     }
 
-    /// The latest time of the next [`look`](Self::look); `None` waits for the end of a block. Blocks double until a leaf of the
-    /// film is full. At that time the run pauses between two tiles, which changes no bit of the picture.
+    /// The latest time of the next [`look`](Self::look): the run then pauses between two tiles, which changes no bit of the
+    /// picture. `None` waits for the end of a block; blocks double until a leaf of the film is full.
     fn next_look(&self) -> Option<Instant> {
         None
     }

@@ -57,7 +57,7 @@ pub struct Run {
     levels: Vec<u32>,
     /// Ray counts of films that were discarded.
     spent: Counters,
-    /// The mean of the replicates so far, if the run ended before both halves had.
+    /// The mean of the replicates so far, if the run ended before its halves had an error.
     interim: Option<Picture>,
     progress: Arc<Progress>,
     /// The first pass.
@@ -305,7 +305,7 @@ impl Run {
         limit.is_some_and(|limit| self.spent(started) >= limit)
     }
 
-    /// Returns whether this was the last step.
+    /// Renders the next block, or the part of it until `pause`. Returns whether this was the last step.
     fn step_passes(&mut self, pause: Option<Instant>, started: Instant) -> bool {
         let end = self.goal.range(self.prepared.settings().film).end;
         let time = self.goal.time.map(|time| time.as_secs_f64());

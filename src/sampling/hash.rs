@@ -3,7 +3,7 @@
 use crate::lane::Bits;
 
 /// Four hashed words from four words: PCG4D of Jarzynski and Olano 2020, "Hash Functions for GPU Rendering", section 4. Uniform in
-/// the top bits; passes their statistical tests at the cost of eight products.
+/// the top bits; passes the statistical tests of that paper at the cost of twelve products.
 #[inline(always)]
 pub fn pcg4d<B: Bits>(address: [B; 4]) -> [B; 4] {
     // No `map`: its closure would become a call, compiled without the lanes' instruction set.

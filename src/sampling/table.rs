@@ -38,9 +38,9 @@ impl Table {
         Self { runs, per_pair }
     }
 
-    /// The table with couples of rows reordered to have the top bits of pair 1: where a pair's bit differs, the two rows swap their
-    /// points. In each couple one row has the bit set: the first digit of a Sobol point is the last of its index, and scrambles
-    /// keep couples together.
+    /// The table with the points of a pair swapped within couples of rows, so that their top bits are those of pair 1. In each
+    /// couple one row has the bit set: the first digit of a Sobol point is the last of its index, and scrambles keep couples
+    /// together.
     pub fn tossed(&self) -> Self {
         let pairs = (self.runs.len() / self.per_pair.max(1)) as u32;
         let point = |row: usize, pair: u32| {

@@ -32,7 +32,7 @@ pub fn disk<L: Lane>(u: L, v: L) -> (L, L) {
     (L::select(wide, along, across), L::select(wide, across, along))
 }
 
-/// Uniform in the cone with `one_minus_cos_max = 1 - cos(theta_max)`: `t` in [0, omc].
+/// Uniform in the cone with `one_minus_cos_max = 1 - cos(theta_max)`: `t` in [0, `one_minus_cos_max`].
 #[inline(always)]
 pub fn cone<L: Lane>(u: L, one_minus_cos_max: L) -> L {
     mutate!(u, ConeTowardsTheAxis => u * u) * one_minus_cos_max

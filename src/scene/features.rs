@@ -86,7 +86,7 @@ impl Features {
         one_each + self.triangle_lights + self.picked_lights
     }
 
-    /// Those that are in no list of lights: the environment and suns.
+    /// Number of lights that are in no list of lights: the environment and suns.
     pub fn unlisted(&self) -> usize {
         self.count(Effect::Environment) + self.count(Effect::Suns)
     }

@@ -16,7 +16,7 @@ const REVISION: &[u8] = b"Octolux scene 1";
 /// Texels converted to single precision at a time.
 const PIECE: usize = 1 << 12;
 
-/// SHA-256 in hexadecimal of camera, shapes with their materials, and environment.
+/// SHA-256 in hexadecimal of camera, shapes with their materials, environment and lights.
 ///
 /// It excludes names, the size of the picture, render settings and unused materials. It includes the order of shapes, because
 /// random numbers depend on it.

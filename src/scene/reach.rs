@@ -77,7 +77,7 @@ impl Scene {
             return Vec::new();
         }
         let eye = self.camera().origin;
-        // A sphere has surface on every side: stop here.
+        // A visible sphere has surface on every side, so every light may reach it.
         let ball_in_sight = self
             .spheres()
             .iter()

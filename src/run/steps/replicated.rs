@@ -52,8 +52,8 @@ impl Run {
         (Some(Replicates { levels, halves }), films, pictures)
     }
 
-    /// Pictures of the replicates so far, leaving out those with less than half of the maximum passes: their plain mean is a
-    /// picture, and their spread estimates its error without bias even if their passes differ.
+    /// Pictures of the replicates so far, leaving out those with less than half of the maximum passes. The plain mean of the others
+    /// is a picture, and their spread estimates its error without bias even if their passes differ.
     pub(super) fn comparable(&self) -> Vec<Picture> {
         let latest = self.halves.as_ref().filter(|_| self.goal.is_adaptive());
         let latest = latest.map(Halves::latest).unwrap_or_default();
@@ -66,7 +66,7 @@ impl Run {
         films.map(|film| film.film().picture()).collect()
     }
 
-    /// Returns whether this was the last step.
+    /// Renders the next picture that the halves want, and lets them decide once they have all. Returns whether this was the last step.
     pub(super) fn step_replicates(
         &mut self,
         asked: f64,
@@ -119,7 +119,7 @@ impl Run {
         done || samples > MOST_SPP.into() || self.time_is_over(started)
     }
 
-    /// For a run that ended before both halves had: computes the picture so far, and its error.
+    /// For a run that ended before its halves had an error: computes the picture so far, and its error.
     pub(super) fn sum_up(&mut self) {
         if let Work::Error(asked, _) = self.goal.work
             && self.halves.as_ref().is_some_and(|halves| halves.error().is_none())

@@ -75,7 +75,7 @@ impl Normals {
 /// A problem with the contents of a mesh file; `what` follows the file's name.
 type Problem = Fault;
 
-/// Transforms a mesh and computes normals. The sentences report omissions and guesses.
+/// Transforms a mesh and computes normals. Also returns notes about omissions and guesses.
 pub(super) fn finish(
     mut raw: RawMesh,
     placement: DMat4,

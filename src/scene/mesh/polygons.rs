@@ -77,7 +77,7 @@ impl Polygons {
         normal != DVec3::ZERO && (self.points.len() < 5 || sweep().sum::<f64>() <= std::f64::consts::TAU + 1e-6)
     }
 
-    /// Clips ears into `indices`; `false` if there is nothing to clip.
+    /// Clips ears into `indices`. Returns `false` if there are no ears, or too many corners.
     fn cut_ears(&mut self, place: usize) -> bool {
         if self.points.len() > MOST {
             self.guessed(place);
@@ -125,7 +125,7 @@ impl Polygons {
         self.crossing = Some((count + 1, first));
     }
 
-    /// A sentence if polygons intersect themselves; `places` is the kind of their places: lines or faces.
+    /// A note for the user if polygons intersect themselves; `places` is the kind of their places: lines or faces.
     pub fn note(&self, places: &str) -> Option<String> {
         let (count, first) = self.crossing?;
         let (faces, verb, their) = match count {

@@ -23,7 +23,7 @@ struct Found {
     least: f32,
 }
 
-/// Sets values slightly below 0 to 0; returns a sentence if there are any.
+/// Sets values slightly below 0 to 0. Returns a note for the user if there are any.
 ///
 /// # Errors
 /// The first texel that is not finite, otherwise the first that is too far below 0.

@@ -38,7 +38,7 @@ pub struct Look {
 pub struct Run {
     /// The seed.
     pub seed: u32,
-    /// From start to end.
+    /// The recorded pictures, by ascending samples per pixel.
     pub looks: Vec<Look>,
     /// What was traced.
     pub counters: Counters,
@@ -113,10 +113,10 @@ pub fn run(
     Ok(found)
 }
 
-/// Renders rounds of all variants, the defaults first, until there are enough and `more` (called after each round with their
-/// number) returns false. Each round rotates the order by one, so that no variant always follows the same one.
-/// A variant with the bits of the defaults in all of `effort.rounds` rounds is left out of further ones: its errors equal
-/// theirs, and its time is known well enough.
+/// Renders rounds of all variants, the defaults first, until there are enough and `more` returns false; it is called after each
+/// round with the number of rounds. Each round rotates the order by one, so that no variant always follows the same one. A variant
+/// with the bits of the defaults in all of the first `effort.rounds` rounds is left out of further ones: its errors equal theirs,
+/// and its time is known well enough.
 ///
 /// # Errors
 /// Where a render cannot start.

@@ -100,9 +100,9 @@ impl Estimate {
 /// Bootstrap resamples: enough to know its standard error to 5 %.
 const RESAMPLES: u32 = 200;
 
-/// The bootstrap over independent replicates (Efron 1979): `of` receives indices of replicates, first each once for the value
-/// itself, then as many drawn with replacement. Unlike the jackknife it also works for medians. Infinite where a resample has
-/// no finite value.
+/// The bootstrap over independent replicates (Efron 1979). `of` receives indices of replicates: each index once for the estimate
+/// itself, and as many indices drawn with replacement for each resample. Unlike the jackknife it also works for medians. The
+/// standard error is infinite where a resample has no finite value.
 ///
 /// # Panics
 /// Below two replicates.

@@ -103,7 +103,7 @@ fn two_lines((value, interval): (String, String)) -> String {
     format!("<span class=\"whole\">{value}</span><br><span class=\"soft\">{interval}</span>")
 }
 
-/// Effects that the scene requires: effect, evidence, consequence.
+/// All effects: how many shapes require each, and what follows for the kernel.
 pub fn effects(study: &Study, scene: &Scene) -> String {
     let found = Features::of(scene, scene.film());
     let triangles: usize = scene.meshes().iter().map(|mesh| mesh.triangles.len()).sum();
@@ -118,8 +118,8 @@ pub fn effects(study: &Study, scene: &Scene) -> String {
                 "none".to_owned()
             },
             match (count > 0, held) {
-                (true, _) => "the kernel holds it".to_owned(),
-                (false, true) => "the kernel holds it for want of a smaller one".to_owned(),
+                (true, _) => "compiled into the kernel".to_owned(),
+                (false, true) => "compiled into the kernel: there is no smaller one".to_owned(),
                 (false, false) => "<span class=\"soft\">no code for it runs</span>".to_owned(),
             },
         ]
@@ -139,7 +139,7 @@ pub fn effects(study: &Study, scene: &Scene) -> String {
         .iter()
         .map(|(label, why)| vec![escape(label), "not possible here".to_owned(), escape(why)]);
     rows.extend(impossible);
-    table("cards", &["effect", "shapes that call for it", "what follows"], &rows)
+    table("cards", &["effect", "shapes that require it", "what follows"], &rows)
 }
 
 /// Time by phase of one render.
@@ -167,7 +167,7 @@ pub fn phases(study: &Study) -> String {
             ),
         ),
         ("write EXR and PNG", words::seconds(p.write_s)),
-        ("eye rays", rays(p.eye_rays)),
+        ("camera rays", rays(p.eye_rays)),
         ("shadow rays", rays(p.shadow_rays)),
     ];
     let pairs: Vec<_> = pairs.map(|(name, what)| (name.to_owned(), what)).into();

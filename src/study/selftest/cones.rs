@@ -1,4 +1,4 @@
-//! Rows 1 to 4 and 9: cones of spheres, from smaller than an ulp to half of all directions.
+//! Cases 1 to 4 and 9: cones of spheres, from smaller than an ulp to half of all directions.
 
 use std::f64::consts::PI;
 
@@ -42,7 +42,7 @@ fn uniform(i: u32, stream: u32) -> (f32, f32) {
     Pair(a, b).unit()
 }
 
-/// Row 1.
+/// Case 1.
 pub fn tiny_sphere(effort: Effort) -> Checks {
     let steps = |from: f64, to: f64| (0..2000).map(move |i| from * (to / from).powf(f64::from(i) / 1999.0));
     let worst = |center: [f32; 3], sines: &mut dyn Iterator<Item = f64>| {
@@ -83,7 +83,7 @@ pub fn tiny_sphere(effort: Effort) -> Checks {
     Ok(checks)
 }
 
-/// Row 2.
+/// Case 2.
 pub fn narrow_cone(effort: Effort) -> Checks {
     let light = sphere([1.2, -0.7, 2.9], (1e-4 * 3.216_364_408_5) as f32);
     let cone = light.cone(Vec3::<f32>::zero());
@@ -123,7 +123,7 @@ pub fn chi_square(cells: &[f64], expected: f64) -> f64 {
     chi_square_as_normal(statistic, cells.len() - 1)
 }
 
-/// Row 3.
+/// Case 3.
 pub fn no_switch(_: Effort) -> Checks {
     let steps = 100_000;
     let at = |i: i32| {
@@ -140,7 +140,7 @@ pub fn no_switch(_: Effort) -> Checks {
     )])
 }
 
-/// Row 4.
+/// Case 4.
 pub fn point_on_the_sphere(effort: Effort) -> Checks {
     let mut worst = 0.0_f64;
     for power in 0..14 {
@@ -185,7 +185,7 @@ pub fn point_on_the_sphere(effort: Effort) -> Checks {
     ])
 }
 
-/// Row 9.
+/// Case 9.
 pub fn half_of_all(_: Effort) -> Checks {
     let (mut worst, mut unsound) = (0.0_f64, 0);
     for k in 0..4096_u16 {
@@ -201,7 +201,7 @@ pub fn half_of_all(_: Effort) -> Checks {
         .pdf();
     Ok(vec![
         Check::none(
-            "densities and distances at s = 1-2^-12..1 that are no sound numbers",
+            "densities at s = 1-2^-12..1 that are not finite and positive, distances that are not finite",
             unsound,
         ),
         Check::new("density against f64 there: largest relative error", worst, 5e-7),

@@ -1,4 +1,4 @@
-//! Rows 5 to 8, 18 to 20, 35 and 38: positions of emitters.
+//! Cases 5 to 8, 18 to 20, 35 and 38: positions of emitters.
 
 use std::f64::consts::PI;
 
@@ -45,7 +45,7 @@ pub fn rendered(irradiance: f64, scene: &Scene, kinds: &[EstimatorKind], passes:
     Ok(worst)
 }
 
-/// Row 5.
+/// Case 5.
 pub fn inside(effort: Effort) -> Checks {
     let (mut worst, mut unsound) = (0.0_f64, 0);
     for center in [[0.0, 0.0, 0.0], [0.1, 0.0, 0.7], [0.0, 0.0, -0.9], [0.9, 0.0, 0.0]] {
@@ -66,11 +66,11 @@ pub fn inside(effort: Effort) -> Checks {
             SIGMAS,
         ),
         Check::new("camera and scene inside, rendered: standard errors", rendered, SIGMAS),
-        Check::none("samples that are no sound numbers", unsound),
+        Check::none("samples that are NaN, infinite or negative", unsound),
     ])
 }
 
-/// Row 6.
+/// Case 6.
 pub fn on_the_surface(effort: Effort) -> Checks {
     let (mut worst, mut unsound) = (0.0_f64, 0);
     for ulps in -4..=4 {
@@ -99,11 +99,11 @@ pub fn on_the_surface(effort: Effort) -> Checks {
             worst,
             SIGMAS,
         ),
-        Check::none("samples that are no sound numbers", unsound),
+        Check::none("samples that are NaN, infinite or negative", unsound),
     ])
 }
 
-/// Row 7.
+/// Case 7.
 pub fn below_the_horizon(effort: Effort) -> Checks {
     let (mut worst, mut rejected) = (0.0_f64, 0.0_f64);
     for step in 0..19 {
@@ -136,7 +136,7 @@ pub fn below_the_horizon(effort: Effort) -> Checks {
     ])
 }
 
-/// Row 8.
+/// Case 8.
 pub fn on_the_ground(effort: Effort) -> Checks {
     let mut worst = 0.0_f64;
     for step in 0..13 {
@@ -166,7 +166,7 @@ pub fn on_the_ground(effort: Effort) -> Checks {
     ])
 }
 
-/// Row 18.
+/// Case 18.
 pub fn overlapping(effort: Effort) -> Checks {
     let (a, b) = ([0.3, 0.1, 1.2], [-0.2, 0.2, 1.5]);
     let lights = [
@@ -210,7 +210,7 @@ pub fn overlapping(effort: Effort) -> Checks {
     ])
 }
 
-/// Row 19.
+/// Case 19.
 pub fn coincident(effort: Effort) -> Checks {
     let one = bench::light([0.0, 4.0, 0.0], 1.0, 1.0);
     let near = bench::light([0.0, 4.0 + 1e-9, 0.0], 1.0, 1.0);
@@ -261,7 +261,7 @@ pub fn coincident(effort: Effort) -> Checks {
     ])
 }
 
-/// Row 20.
+/// Case 20.
 pub fn nested(effort: Effort) -> Checks {
     let lights = [
         test_point::light([0.3, 0.0, 3.0], 1.0, 0),
@@ -304,7 +304,7 @@ pub fn nested(effort: Effort) -> Checks {
     ])
 }
 
-/// Row 35.
+/// Case 35.
 pub fn few_lights(effort: Effort) -> Checks {
     let dark = bench::lit(&[])?;
     let zero = bench::light([0.0, 4.0, 0.0], 1.0, 0.0);
@@ -338,7 +338,7 @@ pub fn few_lights(effort: Effort) -> Checks {
     ])
 }
 
-/// Row 38.
+/// Case 38.
 pub fn fireflies(effort: Effort) -> Checks {
     let (s, packets) = (0.02_f64, effort.of(1 << 18));
     let lights = [SphereLight {

@@ -1,4 +1,4 @@
-//! Rows 39 and 40: files that cannot be written, and malicious input files.
+//! Cases 39 and 40: files that cannot be written, and malicious input files.
 
 use std::fs;
 use std::io;
@@ -12,7 +12,7 @@ use super::row::{Check, Checks, Effort};
 use crate::film::replace;
 use crate::scene::{FilmSize, Scene, SceneBuilder};
 
-/// Row 39: a file is replaced whole or not at all.
+/// Case 39: a file is replaced whole or not at all.
 pub fn writing(_: Effort) -> Checks {
     let folder = tempfile::tempdir()?;
     let path = folder.path().join("picture.exr");
@@ -126,7 +126,7 @@ pub fn panics(folder: &std::path::Path, name: &str, bytes: &[u8]) -> io::Result<
     Ok(catch_unwind(AssertUnwindSafe(|| drop(Scene::parse(&text, &scene)))).is_err())
 }
 
-/// Row 40.
+/// Case 40.
 pub fn hostile(effort: Effort) -> Checks {
     let folder = tempfile::tempdir()?;
     let mut rng = Pcg64::seed_from_u64(40);

@@ -1,4 +1,4 @@
-//! Row 46: delta lights and suns.
+//! Case 46: delta lights and suns.
 
 use std::f64::consts::PI;
 
@@ -9,7 +9,7 @@ use super::row::{Check, Checks, Effort};
 use super::truth;
 use crate::scene::{EstimatorKind, Light, Mesh, Scene};
 
-/// Row 46.
+/// Case 46.
 pub fn no_shapes(effort: Effort) -> Checks {
     Ok(vec![
         Check::new(
@@ -133,7 +133,7 @@ fn suns(effort: Effort) -> Result<f64, SelftestError> {
             let scene = plate(1.0, &[sun])?;
             let answer = 0.5 / PI * truth::clipped_sphere(sine, tilt);
             for estimator in EstimatorKind::ALL {
-                // The other estimators hit a sun of 5 degrees at the horizon once in 10 000 directions.
+                // `uniform` and `brdf` hit a sun of 5 degrees at the horizon once in 10 000 directions.
                 let sampled = !matches!(estimator, EstimatorKind::Uniform | EstimatorKind::Brdf);
                 if !sampled && radius < 60.0 {
                     continue;

@@ -1,4 +1,4 @@
-//! Rows 10 to 14: Phong's lobe and grazing directions.
+//! Cases 10 to 14: Phong's lobe and grazing directions.
 
 use std::f64::consts::PI;
 
@@ -27,7 +27,7 @@ fn furnace() -> [SphereLight; 1] {
     [test_point::light([0.0; 3], 10.0, 0)]
 }
 
-/// Row 10.
+/// Case 10.
 pub fn grazing(effort: Effort) -> Checks {
     let (mut highest, mut beyond, mut unsound) = (0.0_f64, f64::NEG_INFINITY, 0);
     for sine in [0.0, 1e-7, 1e-5, 1e-3, 0.1] {
@@ -51,15 +51,15 @@ pub fn grazing(effort: Effort) -> Checks {
     Ok(vec![
         Check::new("f cos / pdf of `brdf`, n.wo = 0..0.1: largest", beyond, 1.0 + 1e-6),
         Check::new(
-            "white furnace there: mean less 5.5 standard errors",
+            "white furnace there: mean minus 5.5 standard errors",
             highest,
             1.0 + 1e-6,
         ),
-        Check::none("samples that are no sound numbers", unsound),
+        Check::none("samples that are NaN, infinite or negative", unsound),
     ])
 }
 
-/// Row 11.
+/// Case 11.
 pub fn value(effort: Effort) -> Checks {
     let wr = [0.36_f32, 0.48, 0.8];
     let frame = Frame::about(Vec3::<f32>::splat(wr));
@@ -106,7 +106,7 @@ pub fn value(effort: Effort) -> Checks {
     ])
 }
 
-/// Row 12.
+/// Case 12.
 pub fn sampling(effort: Effort) -> Checks {
     let (mut chi, mut sigmas) = (0.0_f64, 0.0_f64);
     let (n, alphas) = (effort.of(1 << 18), [2.0_f32, 10.0, 1e3, 1e5, 1e6]);
@@ -138,7 +138,7 @@ pub fn sampling(effort: Effort) -> Checks {
     ])
 }
 
-/// Row 13.
+/// Case 13.
 pub fn lowest_exponent(effort: Effort) -> Checks {
     let (wr, wi) = ([0.0, 0.6, 0.8], [0.28, 0.0, 0.96_f32]);
     let cosine: f64 = wr
@@ -179,7 +179,7 @@ pub fn lowest_exponent(effort: Effort) -> Checks {
             1e-6,
         ),
         Check::new(
-            "white furnace at the first number above 1: mean less 5.5 standard errors",
+            "white furnace at the first number above 1: mean minus 5.5 standard errors",
             lit.mean.mean - SIGMAS * lit.mean.error(),
             1.0,
         ),
@@ -212,7 +212,7 @@ fn lanes_of_power<L: Lane>(cases: &[(f32, f32, f32)]) -> usize {
     different
 }
 
-/// Row 14.
+/// Case 14.
 pub fn powers_of_nothing(_: Effort) -> Checks {
     let cosines = [
         0.0,

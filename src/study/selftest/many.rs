@@ -1,4 +1,4 @@
-//! Row 34: many lights, of which a pass samples a list.
+//! Case 34: many lights, of which a pass samples a list.
 
 use std::f64::consts::PI;
 
@@ -16,7 +16,7 @@ use crate::study::estimate::Estimate;
 /// Seeds of a mean. Pixels of a tile share their lists, so the independent unit is a render, not a pixel.
 const SEEDS: u32 = 24;
 
-/// Row 34.
+/// Case 34.
 pub fn many_lights(effort: Effort) -> Checks {
     let mut worst = 0.0_f64;
     for count in [65, 1000] {

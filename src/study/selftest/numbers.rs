@@ -1,4 +1,4 @@
-//! Rows 15 to 17 and 30: extreme random numbers, MIS weights, rejected contributions, frames.
+//! Cases 15 to 17 and 30: extreme random numbers, MIS weights, rejected contributions, frames.
 
 use super::bench;
 use super::row::{Check, Checks, Effort};
@@ -64,7 +64,7 @@ fn unsound_corners(point: &ShadingPoint<f32, Bsdf<f32>>, light: &SphereLight) ->
     count + usize::from(pdf.is_nan() || pdf <= 0.0)
 }
 
-/// Row 15.
+/// Case 15.
 pub fn corners(_: Effort) -> Checks {
     let n = Vec3::splat([0.0, 0.0, 1.0]);
     let mut count = 0;
@@ -92,7 +92,7 @@ pub fn corners(_: Effort) -> Checks {
     let (last, _): (f32, f32) = Pair(Word(u32::MAX), Word(0)).unit();
     Ok(vec![
         Check::none(
-            "corners of the numbers of 160 places whose samples are no sound numbers or have no density",
+            "corners of the numbers of 160 places whose samples are NaN, infinite, negative or without density",
             count,
         ),
         Check::new(
@@ -103,7 +103,7 @@ pub fn corners(_: Effort) -> Checks {
     ])
 }
 
-/// Row 16: the weights of both techniques as the mixture computes them, `1 / (1 + omega p)` and `omega p / (1 + omega p)`.
+/// Case 16: the weights of both techniques as the mixture computes them, `1 / (1 + omega p)` and `omega p / (1 + omega p)`.
 pub fn weights(_: Effort) -> Checks {
     let (mut worst, mut unsound) = (0.0_f64, 0);
     for i in -76..=76 {
@@ -139,13 +139,13 @@ pub fn weights(_: Effort) -> Checks {
             2.0,
         ),
         Check::none(
-            "weights or samples, exponents up to 1e30, that are no sound numbers",
+            "weights or samples, exponents up to 1e30, that are NaN, infinite or negative",
             unsound,
         ),
     ])
 }
 
-/// Row 17.
+/// Case 17.
 pub fn thrown_away(_: Effort) -> Checks {
     // Radiance times solid angle overflows single precision: every sample is infinite.
     let hot = bench::lit(&[bench::light([0.0, 0.0, 0.0], 10.0, 3e38)])?;
@@ -191,7 +191,7 @@ pub fn thrown_away(_: Effort) -> Checks {
     ])
 }
 
-/// Row 30.
+/// Case 30.
 pub fn frames(effort: Effort) -> Checks {
     let mut worst = 0.0_f64;
     let mut look = |axis: [f32; 3]| {

@@ -1,4 +1,4 @@
-//! Rows 36 and 37: films and packets of awkward sizes.
+//! Cases 36 and 37: films and packets of awkward sizes.
 
 use super::bench;
 use super::bench::SelftestError;
@@ -46,7 +46,7 @@ fn widths(scene: &Scene, [width, height]: [u32; 2], passes: u32) -> Result<usize
     Ok(different)
 }
 
-/// Row 36.
+/// Case 36.
 pub fn awkward_films(effort: Effort) -> Checks {
     let scene = bench::scene(include_str!("../../../scenes/veach-mis.toml"))?;
     let (mut small, mut long) = (0, 0);
@@ -68,7 +68,7 @@ pub fn awkward_films(effort: Effort) -> Checks {
     ])
 }
 
-/// Row 37.
+/// Case 37.
 pub fn idle_lanes(_: Effort) -> Checks {
     let device = Device::new(1)?;
     let mut builder = SceneBuilder::new(&device, true)?;

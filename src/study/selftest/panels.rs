@@ -1,4 +1,4 @@
-//! Row 44: rows 5, 9 and 18 to 21 again, for emitting meshes.
+//! Case 44: cases 5, 9 and 18 to 21 again, for emitting meshes.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -50,7 +50,7 @@ pub fn large(effort: Effort) -> Result<f64, SelftestError> {
     let mut worst = 0.0_f64;
     for half in [40.0, 400.0, 4e3, 4e5, 4e7] {
         let irradiance = PI * form_factor(half, 4.0);
-        // Other techniques rarely miss the plate; they need too many samples to measure how rarely.
+        // Other estimators miss the plate so rarely that it takes too many samples to measure how rarely.
         let kinds = [EstimatorKind::Light, EstimatorKind::Mis];
         let scene = under(&[plate(half, 4.0, 1.0)])?;
         worst = worst.max(rendered(irradiance, &scene, &kinds, effort.of(128))?);
@@ -58,7 +58,7 @@ pub fn large(effort: Effort) -> Result<f64, SelftestError> {
     Ok(worst)
 }
 
-/// Row 44.
+/// Case 44.
 pub fn emitting_meshes(effort: Effort) -> Checks {
     let passes = effort.of(64);
     let (mut inside, mut small) = (0.0_f64, 0.0_f64);

@@ -1,4 +1,4 @@
-//! Rows 21 to 24: invariance under scale and translation, and self-intersection.
+//! Cases 21 to 24: invariance under scale and translation, and self-intersection.
 
 use std::sync::Arc;
 
@@ -109,7 +109,7 @@ pub fn moved_about(name: &str, scales: &[i32], offsets: &[f64], effort: Effort) 
     Ok(lost)
 }
 
-/// Row 24.
+/// Case 24.
 pub fn self_intersection(effort: Effort) -> Checks {
     let mut checks = Vec::new();
     for name in BODIES {
@@ -139,7 +139,7 @@ pub fn self_intersection(effort: Effort) -> Checks {
     Ok(checks)
 }
 
-/// Row 22.
+/// Case 22.
 pub fn far_away(_: Effort) -> Checks {
     let mut different = 0;
     for text in SCENES {
@@ -162,7 +162,7 @@ pub fn far_away(_: Effort) -> Checks {
     ])
 }
 
-/// Row 23.
+/// Case 23.
 pub fn scaled(_: Effort) -> Checks {
     let mut checks = Vec::new();
     for powers in [[-20, -19], [-7, -1], [1, 8], [19, 20], [-30, 30]] {
@@ -183,9 +183,9 @@ pub fn scaled(_: Effort) -> Checks {
     Ok(checks)
 }
 
-/// Row 21.
+/// Case 21.
 pub fn touching(_: Effort) -> Checks {
-    // A shell 8 ulp around the light, in ulp of the distance.
+    // A shell around the light, at a distance from it of 8 ulp of the light's distance.
     let gap = |distance: f64, ulps: f64| ulps * f64::from(f32::EPSILON) * distance;
     let (mut shell, mut wall) = (0, 0);
     for radius in [0.1, 0.5, 1.0] {
@@ -223,7 +223,7 @@ const SCENES: [&str; 2] = [
     include_str!("../../../scenes/large-lights.toml"),
 ];
 
-/// The scene with all lengths rounded to multiples of 2^-20, so moving it by 1e7 is exact.
+/// The scene with all positions rounded to multiples of 2^-20, so moving it by 1e7 is exact.
 fn exact(scene: &Scene) -> Result<Scene, InvalidScene> {
     let mut scene = scene.to_builder();
     let round = |place: &mut DVec3| *place = (*place * 1_048_576.0).round() / 1_048_576.0;

@@ -1,4 +1,4 @@
-//! Rows 31 to 34: large contrast, denormal numbers, long sums.
+//! Cases 31 to 34: large contrast, denormal numbers, long sums.
 
 use super::bench::{self, SIGMAS};
 use super::row::{Check, Checks, Effort};
@@ -8,7 +8,7 @@ use crate::scene::{EstimatorKind, FilmSize, InvalidScene, Mesh, Scene, Sphere, S
 use crate::settings::Lanes;
 use crate::study::estimate::Estimate;
 
-/// Row 31.
+/// Case 31.
 pub fn bright_beside_dim(effort: Effort) -> Checks {
     let wall = [[5.0, -9.0, -9.0], [5.0, -9.0, 9.0], [5.0, 9.0, 9.0], [5.0, 9.0, -9.0]];
     let walled = |lights: &[Sphere]| {
@@ -62,7 +62,7 @@ fn brighter(scene: &Scene, factor: f64) -> Result<Scene, InvalidScene> {
     scene.build()
 }
 
-/// Row 32.
+/// Case 32.
 pub fn denormals(effort: Effort) -> Checks {
     let scene = bench::lit(&[
         bench::light([1.0, 4.0, 0.0], 1.0, 1.0),
@@ -107,7 +107,7 @@ pub fn denormals(effort: Effort) -> Checks {
     ])
 }
 
-/// Row 33.
+/// Case 33.
 pub fn long_sums(effort: Effort) -> Checks {
     // Summed by chunks, like renders: 2^26 samples of 0.1 in one pixel.
     let (chunks, chunk) = (effort.of(1 << 15), 1 << 11);

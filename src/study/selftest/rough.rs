@@ -1,4 +1,4 @@
-//! Row 45: microfacet surfaces, from roughness below the spacing of directions up, also at grazing angles.
+//! Case 45: microfacet surfaces, from roughness below the spacing of directions up, also at grazing angles.
 
 use super::bench::SIGMAS;
 use super::row::{Check, Checks, Effort};
@@ -66,7 +66,7 @@ impl Found {
     }
 }
 
-/// Row 45.
+/// Case 45.
 pub fn grazing(effort: Effort) -> Checks {
     let n = Vec3::splat([0.0, 0.0, 1.0]);
     let (mut mirrors, mut bodies) = (Found::default(), Found::default());
@@ -96,12 +96,12 @@ pub fn grazing(effort: Effort) -> Checks {
             1.0 + 1e-5,
         ),
         Check::new(
-            "white furnace there, metals and coated bodies: mean less 5.5 standard errors",
+            "white furnace there, metals and coated bodies: mean minus 5.5 standard errors",
             mirrors.albedo.max(bodies.albedo),
             1.0 + 1e-5,
         ),
         Check::none(
-            "directions that are not unit, values and densities that are no sound numbers",
+            "directions that are not unit vectors; values and densities that are NaN, infinite or negative",
             mirrors.unsound + bodies.unsound,
         ),
     ])

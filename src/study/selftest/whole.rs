@@ -30,7 +30,7 @@ pub fn furnace(effort: Effort) -> Checks {
     }
     Ok(vec![
         Check::new("diffuse: mean against 1: standard errors", worst, SIGMAS),
-        Check::new("diffuse and Phong: mean less 5.5 standard errors", gain, 1.0 + 1e-6),
+        Check::new("diffuse and Phong: mean minus 5.5 standard errors", gain, 1.0 + 1e-6),
     ])
 }
 

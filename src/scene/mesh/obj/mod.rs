@@ -48,7 +48,7 @@ struct Obj {
     /// Present once a corner has more than a position.
     corners: Option<Corners>,
     polygons: Polygons,
-    /// The smoothing group, as a number of [`Set`]; none for `s 0` and `s off`.
+    /// The smoothing group, numbered like a normal of [`Set`]; none for `s 0` and `s off`.
     group: u32,
     groups: HashMap<Vec<u8>, u32>,
     /// Faces that refer to later elements of the file, with their lines and groups.

@@ -60,7 +60,7 @@ pub const CASES: [Case; 46] = [
     case(14, "powers of 0 and of negative cosines", lobes::powers_of_nothing),
     case(15, "random numbers 0 and next to 1", numbers::corners),
     case(16, "weights of extreme densities", numbers::weights),
-    case(17, "samples that are no numbers", numbers::thrown_away),
+    case(17, "NaN and infinite samples", numbers::thrown_away),
     case(18, "overlapping lights", emitters::overlapping),
     case(19, "coincident lights, order of lights", emitters::coincident),
     case(20, "nested lights", emitters::nested),
@@ -89,5 +89,5 @@ pub const CASES: [Case; 46] = [
     case(43, "estimators agree tile by tile", whole::estimators_agree),
     case(44, "meshes that emit, where spheres are hard", panels::emitting_meshes),
     case(45, "mirrors, rough surfaces at grazing angles", rough::grazing),
-    case(46, "lights that are no shapes", lamps::no_shapes),
+    case(46, "lights without a shape", lamps::no_shapes),
 ];

@@ -113,7 +113,7 @@ impl SceneBuilder {
         // SAFETY: the scene is alive and not committed.
         unsafe {
             functions.rtcSetSceneFlags(scene, flags);
-            // Medium quality traces as fast as high on the scenes measured (design notes), and builds faster.
+            // Medium quality builds faster than high, and traces as fast on the scenes that were measured.
             functions.rtcSetSceneBuildQuality(scene, ffi::RTC_BUILD_QUALITY_MEDIUM);
         }
         device.check()?;

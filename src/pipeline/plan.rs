@@ -190,7 +190,7 @@ impl Plan {
         if features.nothing_in_sight() {
             return Ok(Self {
                 name: format!("{name}-blank"),
-                why: "no eye ray can meet anything".to_owned(),
+                why: "no camera ray can hit anything".to_owned(),
                 intersector,
                 lanes,
                 together,

@@ -49,7 +49,8 @@ pub struct Replay {
     pub seen: [f64; 3],
     /// The point where light was sampled.
     pub point: Option<Point>,
-    /// The sampled directions: one or two for each spherical light, or one for the point.
+    /// The sampled directions: one or two per light, or one for the point and one per delta light. Large meshes are left out, see
+    /// [`Self::meshes_untold`].
     pub asked: Vec<Asked>,
     /// The rays traced from the point, to lights of every kind.
     #[serde(skip)]
@@ -209,7 +210,7 @@ fn met<T: Tracer>(world: &World, origin: Vec3<f32>, direction: Vec3<f32>) -> Opt
         &ray(origin, direction, f32::INFINITY, NO_SKIP_ID),
         Coherence::Coherent,
     );
-    // Spheres that are one in single precision are one to rays.
+    // Of spheres that coincide in single precision only one is traced; this is its index in the scene.
     let sphere = |primitive: u32| world.sphere_numbers[primitive as usize];
     let on_sphere = hit.geometry.0 == world.sphere_geometry;
     hit.found.then(|| Met {

@@ -34,7 +34,7 @@ pub enum Effect {
     Environment,
     /// Meshes that are lit as if they were as smooth as their normals.
     SmoothTerminator,
-    /// More lights than are all asked in every pass.
+    /// More lights than a pass samples one by one.
     ManyLights,
     /// Metals and coated bodies with rough surfaces.
     Ggx,

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::{Camera, FilmSize, Fov};
 
-/// The view frustum: four planes through the eye and the edges of the picture, with the visible side inwards.
+/// The view frustum: four planes through the camera and the edges of the picture, with the visible side inwards.
 #[derive(Clone, Debug)]
 pub(super) struct Frustum {
     eye: DVec3,

@@ -82,8 +82,8 @@ fn rotation(axis: usize, degrees: f64) -> DMat3 {
     DMat3::from_cols(columns[0], columns[1], columns[2])
 }
 
-/// Transforms points by `matrix` and normals by its inverse transpose (without normalizing). A mirror flips the winding of
-/// triangles, which preserves their front.
+/// Transforms points by `matrix`, and normals by its inverse transpose to unit length. A mirror flips the winding of triangles,
+/// which preserves their front.
 pub fn apply(raw: &mut RawMesh, matrix: DMat4) {
     if matrix == DMat4::IDENTITY {
         return;

@@ -30,7 +30,7 @@ const FREE: f64 = 0.95;
 pub enum Verdict {
     /// The defaults, the baseline of all others.
     Default,
-    /// Unbiased as far as seen, and not slower for the same error: at most a twentieth, as far as is known.
+    /// Unbiased as far as seen, and for the same error slower by a twentieth at most, by the lower end of its interval.
     Free,
     /// Unbiased as far as seen, but slower for the same error.
     Paid,
@@ -307,7 +307,8 @@ impl Judged<'_> {
         }
     }
 
-    /// Whether each seed's picture is nearer to that of the defaults with the same seed than to any other's.
+    /// Whether pictures differ from those of the defaults with the same seed by less than a tenth of the noise, as a root mean
+    /// square over seeds.
     fn same_noise(&self) -> bool {
         let apart: f64 = self
             .runs

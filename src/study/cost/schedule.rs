@@ -1,4 +1,4 @@
-//! Splits the budget: an eighth for measuring what things cost, a quarter for the reference, half for the rounds, the rest for
+//! Splits the budget: a twelfth for measuring what things cost, a quarter for the reference, half for the rounds, the rest for
 //! pictures and the page.
 
 use std::time::Instant;

@@ -16,7 +16,7 @@ struct Found {
     unsound: usize,
     /// The largest weight.
     largest: f64,
-    /// The largest mean weight in a white furnace, less its standard error.
+    /// The largest mean weight in a white furnace, minus 5.5 standard errors.
     albedo: f64,
 }
 

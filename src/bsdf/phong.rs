@@ -1,4 +1,4 @@
-//! The normalized Phong lobe of the hand-out: `f = rho (alpha + 1) / (2 pi) max(0, dot(wr, wi))^alpha`.
+//! The normalized Phong lobe of the course assignment (README): `f = rho (alpha + 1) / (2 pi) max(0, dot(wr, wi))^alpha`.
 
 use super::{Ball, Brdf, Lobe, mirrored, rises};
 use crate::lane::Lane;
@@ -95,7 +95,7 @@ impl<L: Lane> Brdf<L> for Phong<L> {
         eval(self.wr, wi, cos_theta, self.alpha)
     }
 
-    /// The remainder after density and value cancel (the hand-out, section 5).
+    /// The remainder after density and value cancel (the assignment, section 5).
     #[inline(always)]
     fn weight(&self, _: Vec3<L>, cos_theta: L) -> L {
         cos_theta

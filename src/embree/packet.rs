@@ -32,7 +32,7 @@ impl Coherence {
 pub trait TraceLane: Lane {
     /// Closest hits of active rays.
     fn intersect(accel: &Accel, active: Self::Mask, ray: &Ray<Self>, coherence: Coherence) -> Hit<Self>;
-    /// Which active rays hit anything.
+    /// Which active rays hit any shape but the one with their skip id.
     fn occluded(accel: &Accel, active: Self::Mask, ray: &Ray<Self>, coherence: Coherence) -> Self::Mask;
 }
 

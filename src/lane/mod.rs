@@ -1,9 +1,9 @@
 //! Lanes: one real number per ray, and masks of active rays.
 //!
 //! All code above is generic over [`Lane`]. The trait has only operations that IEEE 754 rounds exactly (`+ - * / sqrt fma`,
-//! comparisons, selections, conversions) and bit operations. So `f32` and `f32x8` give the same bits in every lane. Functions such
-//! as `exp` are built from these in [`crate::math::elementary`]. The approximate instructions for `1/x` and `1/sqrt(x)` are not
-//! exact and are deliberately excluded.
+//! comparisons, selections, conversions) and bit operations. So every lane type gives the same bits in each lane. Functions such as
+//! `exp` are built from these in [`crate::math::elementary`]. The approximate instructions for `1/x` and `1/sqrt(x)` are not exact
+//! and are deliberately excluded.
 //!
 //! The type of sixteen lanes is not public: a value of it could be created on a processor without its instructions. Use
 //! [`crate::embree::in_sixteen`], which checks the processor first.

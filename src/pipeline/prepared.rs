@@ -160,7 +160,7 @@ impl Prepared {
         };
         if same != self.settings {
             return Err(SetupError::Unsupported {
-                what: "the film, the threads, the accelerator, robust, cull and lights cannot change once a scene is prepared"
+                what: "the film, the threads, the intersector, robust, cull and lights cannot change once a scene is prepared"
                     .to_owned(),
                 remedy: "prepare the scene again",
             });

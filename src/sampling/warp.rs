@@ -62,8 +62,8 @@ pub fn cosine_pdf<L: Lane>(cosine: L) -> L {
     cosine.max(L::zero()) * L::splat(FRAC_1_PI)
 }
 
-/// Proportional to `cos^alpha` over the hemisphere: `cos = (1 - u)^(1 / (alpha + 1))` (the hand-out, section 5), so
-/// `t = -expm1(ln(1 - u) / (alpha + 1))`, which is accurate for every exponent. `1 - u` is exact and nonzero.
+/// Proportional to `cos^alpha` over the hemisphere: `cos = (1 - u)^(1 / (alpha + 1))` (the course assignment, section 5), so `t =
+/// -expm1(ln(1 - u) / (alpha + 1))`, which is accurate for every exponent. `1 - u` is exact and nonzero.
 #[inline(always)]
 pub fn power<L: Lane>(u: L, alpha: L) -> L {
     -expm1(ln(L::one() - u) / (alpha + L::one()))

@@ -176,7 +176,7 @@ fn right_scenes_are_not_accused() {
     assert!(accused.is_empty(), "{}", accused.join("\n"));
 }
 
-/// Where what is seen is not defined, since faces lie in one another without being the same, a row says so and names the meshes.
+/// Where faces coincide but differ, what is seen is not defined: a row says so and names the meshes.
 #[test]
 fn coincident_faces_are_named() {
     let text = format!("{VIEW}{}{}{LAMP}", floor(A), square([0.0; 3], 3.0, WHOLE, B));

@@ -92,7 +92,7 @@ fn samples(runs: &Runs) -> f64 {
         .sum()
 }
 
-/// A variant against the defaults, at the last look of each, seed by seed; `Source` is the estimator of each.
+/// A variant against the defaults, at the last look of each, seed by seed. Each comes with its estimator.
 pub fn of_variant(
     (runs, estimator): (&Runs, EstimatorKind),
     (defaults, default): (&Runs, EstimatorKind),

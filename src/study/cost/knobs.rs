@@ -88,7 +88,7 @@ pub const KNOBS: [Knob; 9] = [
     },
     Knob {
         name: "lights",
-        what: "which lights a pass asks, where there are many",
+        what: "which lights a pass samples, where there are many",
         values: |from| {
             let of = |asked: LightsAsked| (asked.to_string(), from.with(|s| s.lights = asked));
             [LightsAsked::All, LightsAsked::List(16), LightsAsked::List(64)]

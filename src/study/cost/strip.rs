@@ -106,8 +106,8 @@ fn order(label: &str) -> usize {
         .unwrap_or(usize::MAX)
 }
 
-/// Two disjoint windows between which the best estimator changes: the one where some estimator beats another by the largest
-/// factor, and one where that other estimator or a third is best.
+/// Two disjoint windows: the one where the worst estimator has the largest error over that of the best, and of the others the first
+/// in that order where another estimator is best, if there is one.
 fn crops(frames: &[Frame], film: FilmSize, truth: &Truth) -> Vec<[u32; 2]> {
     if film.width < 2 * CROP || film.height < CROP {
         return Vec::new();

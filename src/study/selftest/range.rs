@@ -1,4 +1,4 @@
-//! Cases 31 to 34: large contrast, denormal numbers, long sums.
+//! Cases 31 to 33: large contrast, denormal numbers, long sums.
 
 use super::bench::{self, SIGMAS};
 use super::row::{Check, Checks, Effort};

@@ -307,8 +307,7 @@ impl Judged<'_> {
         }
     }
 
-    /// Whether pictures differ from those of the defaults with the same seed by less than a tenth of the noise, as a root mean
-    /// square over seeds.
+    /// Whether pictures differ from those of the defaults with the same seed by less than a tenth of the noise (rms over seeds).
     fn same_noise(&self) -> bool {
         let apart: f64 = self
             .runs

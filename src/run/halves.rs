@@ -13,6 +13,7 @@
 //! samples rendered to judge the other half are not averaged, and halves are less certain. At least eight replicates are
 //! needed, whose cost for a Sobol sequence is given in [`super::replicates`].
 
+use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::SQRT_2;
 
@@ -195,9 +196,10 @@ impl Halves {
             for (&(_, passes), picture) in &self.pictures {
                 of.entry(passes).or_default().push(picture);
             }
+            // Of equal numbers of samples, the earlier look: more pictures tell an error better.
             let most = of
                 .into_iter()
-                .max_by_key(|(passes, all)| u64::from(*passes) * all.len() as u64);
+                .max_by_key(|(passes, all)| (u64::from(*passes) * all.len() as u64, Reverse(*passes)));
             return most.map_or_else(Vec::new, |(_, all)| all.into_iter().cloned().collect());
         }
         let latest: BTreeMap<usize, (u32, &Picture)> = self

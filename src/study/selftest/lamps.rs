@@ -100,8 +100,9 @@ fn in_a_surface() -> Result<usize, SelftestError> {
     let mut blocked = 0;
     for height in [0.5, 1.0, 2.0, 7.3] {
         let mut scene = bench::test_point();
-        let lean = |x: f64, z: f64| [x, height + 0.3 * x - 0.2 * z, z];
-        let corners = [lean(-1.0, 1.0), lean(1.0, 1.0), lean(1.0, -1.0), lean(-1.0, -1.0)];
+        // Smaller than its height, so that the camera looks at the plate below it.
+        let lean = |x: f64, z: f64| [x, 1.0 + 0.3 * x - 0.2 * z, z].map(|k| height * k);
+        let corners = [lean(-0.5, 0.5), lean(0.5, 0.5), lean(0.5, -0.5), lean(-0.5, -0.5)];
         scene.mesh(Mesh::quadrilateral(corners, PLATE));
         scene.light(Light::point(lean(0.2, 0.1), [1.0; 3]));
         let scene = scene.build()?;

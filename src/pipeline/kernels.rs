@@ -51,9 +51,8 @@ const CAMERA_KERNELS: &[(Effects, CameraKernel)] = camera_kernels![
     [Diffuse],
     [Phong],
     [SmoothNormals],
-    [Blend, OneSided, Textures],
+    [Blend, OneSided, Textures, SmoothTerminator],
     [Environment, Ggx, Conductor, Suns],
-    [SmoothTerminator],
     [Lens],
 ];
 

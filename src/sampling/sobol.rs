@@ -31,7 +31,7 @@ pub fn sobol_2d<B: Bits>(index: B) -> [B; 2] {
     for bit in 0..32 {
         let digit = index.shr(bit) & B::splat(1);
         first = first ^ digit.shl(31 - bit);
-        second = second ^ digit * B::splat(direction);
+        second = second ^ (digit * B::splat(direction));
         direction ^= direction >> 1;
     }
     [first, second]

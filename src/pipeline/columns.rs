@@ -99,10 +99,10 @@ impl<const K: usize> Columns<K> {
         self.len = 0;
     }
 
-    /// Replaces the contents with the range `part` of `other`.
-    pub(super) fn copy(&mut self, other: &Self, part: Range<usize>) {
+    /// Replaces the contents of the first columns with the range `part` of those of `other`.
+    pub(super) fn copy(&mut self, other: &Self, part: Range<usize>, columns: usize) {
         self.len = part.len();
-        for (own, others) in self.columns.0.iter_mut().zip(&other.columns.0) {
+        for (own, others) in self.columns.0[..columns].iter_mut().zip(&other.columns.0) {
             own[..part.len()].copy_from_slice(&others[part.clone()]);
         }
     }

@@ -51,9 +51,8 @@ const CAMERA_KERNELS: &[(Effects, CameraKernel)] = camera_kernels![
     [Diffuse],
     [Phong],
     [SmoothNormals],
-    [Blend, OneSided, Textures],
+    [Blend, OneSided, Textures, SmoothTerminator],
     [Environment, Ggx, Conductor, Suns],
-    [SmoothTerminator],
     [Lens],
 ];
 
@@ -103,8 +102,13 @@ pub const fn mix(estimator: EstimatorKind) -> Mix {
     }
 }
 
-/// The sampling density of a BRDF model, for estimators whose density depends on the model.
+/// The sampling densities of a BRDF model, for estimators whose density depends on the model. Common models have stages of their own
+/// for `light` and `mis`; for the others one stage reads the mix at run time, which saves compile time.
 pub(super) trait Suited: Model {
+    /// The density of `light`.
+    type Light: Directions<Self>;
+    /// The density of `mis`.
+    type Mis: Directions<Self>;
     /// The density of `projected`. Lobes not proportional to the cosine fall back to cone sampling.
     type Projected: Directions<Self> + per_light::Directions<f32, Self::Of<f32>>;
     /// The density of `product`. Lobes that cannot be sampled in part fall back to the mixture of `mis`.
@@ -112,31 +116,39 @@ pub(super) trait Suited: Model {
 }
 
 impl Suited for model::Diffuse {
+    type Light = ConeOnly;
+    type Mis = Average;
     type Projected = Projected;
     type Product = ConeOrCap;
 }
 
 impl Suited for model::Phong {
+    type Light = ConeOnly;
+    type Mis = Average;
     type Projected = ConeOnly;
     type Product = LobeInCap;
 }
 
 impl Suited for model::Ggx {
-    type Projected = ConeOnly;
-    type Product = Average;
+    type Light = Mix;
+    type Mis = Mix;
+    type Projected = Mix;
+    type Product = Mix;
 }
 
 impl Suited for model::Conductor {
-    type Projected = ConeOnly;
-    type Product = Average;
+    type Light = Mix;
+    type Mis = Mix;
+    type Projected = Mix;
+    type Product = Mix;
 }
 
 fn shade_model<M: Suited + Probed>(estimator: EstimatorKind, needs: (Effects, bool)) -> Vec<Kernel> {
     let mut rows = match estimator {
         EstimatorKind::Uniform => vec![Kernel::of::<shade::PerPoint<per_point::Sphere, M>>()],
         EstimatorKind::Brdf => vec![Kernel::of::<shade::PerPoint<per_point::Lobe, M>>()],
-        EstimatorKind::Light => kinds::<ConeOnly, M>(needs),
-        EstimatorKind::Mis => kinds::<Average, M>(needs),
+        EstimatorKind::Light => kinds::<M::Light, M>(needs),
+        EstimatorKind::Mis => kinds::<M::Mis, M>(needs),
         EstimatorKind::Mis2Balance | EstimatorKind::Mis2Power => kinds::<Mix, M>(needs),
         EstimatorKind::Projected => kinds::<M::Projected, M>(needs),
         EstimatorKind::Product => kinds::<M::Product, M>(needs),
@@ -161,7 +173,7 @@ fn kinds<D: Directions<M>, M: Probed>((needs, lists): (Effects, bool)) -> Vec<Ke
     let there = kinds
         .into_iter()
         .filter(|(kind, _)| needs.has(*kind) && !in_lists(*kind));
-    let listed = lists.then(Kernel::of::<listed::PerListed<D, M>>);
+    let listed = lists.then(Kernel::of::<listed::PerListed<D::Listed, M>>);
     listed.into_iter().chain(there.map(|(_, row)| row)).collect()
 }
 

@@ -8,6 +8,7 @@ mod beside;
 mod kinds;
 mod listed;
 mod told;
+mod tracing;
 
 use serde::Serialize;
 
@@ -17,7 +18,6 @@ use super::progress::Counters;
 use super::settings::Settings;
 use super::stage::{Chunk, MARKS, Scratch, Segment, pairs};
 use super::stream::Address;
-use super::tracer::{BruteForce, ByEmbree, Tracer};
 use super::world::World;
 use crate::bsdf::Brdf;
 use crate::embree::{Coherence, NO_SKIP_ID, Ray};
@@ -28,8 +28,8 @@ use crate::lane::Word;
 use crate::math::Vec3;
 use crate::sampling::{PassBlock, TechniqueSample, warp};
 use crate::scene::{Effect, EstimatorKind};
-use crate::settings::AccelKind;
 use told::{Told, found, of_spheres, technique};
+use tracing::OneByOne;
 
 pub use asked::{Asked, Found};
 pub use beside::Beside;
@@ -132,8 +132,9 @@ pub(super) fn replay(
         shade(&mut chunk, &mut scratch);
     }
     let rays = chunk.log.take().unwrap_or_default();
+    let tracer = &OneByOne::new(world, plan.intersector.accel);
     let sample = Sample {
-        accel: plan.intersector.accel,
+        tracer,
         lists: plan.asks_lists(),
         pixel: [x, y],
         settings,
@@ -157,11 +158,7 @@ pub(super) fn replay(
             .any(|asked: &Asked| asked.found.is_some_and(|found| found.wi == ray.direction))
     };
     let others = rays.iter().filter(|ray| untold && !told(ray));
-    let beside = others.map(|ray| match plan.intersector.accel {
-        AccelKind::Embree => beside::of::<ByEmbree>(world, ray),
-        AccelKind::Linear => beside::of::<BruteForce>(world, ray),
-    });
-    let beside = beside.collect();
+    let beside = others.map(|ray| beside::of(tracer, ray)).collect();
     let key = numbers.key(Word(y * width + x));
     let (u, v) = numbers.pair(key, Word(0), pairs::PIXEL).unit::<f32>();
     let place = (x as f32 + u, y as f32 + v);
@@ -176,10 +173,7 @@ pub(super) fn replay(
         sample: [x, y, pass],
         origin: origin.lane(0),
         direction: direction.lane(0),
-        hit: match plan.intersector.accel {
-            AccelKind::Embree => met::<ByEmbree>(world, origin, direction),
-            AccelKind::Linear => met::<BruteForce>(world, origin, direction),
-        },
+        hit: met(tracer, origin, direction),
         rays,
         seen,
         point,
@@ -200,16 +194,9 @@ fn ray(origin: Vec3<f32>, direction: Vec3<f32>, tfar: f32, skip_id: u32) -> Ray<
     }
 }
 
-fn met<T: Tracer>(world: &World, origin: Vec3<f32>, direction: Vec3<f32>) -> Option<Met> {
-    let mut set = Default::default();
-    T::keep_all(world, &mut set);
-    let hit = T::nearest::<f32>(
-        world,
-        &set,
-        true,
-        &ray(origin, direction, f32::INFINITY, NO_SKIP_ID),
-        Coherence::Coherent,
-    );
+fn met(tracer: &OneByOne, origin: Vec3<f32>, direction: Vec3<f32>) -> Option<Met> {
+    let world = tracer.world;
+    let hit = tracer.nearest(&ray(origin, direction, f32::INFINITY, NO_SKIP_ID), Coherence::Coherent);
     // Of spheres that coincide in single precision only one is traced; this is its index in the scene.
     let sphere = |primitive: u32| world.sphere_numbers[primitive as usize];
     let on_sphere = hit.geometry.0 == world.sphere_geometry;
@@ -227,7 +214,7 @@ fn met<T: Tracer>(world: &World, origin: Vec3<f32>, direction: Vec3<f32>) -> Opt
 
 /// The context of a replay.
 struct Sample<'a> {
-    accel: AccelKind,
+    tracer: &'a OneByOne<'a>,
     /// Whether lights are sampled by lists.
     lists: bool,
     pixel: [u32; 2],
@@ -238,13 +225,7 @@ struct Sample<'a> {
 impl Sample<'_> {
     /// The point in the stream of a model, if there is one, and the directions sampled there.
     fn shaded<M: Told>(&self, hits: &Streams) -> Option<(Point, Vec<Asked>)> {
-        let &Self {
-            accel,
-            lists,
-            settings,
-            chunk,
-            ..
-        } = self;
+        let chunk = self.chunk;
         let stream = M::stream(hits)?;
         let (_, at, address) = stream.packet::<f32>(0);
         let point = Point {
@@ -255,26 +236,24 @@ impl Sample<'_> {
             alpha: M::alpha(&at.bsdf),
             model: M::NAME,
         };
-        let asked = match accel {
-            AccelKind::Embree if lists => listed::directions::<ByEmbree, M>(self, &at, &address),
-            AccelKind::Linear if lists => listed::directions::<BruteForce, M>(self, &at, &address),
-            AccelKind::Embree => directions::<ByEmbree, M>(chunk, settings, &at, &address),
-            AccelKind::Linear => directions::<BruteForce, M>(chunk, settings, &at, &address),
+        let asked = if self.lists {
+            listed::directions::<M>(self, &at, &address)
+        } else {
+            directions::<M>(self, &at, &address)
         };
         Some((point, asked))
     }
 }
 
 /// The directions that the shading stage samples at a point, computed with its own functions.
-fn directions<T: Tracer, M: Told>(
-    chunk: &Chunk,
-    settings: &Settings,
-    point: &ShadingPoint<f32, M::Of<f32>>,
-    address: &Address<f32>,
-) -> Vec<Asked> {
+fn directions<M: Told>(sample: &Sample, point: &ShadingPoint<f32, M::Of<f32>>, address: &Address<f32>) -> Vec<Asked> {
+    let Sample {
+        tracer,
+        settings,
+        chunk,
+        ..
+    } = *sample;
     let (world, numbers, tile) = (chunk.world, chunk.numbers, chunk.tile);
-    let mut set = Default::default();
-    T::keep_all(world, &mut set);
     let told =
         |wi: Vec3<f32>, distance: f32, ld: Vec3<f32>, occluded: bool| found(world, point, (wi, distance), ld, occluded);
     let (mix, warp) = of_spheres::<M>(settings.estimator);
@@ -307,9 +286,9 @@ fn directions<T: Tracer, M: Told>(
             let (by_brdf_lanes, pair) = (false, tosses[0].pair.opposite());
             tosses.push(TechniqueSample { by_brdf_lanes, pair });
         }
-        tosses.into_iter().map(move |technique_sample| (i, technique_sample))
+        tosses
     };
-    let asked = |(i, technique_sample): (usize, TechniqueSample<Word>)| {
+    let asked = |i: usize, technique_sample: TechniqueSample<Word>| {
         let light = &world.lights[i];
         let sampled = match settings.estimator {
             EstimatorKind::Projected => per_light::sample(M::Projected::of(mix), point, light, technique_sample, true),
@@ -333,16 +312,22 @@ fn directions<T: Tracer, M: Told>(
                 .then(|| per_light::along_lobe(point, technique_sample.pair).lane(0)),
             found: sampled.filter(|sampled| sampled.active).map(|sampled| {
                 let shadow = ray(point.p, sampled.wi, sampled.distance, light.sphere);
-                let occluded = T::occluded::<f32>(world, &set, true, &shadow);
+                let occluded = tracer.occluded(&shadow);
                 let share = if split(i) { 0.5 } else { 1.0 };
                 told(sampled.wi, sampled.distance, sampled.ld * share, occluded)
             }),
         }
     };
     if settings.estimator.per_light() {
-        let mut all: Vec<Asked> = (0..world.lights.len()).flat_map(for_light).map(asked).collect();
-        all.extend(kinds::each::<T, _>(chunk, point, address));
-        all.extend(kinds::deltas::<T, _>(chunk, point, address));
+        let mut all = Vec::new();
+        // Loops: iterators would compile the estimators for every step of theirs.
+        for i in 0..world.lights.len() {
+            for technique_sample in for_light(i) {
+                all.push(asked(i, technique_sample));
+            }
+        }
+        kinds::each(sample, point, address, &mut all);
+        kinds::deltas(sample, point, address, &mut all);
         return all;
     }
     let uniform = settings.estimator == EstimatorKind::Uniform;
@@ -362,7 +347,7 @@ fn directions<T: Tracer, M: Told>(
         lobe: (!uniform).then(|| per_light::along_lobe(point, pair).lane(0)),
         found: sampled.filter(|sampled| sampled.active).map(|sampled| {
             let towards = ray(point.p, sampled.wi, f32::INFINITY, NO_SKIP_ID);
-            let hit = T::nearest::<f32>(world, &set, true, &towards, Coherence::Incoherent);
+            let hit = tracer.nearest(&towards, Coherence::Incoherent);
             let surface = |()| world.surfaces[world.surface_index(hit.geometry.0, hit.primitive.0) as usize];
             let environment = || world.environment.is_some() || world.suns.iter().any(|sun| sun.contains(sampled.wi));
             let lit = match hit.found {
@@ -372,7 +357,7 @@ fn directions<T: Tracer, M: Told>(
             told(sampled.wi, hit.t, sampled.throughput, !lit)
         }),
     };
-    std::iter::once(asked)
-        .chain(kinds::deltas::<T, _>(chunk, point, address))
-        .collect()
+    let mut all = vec![asked];
+    kinds::deltas(sample, point, address, &mut all);
+    all
 }

@@ -27,7 +27,8 @@ pub type Packet<L, B> = (<L as Lane>::Mask, ShadingPoint<L, B>, Address<L>);
 /// Maximum number of columns specific to a model.
 const MOST_OWN: usize = 10;
 
-/// Column layout of all streams. Pushing a point writes the columns before [`FOLLOWS`]; shading writes the others.
+/// Column layout of all streams. Shading writes the columns from [`FOLLOWS`] to [`OWN`]; pushing a point writes the others. A model's
+/// own columns are last, so that copies leave out those that it lacks.
 mod column {
     pub const POSITION: usize = 0;
     pub const GEOMETRIC_NORMAL: usize = 3;
@@ -36,13 +37,13 @@ mod column {
     pub const INDEX: usize = 12;
     pub const KEY: usize = 13;
     pub const PASS: usize = 14;
-    /// First of the model's columns.
-    pub const OWN: usize = 15;
     /// Which points sample their BRDF.
-    pub const FOLLOWS: usize = OWN + super::MOST_OWN;
+    pub const FOLLOWS: usize = 15;
     pub const DRAWN: usize = FOLLOWS + 1;
     pub const LIGHT: usize = DRAWN + 3;
-    pub const COUNT: usize = LIGHT + 3;
+    /// First of the model's columns.
+    pub const OWN: usize = LIGHT + 3;
+    pub const COUNT: usize = OWN + super::MOST_OWN;
 }
 
 /// Shading points that await lighting, without the model-specific columns.
@@ -144,7 +145,7 @@ impl<M: Model> ModelStream<M> {
 
     /// Replaces the contents with a range of another stream, padded.
     pub fn copy(&mut self, other: &Self, part: Range<usize>) {
-        self.hits.0.copy(&other.hits.0, part);
+        self.hits.0.copy(&other.hits.0, part, column::OWN + M::COLUMNS);
         self.pad();
     }
 

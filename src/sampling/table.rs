@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::sobol::scrambled_point;
-use crate::lane::{Bits, Mask};
+use crate::lane::{Bits, Mask, U32x8};
 
 /// Number of rows in one lookup instruction.
 const RUN: usize = 16;
@@ -22,19 +22,24 @@ pub struct Table {
 impl Table {
     /// Owen-scrambled Sobol points for each of the passes and the pairs below `pairs`.
     pub fn sobol(seed: u32, passes: Range<u32>, pairs: u32) -> Self {
-        let point = |row: usize, pair: u32| scrambled_point(passes.start + row as u32, pair, seed);
-        Self::new(pairs, passes.len(), point)
-    }
-
-    fn new(pairs: u32, rows: usize, point: impl Fn(usize, u32) -> [u32; 2]) -> Self {
-        let per_pair = rows.div_ceil(RUN);
-        let mut runs = vec![[[0; RUN]; 2]; pairs as usize * per_pair];
-        for pair in 0..pairs {
-            for row in 0..rows {
-                let [a, b] = &mut runs[pair as usize * per_pair + row / RUN];
-                [a[row % RUN], b[row % RUN]] = point(row, pair);
+        const LANES: usize = 8;
+        let mut table = Self::zeroed(pairs, passes.len());
+        for (i, [a, b]) in table.runs.iter_mut().enumerate() {
+            let (pair, run) = (i / table.per_pair, i % table.per_pair);
+            let rows = run * RUN..passes.len().min((run + 1) * RUN);
+            for row in rows.step_by(LANES) {
+                let pass = U32x8::from_fn(|lane| passes.start.wrapping_add((row + lane) as u32));
+                let [x, y] = scrambled_point(pass, pair as u32, seed);
+                x.store(&mut a[row % RUN..]);
+                y.store(&mut b[row % RUN..]);
             }
         }
+        table
+    }
+
+    fn zeroed(pairs: u32, rows: usize) -> Self {
+        let per_pair = rows.div_ceil(RUN);
+        let runs = vec![[[0; RUN]; 2]; pairs as usize * per_pair];
         Self { runs, per_pair }
     }
 
@@ -43,11 +48,15 @@ impl Table {
     /// together.
     pub fn tossed(&self) -> Self {
         let pairs = (self.runs.len() / self.per_pair.max(1)) as u32;
-        let point = |row: usize, pair: u32| {
-            let turned = (self.point(row, pair)[0] ^ self.point(row, 1)[0]) >> 31;
-            self.point(row ^ turned as usize, pair)
-        };
-        Self::new(if pairs > 1 { pairs } else { 0 }, self.per_pair * RUN, point)
+        let mut tossed = Self::zeroed(if pairs > 1 { pairs } else { 0 }, self.per_pair * RUN);
+        for (i, [a, b]) in tossed.runs.iter_mut().enumerate() {
+            let (pair, run) = ((i / self.per_pair) as u32, i % self.per_pair);
+            for row in run * RUN..(run + 1) * RUN {
+                let turned = (self.point(row, pair)[0] ^ self.point(row, 1)[0]) >> 31;
+                [a[row % RUN], b[row % RUN]] = self.point(row ^ turned as usize, pair);
+            }
+        }
+        tossed
     }
 
     /// Whether there are no points.
@@ -122,7 +131,9 @@ mod tests {
                 }
             }
         }
-        let [a, b] = table.get(Word(36), 2);
-        assert_eq!([a.0, b.0], scrambled_point(100, 2, 3));
+        for (pair, row) in (0..3).flat_map(|pair| (0..37).map(move |row| (pair, row))) {
+            let [Word(a), Word(b)] = scrambled_point(Word(64 + row), pair, 3);
+            assert_eq!(table.point(row as usize, pair), [a, b], "pair {pair}, row {row}");
+        }
     }
 }

@@ -2,11 +2,9 @@
 
 use serde::Serialize;
 
-use super::{Met, met};
+use super::{Met, OneByOne, met};
 use crate::math::Vec3;
 use crate::pipeline::stage::Segment;
-use crate::pipeline::tracer::Tracer;
-use crate::pipeline::world::World;
 
 /// A ray to a large emissive mesh or the environment.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -23,13 +21,14 @@ pub struct Beside {
 const WAY: f32 = 0.999;
 
 /// Classifies a ray.
-pub fn of<T: Tracer>(world: &World, segment: &Segment) -> Beside {
+pub fn of(tracer: &OneByOne, segment: &Segment) -> Beside {
+    let space = &tracer.world.space;
     let end = segment.tfar.is_finite().then_some(segment.tfar);
-    let met = met::<T>(world, Vec3::splat(segment.origin), Vec3::splat(segment.direction));
-    let before = |met: &Met| end.is_none_or(|end| met.distance < world.space.in_scene(end * WAY));
+    let met = met(tracer, Vec3::splat(segment.origin), Vec3::splat(segment.direction));
+    let before = |met: &Met| end.is_none_or(|end| met.distance < space.in_scene(end * WAY));
     Beside {
         wi: segment.direction,
-        distance: end.map(|end| world.space.in_scene(end)),
+        distance: end.map(|end| space.in_scene(end)),
         blocked_by: met.filter(before),
     }
 }

@@ -13,18 +13,22 @@ use crate::pipeline::lists::{ListAddress, colour};
 use crate::pipeline::stage::listed::counted;
 use crate::pipeline::stage::pairs;
 use crate::pipeline::stream::Address;
-use crate::pipeline::tracer::Tracer;
 use crate::sampling::TechniqueSample;
 use crate::scene::EstimatorKind;
 
 /// The directions for the spheres of a pixel's list, and the BRDF direction where it is used, computed with the stage's own
 /// functions.
-pub(super) fn directions<T: Tracer, M: Told>(
+pub(super) fn directions<M: Told>(
     sample: &Sample,
     point: &ShadingPoint<f32, M::Of<f32>>,
     address: &Address<f32>,
 ) -> Vec<Asked> {
-    let Sample { settings, chunk, .. } = *sample;
+    let Sample {
+        tracer,
+        settings,
+        chunk,
+        ..
+    } = *sample;
     let (world, numbers, tile) = (chunk.world, chunk.numbers, chunk.tile);
     let pass = numbers.first();
     let Some(lists) = &world.lists else { return Vec::new() };
@@ -52,8 +56,6 @@ pub(super) fn directions<T: Tracer, M: Told>(
         let address = ListAddress::new(numbers, tile, colour(sample.pixel), pass, tossed);
         lists.draw(table, &address, &mut list);
     }
-    let mut set = Default::default();
-    T::keep_all(world, &mut set);
     let mut asked = Vec::new();
     for (i, pick) in list.iter().enumerate() {
         let (true, number) = lists.kind(pick.light) else {
@@ -81,7 +83,7 @@ pub(super) fn directions<T: Tracer, M: Told>(
             lobe: None,
             found: sampled.filter(|sampled| sampled.active).map(|sampled| {
                 let shadow = ray(point.p, sampled.wi, sampled.distance, light.sphere);
-                let occluded = T::occluded::<f32>(world, &set, true, &shadow);
+                let occluded = tracer.occluded(&shadow);
                 found(world, point, (sampled.wi, sampled.distance), sampled.ld, occluded)
             }),
         });
@@ -100,7 +102,7 @@ pub(super) fn directions<T: Tracer, M: Told>(
             lobe: Some(wi.lane(0)),
             found: (above && lobe.shape.lit()).then(|| {
                 let towards = ray(point.p, wi, f32::INFINITY, NO_SKIP_ID);
-                let hit = T::nearest::<f32>(world, &set, true, &towards, Coherence::Incoherent);
+                let hit = tracer.nearest(&towards, Coherence::Incoherent);
                 let index = || world.surface_index(hit.geometry.0, hit.primitive.0) as usize;
                 let lit = hit.found && world.surfaces[index()].le.is_some();
                 let throughput = lobe
@@ -111,6 +113,6 @@ pub(super) fn directions<T: Tracer, M: Told>(
             }),
         });
     }
-    asked.extend(kinds::deltas::<T, _>(chunk, point, address));
+    kinds::deltas(sample, point, address, &mut asked);
     asked
 }

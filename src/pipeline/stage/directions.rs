@@ -12,6 +12,9 @@ use crate::pipeline::stream::ModelStream;
 
 /// Samples the directions of a light for all points of a stream. A density is implemented only for the models it supports.
 pub trait Directions<M: Model>: Density {
+    /// The density for lists of lights: the mixes of cones share a stage, which reads the mix at run time.
+    type Listed: Directions<M>;
+
     /// Samples a light direction for each point of the block that uses light sampling.
     fn toward_light<L: TraceLane>(
         self,
@@ -24,10 +27,12 @@ pub trait Directions<M: Model>: Density {
     );
 }
 
-/// Densities that sample packet by packet: for all models, or for one.
+/// Densities that sample packet by packet: for all models, or for one. Behind the arrow, [`Directions::Listed`].
 macro_rules! packet_by_packet {
-    ($($density:ty: $(<$any:ident>)? $([$model:ty])?;)*) => {$(
+    ($($density:ty: $(<$any:ident>)? $([$model:ty])? => $listed:ty;)*) => {$(
         impl$(<$any: Model>)? Directions<$($any)? $($model)?> for $density {
+            type Listed = $listed;
+
             #[inline(always)]
             fn toward_light<L: TraceLane>(
                 self,
@@ -45,14 +50,16 @@ macro_rules! packet_by_packet {
 }
 
 packet_by_packet! {
-    ConeOnly: <M>;
-    Average: <M>;
-    Mix: <M>;
-    Projected: [model::Diffuse];
-    ConeOrCap: [model::Diffuse];
+    ConeOnly: <M> => Mix;
+    Average: <M> => Mix;
+    Mix: <M> => Mix;
+    Projected: [model::Diffuse] => Projected;
+    ConeOrCap: [model::Diffuse] => ConeOrCap;
 }
 
 impl Directions<model::Phong> for LobeInCap {
+    type Listed = Self;
+
     #[inline(always)]
     fn toward_light<L: TraceLane>(
         self,

@@ -13,7 +13,7 @@ use super::shade::{Light, Sink, may_meet, prepare, sample_light};
 use super::{Ask, Chunk, Scratch, Stage, pairs, shadow};
 use crate::bsdf::{Brdf, Tint};
 use crate::embree::TraceLane;
-use crate::estimator::density::{Listed, Mix};
+use crate::estimator::density::{Listed, Mix, Warp};
 use crate::estimator::per_triangle;
 use crate::lane::Mask;
 use crate::light::tree::Pick;
@@ -187,7 +187,7 @@ fn toward_sphere<L: TraceLane, D: Directions<M>, M: Probed>(
         queue,
         answered: 0,
     };
-    if density.mix().mixed() {
+    if D::WARP == Warp::Cone {
         let listed = Listed::new(density.mix(), guess);
         sample_light::<L, Listed, M>(listed, chunk, part, all, &lamp, &mut sink);
     } else {

@@ -20,6 +20,9 @@ use crate::scene::{FilmSize, Scene};
 /// normals, edges and distances take about ten.
 const BOUND: f64 = 16.0 / (1 << 24) as f64;
 
+/// Triangles are parallel if the squared sine between their normals is at most this, as in the renderer.
+const PARALLEL: f64 = 1e-6;
+
 /// A ray of the renderer: positions are relative to the camera.
 #[derive(Clone, Copy, Debug)]
 pub struct Segment {
@@ -68,10 +71,39 @@ impl<'s> Ties<'s> {
 
     /// Whether a sample of the renderer is a tie: its camera ray, or one of the rays from its hit point.
     pub fn of_sample(&self, eye: Segment, onward: &[Segment]) -> Option<Tie> {
-        self.of(eye, None).or_else(|| {
-            let left = self.first(&self.ray(eye));
-            onward.iter().find_map(|&segment| self.of(segment, left))
-        })
+        self.of_eye(eye).or_else(|| self.of_onward(eye, onward))
+    }
+
+    /// Whether a camera ray is a tie.
+    pub fn of_eye(&self, eye: Segment) -> Option<Tie> {
+        self.of(eye, None)
+    }
+
+    /// Whether one of the rays from the hit point of a camera ray is a tie.
+    pub fn of_onward(&self, eye: Segment, onward: &[Segment]) -> Option<Tie> {
+        let left = self.first(&self.ray(eye));
+        onward.iter().find_map(|&segment| self.of(segment, left))
+    }
+
+    /// Whether two points with their normals, as two renders have them on a camera ray, are one up to rounding: on the shape that
+    /// the ray hits, by the error of its place and by how far its normal turns over that.
+    pub fn one_point(&self, eye: Segment, [p, n]: [DVec3; 2], [q, m]: [DVec3; 2]) -> bool {
+        let ray = self.ray(eye);
+        let Some((index, meeting)) = self.world.nearest(&ray) else {
+            return false;
+        };
+        let shape = self.world.shapes()[index as usize];
+        let met = ray.origin + meeting.distance * ray.direction;
+        let (normal, size) = match shape {
+            Shape::Sphere { center, radius } => ((met - center) / radius, radius),
+            Shape::Triangle([a, b, c]) => {
+                let longest = (b - a).length().max((c - b).length()).max((a - c).length());
+                let normal = (b - a).cross(c - a);
+                (normal.normalize(), normal.length() / longest)
+            }
+        };
+        let reach = self.error(&ray, &shape.bounds()) / normal.dot(ray.direction).abs().max(1e-6);
+        (p - q).length() <= 2.0 * reach && (n - m).length() <= 8.0 * reach / size + 1e-5
     }
 
     /// A tie of two coincident faces on one oracle sample of a pixel: on the camera ray, on rays from the hit point to every
@@ -91,7 +123,7 @@ impl<'s> Ties<'s> {
         let left = self.first(&eye);
         let by_brdf = (shading.sample(&mut rng), f64::INFINITY);
         let lights = self.world.emitters().iter();
-        let towards = lights.filter_map(|light| light.sample(point, self.world.shapes(), &mut rng));
+        let towards = lights.filter_map(|light| light.sample(point, shading.n, self.world.shapes(), &mut rng));
         let towards: Vec<(DVec3, f64)> = towards.map(|sample| (sample.wi, sample.distance)).collect();
         std::iter::once(by_brdf).chain(towards).find_map(|(direction, end)| {
             let ray = Ray {
@@ -131,7 +163,7 @@ impl<'s> Ties<'s> {
         let mut nearest = f64::INFINITY;
         self.world
             .near(ray, end, &|bounds| self.error(ray, bounds), &mut |shape| {
-                if Some(shape) != left
+                if left.is_none_or(|left| !self.leaves(ray, left, shape))
                     && let Some(candidate) = self.candidate(ray, shape)
                 {
                     if candidate.sure && candidate.low > 0.0 {
@@ -160,6 +192,22 @@ impl<'s> Ties<'s> {
             }
             (None, false) => None,
         }
+    }
+
+    /// Whether a ray that leaves shape `left` leaves `shape` with it: the same, or a triangle in its plane, from which the offset of
+    /// the ray's start takes it too.
+    fn leaves(&self, ray: &Ray, left: u32, shape: u32) -> bool {
+        let shapes = self.world.shapes();
+        let [Shape::Triangle([a, b, c]), Shape::Triangle([d, e, f])] =
+            [left, shape].map(|index| shapes[index as usize])
+        else {
+            return left == shape;
+        };
+        let (normal, other) = ((b - a).cross(c - a), (e - d).cross(f - d));
+        let parallel =
+            normal.cross(other).length_squared() <= PARALLEL * normal.length_squared() * other.length_squared();
+        let error = self.error(ray, &shapes[shape as usize].bounds());
+        left == shape || (parallel && other.dot(ray.origin - d).abs() <= error * other.length())
     }
 
     /// The error of points in the box.

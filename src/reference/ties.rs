@@ -79,6 +79,18 @@ impl<'s> Ties<'s> {
         self.of(eye, None)
     }
 
+    /// Whether all that a camera ray may hit are triangles in one plane, each hit certainly: of these the renderer's rule names one.
+    pub fn in_one_plane(&self, eye: Segment) -> bool {
+        let ray = self.ray(eye);
+        let met = self.met(&ray, f64::INFINITY, None);
+        let Some(first) = met.first() else {
+            return false;
+        };
+        let point = ray.origin + 0.5 * (first.low + first.high) * ray.direction;
+        let named = |other: &Candidate| other.sure && self.in_plane(&ray, first.shape, other.shape, point);
+        met.iter().all(named)
+    }
+
     /// Whether one of the rays from the hit point of a camera ray is a tie.
     pub fn of_onward(&self, eye: Segment, onward: &[Segment]) -> Option<Tie> {
         let left = self.first(&self.ray(eye));
@@ -159,29 +171,12 @@ impl<'s> Ties<'s> {
     /// The tie of a ray that starts on shape `left` and ends at `end`, if any; and whether both of its shapes are certainly
     /// hit.
     fn along(&self, ray: &Ray, end: f64, left: Option<u32>) -> Option<(Tie, bool)> {
-        let mut found: Vec<Candidate> = Vec::new();
-        let mut nearest = f64::INFINITY;
-        self.world
-            .near(ray, end, &|bounds| self.error(ray, bounds), &mut |shape| {
-                if left.is_none_or(|left| !self.leaves(ray, left, shape))
-                    && let Some(candidate) = self.candidate(ray, shape)
-                {
-                    if candidate.sure && candidate.low > 0.0 {
-                        nearest = nearest.min(candidate.high);
-                    }
-                    found.push(candidate);
-                }
-                nearest
-            });
+        let met = self.met(ray, end, left);
         let body = |candidate: &Candidate| self.world.body(candidate.shape);
-        let limit = nearest.min(end);
-        // Certain hits come first.
-        found.sort_by_key(|candidate| !candidate.sure);
-        let mut met = found.iter().filter(|candidate| candidate.low <= limit);
-        let first = met.next()?;
+        let first = met.first()?;
         // An undecided case: the start of the ray, an edge, or a second shape.
-        let open = |candidate: &&Candidate| !candidate.sure || candidate.low <= 0.0;
-        match (met.next(), open(&first)) {
+        let open = !first.sure || first.low <= 0.0;
+        match (met.get(1), open) {
             (Some(second), _) => {
                 let (a, b) = (body(first), body(second));
                 Some((Tie(a.min(b), a.max(b)), first.sure && second.sure))
@@ -194,20 +189,42 @@ impl<'s> Ties<'s> {
         }
     }
 
-    /// Whether a ray that leaves shape `left` leaves `shape` with it: the same, or a triangle in its plane, from which the offset of
-    /// the ray's start takes it too.
-    fn leaves(&self, ray: &Ray, left: u32, shape: u32) -> bool {
+    /// The shapes that a ray may hit first, certain hits before others.
+    fn met(&self, ray: &Ray, end: f64, left: Option<u32>) -> Vec<Candidate> {
+        let mut found: Vec<Candidate> = Vec::new();
+        let mut nearest = f64::INFINITY;
+        self.world
+            .near(ray, end, &|bounds| self.error(ray, bounds), &mut |shape| {
+                if left.is_none_or(|left| left != shape && !self.in_plane(ray, left, shape, ray.origin))
+                    && let Some(candidate) = self.candidate(ray, shape)
+                {
+                    if candidate.sure && candidate.low > 0.0 {
+                        nearest = nearest.min(candidate.high);
+                    }
+                    found.push(candidate);
+                }
+                nearest
+            });
+        let limit = nearest.min(end);
+        found.retain(|candidate| candidate.low <= limit);
+        found.sort_by_key(|candidate| !candidate.sure);
+        found
+    }
+
+    /// Whether two shapes are triangles in one plane, as far as single precision tells at `point`. The offset of a ray that leaves
+    /// one takes it from the other too.
+    fn in_plane(&self, ray: &Ray, first: u32, second: u32, point: DVec3) -> bool {
         let shapes = self.world.shapes();
         let [Shape::Triangle([a, b, c]), Shape::Triangle([d, e, f])] =
-            [left, shape].map(|index| shapes[index as usize])
+            [first, second].map(|index| shapes[index as usize])
         else {
-            return left == shape;
+            return false;
         };
         let (normal, other) = ((b - a).cross(c - a), (e - d).cross(f - d));
         let parallel =
             normal.cross(other).length_squared() <= PARALLEL * normal.length_squared() * other.length_squared();
-        let error = self.error(ray, &shapes[shape as usize].bounds());
-        left == shape || (parallel && other.dot(ray.origin - d).abs() <= error * other.length())
+        let error = self.error(ray, &shapes[second as usize].bounds());
+        parallel && other.dot(point - d).abs() <= error * other.length()
     }
 
     /// The error of points in the box.
@@ -307,6 +324,9 @@ mod tests {
         assert_eq!(ties.of_sample(at([1e-4, 0.0, 0.3]), &[]), None);
         assert_eq!(ties.of_sample(at([5.0, 0.0, 0.3]), &[]), Some(Tie(2, 3)));
         assert_eq!(ties.of_sample(at([-5.0, 0.0, 0.3]), &[]), None);
+        // Where the floors coincide the rule names one; where they touch, an edge decides.
+        assert!(ties.in_one_plane(at([5.0, 0.0, 0.3])));
+        assert!(!ties.in_one_plane(at([0.0, 0.0, 0.3])) && !ties.in_one_plane(at([0.0, 5.0, 0.3])));
     }
 
     #[test]

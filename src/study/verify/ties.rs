@@ -151,7 +151,7 @@ pub fn explain(
             Some([a?, b?])
         });
         let found = if intersectors {
-            of_differences(&ties, samples, tolerance)
+            of_differences(bench.scene, &ties, samples, tolerance)
         } else {
             let mut tie = samples.flatten().filter_map(|replay| of_replay(&ties, &replay));
             tie.next().map(Cause::Tie)
@@ -171,7 +171,12 @@ fn of_replay(ties: &Ties<'_>, replay: &Replay) -> Option<Tie> {
 }
 
 /// The cause of the samples that differ by more than half of `tolerance`: all have one, and there are any.
-fn of_differences(ties: &Ties<'_>, samples: impl Iterator<Item = [Replay; 2]>, tolerance: f64) -> Option<Cause> {
+fn of_differences(
+    scene: &Scene,
+    ties: &Ties<'_>,
+    samples: impl Iterator<Item = [Replay; 2]>,
+    tolerance: f64,
+) -> Option<Cause> {
     let mut found = None;
     for [a, b] in samples {
         let pairs = a.radiance.iter().zip(&b.radiance);
@@ -181,7 +186,7 @@ fn of_differences(ties: &Ties<'_>, samples: impl Iterator<Item = [Replay; 2]>, t
         {
             continue;
         }
-        match (cause(ties, &a, &b, tolerance)?, &found) {
+        match (cause(scene, ties, &a, &b, tolerance)?, &found) {
             (Cause::Rounding, Some(_)) => {}
             (cause, _) => found = Some(cause),
         }
@@ -189,14 +194,15 @@ fn of_differences(ties: &Ties<'_>, samples: impl Iterator<Item = [Replay; 2]>, t
     found
 }
 
-/// Why a sample differs between two intersectors. They may hit different faces if the camera ray is a tie, and shadow rays that are
-/// ties may have different answers. Where both hit one face at one point with one normal and reflectance, and the answers to equal
+/// Why a sample differs between two intersectors. They may hit different faces if the camera ray is a tie, unless it is one of faces
+/// in one plane of meshes that the scene names: there the rule decides. Shadow rays that are ties may have different answers. Where both hit one face at one point with one normal and reflectance, and the answers to equal
 /// shadow rays are equal, the difference is made by shading, which is the same code for both: frames turn about axes whose z
 /// changes its sign, sharp lobes amplify roundings. Anything else has no cause.
-fn cause(ties: &Ties<'_>, a: &Replay, b: &Replay, tolerance: f64) -> Option<Cause> {
+fn cause(scene: &Scene, ties: &Ties<'_>, a: &Replay, b: &Replay, tolerance: f64) -> Option<Cause> {
     let face = |replay: &Replay| replay.hit.map(|met| (met.geometry, met.primitive));
     if face(a) != face(b) {
-        return ties.of_eye(eye(a)).map(Cause::Tie);
+        let tie = ties.of_eye(eye(a))?;
+        return (!named(scene, tie) || !ties.in_one_plane(eye(a))).then_some(Cause::Tie(tie));
     }
     let (here, there) = (a.point?, b.point?);
     let wide = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
@@ -210,6 +216,13 @@ fn cause(ties: &Ties<'_>, a: &Replay, b: &Replay, tolerance: f64) -> Option<Caus
     }
     let onward: Vec<Segment> = a.rays.iter().chain(&b.rays).map(of_pipeline).collect();
     ties.of_onward(eye(a), &onward).map(Cause::Tie)
+}
+
+/// Whether the scene names two bodies as meshes that overlap in one plane.
+fn named(scene: &Scene, Tie(a, b): Tie) -> bool {
+    let spheres = scene.spheres().len();
+    let pair = [a, b].map(|body| body.wrapping_sub(spheres));
+    scene.overlapping_meshes().contains(&pair)
 }
 
 /// Whether the shadow rays that two replays have in common are occluded in both or in neither.

@@ -253,3 +253,47 @@ fn segment(origin: [f32; 3], direction: [f32; 3], end: f32) -> Segment {
         end: f64::from(end),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::settings::AccelKind;
+
+    /// A camera above two floors in one plane: every ray to them is a tie, and both intersectors name the first floor. If their
+    /// pictures differ all the same, nothing explains it. Packets of two widths have only such rays to be explained by.
+    #[test]
+    fn a_tie_that_both_intersectors_decide_alike_explains_no_difference() {
+        let floor = |half: f64, material: &str| {
+            format!(
+                "[[meshes]]\nmaterial = \"{material}\"\nfaces = [[0, 1, 2, 3]]\n\
+                 vertices = [[-{half}, 0, {half}], [{half}, 0, {half}], [{half}, 0, -{half}], [-{half}, 0, -{half}]]\n"
+            )
+        };
+        let text = "[camera]\norigin = [0.3, 5, 0.2]\ntarget = [0, 0, 0]\nup = [0, 0, 1]\nfov_x = 20\n[film]\nwidth = 4\nheight = 4\n\
+                    [materials.a]\ndiffuse = [0.5, 0.5, 0.5]\n[materials.b]\ndiffuse = [0.1, 0.1, 0.1]\n\
+                    [[spheres]]\ncenter = [0, 9, 0]\nradius = 1\nemission = [1, 1, 1]\n"
+            .to_owned()
+            + &floor(8.0, "a")
+            + &floor(9.0, "b");
+        let scene = Scene::parse(&text, Path::new("scene.toml")).unwrap();
+        assert_eq!(scene.overlapping_meshes(), [[0, 1]]);
+        let settings = Settings {
+            film: scene.film(),
+            threads: 1,
+            ..Settings::default()
+        };
+        let by = |accel| Settings {
+            accel: Some(accel),
+            ..settings
+        };
+        let (embree, linear) = (by(AccelKind::Embree), by(AccelKind::Linear));
+        let bench = Bench::new(&scene, settings, f64::INFINITY, &());
+        let all: Vec<usize> = (0..16).collect();
+        let found = explain(&bench, [embree, linear], &all, 2, 0.01).unwrap();
+        assert_eq!((found.unexplained, found.rounded, found.counts.len()), (16, 0, 0));
+        let found = explain(&bench, [embree, embree], &all, 2, 0.0).unwrap();
+        assert_eq!((found.unexplained, found.counts[&Tie(1, 2)]), (0, 16));
+    }
+}

@@ -52,7 +52,7 @@ pub struct Replay {
     /// The sampled directions: one or two per light, or one for the point and one per delta light. Large meshes are left out, see
     /// [`Self::meshes_untold`].
     pub asked: Vec<Asked>,
-    /// The rays traced from the point, to lights of every kind.
+    /// The rays traced from the point, to lights of every kind, in units of the scene.
     #[serde(skip)]
     pub rays: Vec<Segment>,
     /// Whether large emissive meshes were also sampled. Their light is part of the radiance, but they are not listed one by one.
@@ -169,12 +169,20 @@ pub(super) fn replay(
         (Vec3::zero(), world.camera.direction(place.0, place.1))
     };
     let [red, green, blue, _] = sum.0[0];
+    let in_scene = |v: [f32; 3]| v.map(|x| world.space.in_scene(x));
     Replay {
         sample: [x, y, pass],
-        origin: origin.lane(0),
+        origin: in_scene(origin.lane(0)),
         direction: direction.lane(0),
         hit: met(tracer, origin, direction),
-        rays,
+        rays: rays
+            .iter()
+            .map(|ray| Segment {
+                origin: in_scene(ray.origin),
+                tfar: world.space.in_scene(ray.tfar),
+                ..*ray
+            })
+            .collect(),
         seen,
         point,
         asked,

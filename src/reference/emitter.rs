@@ -6,6 +6,7 @@ use glam::DVec3;
 use rand::{Rng, RngExt};
 
 use super::brdf::around;
+use super::crest::Crest;
 use super::geometry::{Ray, Shape};
 
 /// An emitting sphere or mesh; both sides emit.
@@ -66,30 +67,45 @@ impl Emitter {
         Self { le, extent }
     }
 
-    /// Samples a direction from `point` to the emitter: uniform in the cone that a sphere subtends (over all directions from
-    /// inside it), uniform over the area of a mesh. `None` where a mesh is seen edge-on or has no area.
-    pub fn sample(&self, point: DVec3, shapes: &[Shape], rng: &mut impl Rng) -> Option<LightSample> {
+    /// Samples a direction to the emitter from `point` on a surface of normal `n`: uniform in the cone that a sphere subtends, or
+    /// in its [`Crest`] where the horizon cuts it; uniform over the area of a mesh. `None` where the direction misses, a mesh is
+    /// seen edge-on or has no area.
+    pub fn sample(&self, point: DVec3, n: DVec3, shapes: &[Shape], rng: &mut impl Rng) -> Option<LightSample> {
         match self.extent {
             Extent::Sphere { index, center, radius } => {
                 let to_center = center - point;
                 let apart = to_center.length();
-                let spread = spread(apart, radius);
-                let below = rng.random::<f64>() * spread; // 1 - cos of the polar angle
-                let (cos, sin) = (1.0 - below, (below * (2.0 - below)).sqrt());
-                // At the centre itself any axis works.
-                let wi = around(to_center.try_normalize().unwrap_or(DVec3::Z), cos, sin, rng.random());
-                let half_chord = ((radius - apart * sin).max(0.0) * (radius + apart * sin)).sqrt();
-                // The sphere is not intersected again, because rounding would make rays to its silhouette miss. Seen from
-                // outside this is the nearer root, from inside the only one.
+                // The sphere is not intersected again, because rounding would make rays to its silhouette miss. `beside` is the
+                // distance of its centre from the ray.
+                let (wi, density, along, beside) = match Crest::new(to_center, radius, n) {
+                    Some(crest) => {
+                        let wi = crest.sample(rng);
+                        let along = to_center.dot(wi);
+                        let beside = (to_center - along * wi).length();
+                        if apart >= radius && (along <= 0.0 || beside > radius) {
+                            return None;
+                        }
+                        (wi, crest.density(wi), along, beside)
+                    }
+                    None => {
+                        let spread = spread(apart, radius);
+                        let below = rng.random::<f64>() * spread; // 1 - cos of the polar angle
+                        let (cos, sin) = (1.0 - below, (below * (2.0 - below)).sqrt());
+                        let wi = around(to_center.normalize(), cos, sin, rng.random());
+                        (wi, 1.0 / (2.0 * PI * spread), apart * cos, apart * sin)
+                    }
+                };
+                let half_chord = ((radius - beside).max(0.0) * (radius + beside)).sqrt();
+                // Seen from outside this is the nearer root, from inside the only one.
                 let distance = if apart < radius {
-                    apart * cos + half_chord
+                    along + half_chord
                 } else {
-                    (apart - radius) * (apart + radius) / (apart * cos + half_chord)
+                    (apart - radius) * (apart + radius) / (along + half_chord)
                 };
                 Some(LightSample {
                     wi,
                     distance,
-                    density: 1.0 / (2.0 * PI * spread),
+                    density,
                     index,
                 })
             }
@@ -117,9 +133,21 @@ impl Emitter {
         }
     }
 
-    /// Density of [`sample`](Self::sample), sr⁻¹, at the point where a ray first hits the emitter: on its shape `shape`, at
-    /// `distance`.
-    pub fn density(&self, ray: &Ray, shape: &Shape, distance: f64) -> f64 {
+    /// Density of [`sample`](Self::sample) on a surface of normal `n`, sr⁻¹, at the point where a ray first hits the emitter: on
+    /// its shape `shape`, at `distance`.
+    pub fn density(&self, ray: &Ray, n: DVec3, shape: &Shape, distance: f64) -> f64 {
+        let crest = match self.extent {
+            Extent::Sphere { center, radius, .. } => Crest::new(center - ray.origin, radius, n),
+            Extent::Mesh { .. } => None,
+        };
+        match crest {
+            Some(crest) => crest.density(ray.direction),
+            None => self.even(ray, shape, distance),
+        }
+    }
+
+    /// The same without regard to the horizon: uniform in a sphere's cone, or over all directions from inside it.
+    pub fn even(&self, ray: &Ray, shape: &Shape, distance: f64) -> f64 {
         match (&self.extent, shape) {
             (&Extent::Sphere { center, radius, .. }, _) => {
                 1.0 / (2.0 * PI * spread(center.distance(ray.origin), radius))
@@ -165,18 +193,29 @@ mod tests {
     #[test]
     fn samples_of_a_sphere_lie_on_it() {
         let mut rng = Pcg64::seed_from_u64(1);
-        for (apart, radius) in [(1e6, 1.0), (3.0, 1.0), (1.0001, 1.0), (0.5, 1.0), (0.0, 2.0)] {
+        let n = DVec3::new(-0.8, 0.0, 0.6);
+        for (apart, radius, n) in [
+            (1e6, 1.0, DVec3::Z),
+            (3.0, 1.0, DVec3::Z),
+            (3.0, 1.0, n),
+            (1.0001, 1.0, DVec3::Z),
+            (0.5, 1.0, n),
+            (0.0, 2.0, n),
+        ] {
             let center = DVec3::new(0.6, 0.0, 0.8) * apart;
             let (shapes, emitter) = sphere(center, radius);
             for _ in 0..1000 {
-                let sample = emitter.sample(DVec3::ZERO, &shapes, &mut rng).unwrap();
+                let Some(sample) = emitter.sample(DVec3::ZERO, n, &shapes, &mut rng) else {
+                    assert!(n.dot(center).abs() < radius && apart > radius);
+                    continue;
+                };
                 let radial = (sample.distance * sample.wi).distance(center);
                 assert!((radial / radius - 1.0).abs() < 1e-8, "{apart} {radius}: {radial}");
                 let ray = Ray {
                     origin: DVec3::ZERO,
                     direction: sample.wi,
                 };
-                assert_eq!(emitter.density(&ray, &shapes[0], sample.distance), sample.density);
+                assert_eq!(emitter.density(&ray, n, &shapes[0], sample.distance), sample.density);
             }
         }
     }
@@ -185,7 +224,7 @@ mod tests {
     fn the_cone_of_a_tiny_sphere_has_the_area_of_its_disc() {
         let (shapes, emitter) = sphere(DVec3::Z * 1e7, 1.0);
         let sample = emitter
-            .sample(DVec3::ZERO, &shapes, &mut Pcg64::seed_from_u64(2))
+            .sample(DVec3::ZERO, DVec3::Z, &shapes, &mut Pcg64::seed_from_u64(2))
             .unwrap();
         assert!((1.0 / sample.density / (PI * 1e-14) - 1.0).abs() < 1e-12);
     }
@@ -214,7 +253,7 @@ mod tests {
         let (mut sum, mut squares) = (0.0, 0.0);
         let count = 50_000;
         for _ in 0..count {
-            let solid_angle = 1.0 / emitter.sample(point, &shapes, &mut rng).unwrap().density;
+            let solid_angle = 1.0 / emitter.sample(point, DVec3::Z, &shapes, &mut rng).unwrap().density;
             sum += solid_angle;
             squares += solid_angle * solid_angle;
         }

@@ -5,6 +5,8 @@
 //! Rendering", 1995: no contribution exceeds that of the better technique, so standard errors from moderate numbers of samples
 //! are reliable. The renderer's own `mis` takes one sample from the average of the densities; the two only share an
 //! expectation.
+//!
+//! Each contribution comes with its [`Way`]: pictures sum them, probes tell from them what other estimators may miss.
 
 use glam::DVec3;
 use rand::Rng;
@@ -14,117 +16,189 @@ use super::geometry::Ray;
 use super::lamp::{Lamp, arrival};
 use super::world::{Sight, World};
 
-/// One estimate of the radiance along a camera ray.
-pub fn radiance(world: &World, eye: &Ray, rng: &mut impl Rng) -> DVec3 {
+/// A light path to the camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Way {
+    /// The emitter is seen directly.
+    Seen,
+    /// One reflection of a delta light, which every estimator finds.
+    Certain {
+        /// Index of the emitter, as below.
+        emitter: usize,
+    },
+    /// One reflection.
+    Reflected {
+        /// Index of the emitter: emitting spheres in scene order, then emitting meshes, then the environment, then lights
+        /// without shape.
+        emitter: usize,
+        /// Density of the direction under light sampling, sr⁻¹: of a sphere, uniform in its cone.
+        light: f64,
+        /// Density of the direction under BRDF sampling, sr⁻¹.
+        brdf: f64,
+        /// Expected number of the oracle's samples of the direction, sr⁻¹: its own density of light sampling, which differs
+        /// for spheres that the horizon cuts, and `brdf`.
+        oracle: f64,
+    },
+}
+
+/// A point seen by the camera, with the state of its sample.
+struct Sample<'a, 'w, R, F> {
+    world: &'a World<'w>,
+    shading: Shading,
+    point: DVec3,
+    rng: &'a mut R,
+    found: F,
+}
+
+/// Estimates the radiance along a camera ray: the sum of what `found` receives, with the way of each contribution.
+pub fn contributions(world: &World<'_>, eye: &Ray, rng: &mut impl Rng, mut found: impl FnMut(DVec3, Way)) {
     match world.look(eye) {
-        None => world.beyond(eye.direction),
-        Some(Sight::Back) => DVec3::ZERO,
-        Some(Sight::Emitter { emitter, .. }) => emitter.le,
+        None => found(world.beyond(eye.direction), Way::Seen),
+        Some(Sight::Back) => {}
+        Some(Sight::Emitter { emitter, .. }) => found(world.emitters()[emitter].le, Way::Seen),
         Some(Sight::Reflector { shading, point }) => {
-            let by_lights: DVec3 = (0..world.emitters().len())
-                .map(|i| by_light(world, i, &shading, point, rng))
-                .sum();
-            let by_lamps: DVec3 = world
-                .lamps()
-                .iter()
-                .map(|lamp| by_lamp(world, lamp, &shading, point, rng))
-                .sum();
-            by_lights + by_lamps + by_sky(world, &shading, point, rng) + by_brdf(world, &shading, point, rng)
-        }
-    }
-}
-
-/// The contribution of a point sampled on emitter `index`.
-fn by_light(world: &World, index: usize, shading: &Shading, point: DVec3, rng: &mut impl Rng) -> DVec3 {
-    let emitter = &world.emitters()[index];
-    let Some(sample) = emitter.sample(point, world.shapes(), rng) else {
-        return DVec3::ZERO;
-    };
-    let value = emitter.le * shading.value_cos(sample.wi);
-    let ray = Ray {
-        origin: point,
-        direction: sample.wi,
-    };
-    if value == DVec3::ZERO || world.blocked(&ray, sample.distance, sample.index) {
-        return DVec3::ZERO;
-    }
-    value / (sample.density + shading.density(sample.wi))
-}
-
-/// The full contribution of a delta light, or that of a direction sampled in a sun's disk.
-fn by_lamp(world: &World, lamp: &Lamp, shading: &Shading, point: DVec3, rng: &mut impl Rng) -> DVec3 {
-    let (direction, distance, value) = match lamp {
-        Lamp::Delta(light) => {
-            let Some(arrival) = arrival(light, point) else {
-                return DVec3::ZERO;
+            let mut sample = Sample {
+                world,
+                shading,
+                point,
+                rng,
+                found,
             };
-            let value = arrival.irradiance * shading.value_cos(arrival.wi);
-            (arrival.wi, arrival.distance, value)
+            for emitter in 0..world.emitters().len() {
+                sample.by_light(emitter);
+            }
+            for (lamp, emitter) in world.lamps().iter().zip(world.first_lamp()..) {
+                sample.by_lamp(lamp, emitter);
+            }
+            sample.by_sky();
+            sample.by_brdf();
         }
-        Lamp::Disk(disk) => {
-            let direction = disk.sample(rng);
-            // A direction sampled in the disk counts as inside, even if rounding puts it beyond the edge.
-            let density = disk.density_inside() + shading.density(direction);
-            (
-                direction,
-                f64::INFINITY,
-                disk.le * shading.value_cos(direction) / density,
-            )
-        }
-    };
-    let ray = Ray {
-        origin: point,
-        direction,
-    };
-    if value == DVec3::ZERO || world.nearer(&ray, distance) {
-        return DVec3::ZERO;
     }
-    value
 }
 
-/// The contribution of a direction sampled from the environment.
-fn by_sky(world: &World, shading: &Shading, point: DVec3, rng: &mut impl Rng) -> DVec3 {
-    let Some((sky, direction)) = world.sky().and_then(|sky| Some((sky, sky.sample(rng)?))) else {
-        return DVec3::ZERO;
-    };
-    let value = sky.radiance(direction) * shading.value_cos(direction);
-    let ray = Ray {
-        origin: point,
-        direction,
-    };
-    if value == DVec3::ZERO || world.look(&ray).is_some() {
-        return DVec3::ZERO;
-    }
-    value / (sky.density(direction) + shading.density(direction))
+/// One estimate of the radiance along a camera ray.
+pub fn radiance(world: &World<'_>, eye: &Ray, rng: &mut impl Rng) -> DVec3 {
+    let mut sum = DVec3::ZERO;
+    contributions(world, eye, rng, |radiance, _| sum += radiance);
+    sum
 }
 
-/// The contribution of the emitter that a direction sampled from the BRDF hits first.
-fn by_brdf(world: &World, shading: &Shading, point: DVec3, rng: &mut impl Rng) -> DVec3 {
-    let wi = shading.sample(rng);
-    let value = shading.value_cos(wi);
-    if value == DVec3::ZERO {
-        return DVec3::ZERO;
+impl<R: Rng, F: FnMut(DVec3, Way)> Sample<'_, '_, R, F> {
+    fn ray(&self, direction: DVec3) -> Ray {
+        Ray {
+            origin: self.point,
+            direction,
+        }
     }
-    let ray = Ray {
-        origin: point,
-        direction: wi,
-    };
-    match world.look(&ray) {
-        Some(Sight::Emitter {
+
+    /// Adds the light `value` of a direction that light sampling has with density `light`, in the oracle `own`.
+    fn reflected(&mut self, value: DVec3, emitter: usize, wi: DVec3, light: f64, own: f64) {
+        let brdf = self.shading.density(wi);
+        let oracle = own + brdf;
+        let way = Way::Reflected {
             emitter,
-            shape,
-            distance,
-        }) => emitter.le * value / (emitter.density(&ray, shape, distance) + shading.density(wi)),
-        None => {
-            let of_sky = world.sky().map_or(DVec3::ZERO, |sky| {
-                sky.radiance(wi) * value / (sky.density(wi) + shading.density(wi))
-            });
-            let of_disks = world.lamps().iter().map(|lamp| match lamp {
-                Lamp::Disk(disk) => disk.radiance(wi) * value / (disk.density(wi) + shading.density(wi)),
-                Lamp::Delta(_) => DVec3::ZERO,
-            });
-            of_sky + of_disks.sum::<DVec3>()
+            light,
+            brdf,
+            oracle,
+        };
+        (self.found)(value / oracle, way);
+    }
+
+    /// The contribution of a point sampled on an emitter.
+    fn by_light(&mut self, number: usize) {
+        let emitter = &self.world.emitters()[number];
+        let (shapes, n) = (self.world.shapes(), self.shading.n);
+        let Some(sample) = emitter.sample(self.point, n, shapes, self.rng) else {
+            return;
+        };
+        let value = emitter.le * self.shading.value_cos(sample.wi);
+        let ray = self.ray(sample.wi);
+        if value == DVec3::ZERO || self.world.blocked(&ray, sample.distance, sample.index) {
+            return;
         }
-        _ => DVec3::ZERO,
+        let even = emitter.even(&ray, &shapes[sample.index as usize], sample.distance);
+        self.reflected(value, number, sample.wi, even, sample.density);
+    }
+
+    /// The full contribution of a delta light, or that of a direction sampled in a sun's disk.
+    fn by_lamp(&mut self, lamp: &Lamp, number: usize) {
+        let (direction, distance, le) = match lamp {
+            Lamp::Delta(light) => {
+                let Some(arrival) = arrival(light, self.point) else {
+                    return;
+                };
+                (arrival.wi, arrival.distance, arrival.irradiance)
+            }
+            Lamp::Disk(disk) => (disk.sample(self.rng), f64::INFINITY, disk.le),
+        };
+        let value = le * self.shading.value_cos(direction);
+        if value == DVec3::ZERO || self.world.nearer(&self.ray(direction), distance) {
+            return;
+        }
+        match lamp {
+            Lamp::Delta(_) => (self.found)(value, Way::Certain { emitter: number }),
+            Lamp::Disk(disk) => {
+                // A direction sampled in the disk counts as inside, even if rounding puts it beyond the edge.
+                let density = disk.density_inside();
+                self.reflected(value, number, direction, density, density);
+            }
+        }
+    }
+
+    /// The contribution of a direction sampled from the environment.
+    fn by_sky(&mut self) {
+        let Some(sky) = self.world.sky() else {
+            return;
+        };
+        let Some(direction) = sky.sample(self.rng) else {
+            return;
+        };
+        let value = sky.radiance(direction) * self.shading.value_cos(direction);
+        if value == DVec3::ZERO || self.world.look(&self.ray(direction)).is_some() {
+            return;
+        }
+        let density = sky.density(direction);
+        self.reflected(value, self.world.emitters().len(), direction, density, density);
+    }
+
+    /// The contribution of the emitter that a direction sampled from the BRDF hits first.
+    fn by_brdf(&mut self) {
+        let wi = self.shading.sample(self.rng);
+        let value = self.shading.value_cos(wi);
+        if value == DVec3::ZERO {
+            return;
+        }
+        let ray = self.ray(wi);
+        match self.world.look(&ray) {
+            Some(Sight::Emitter {
+                emitter: number,
+                shape,
+                distance,
+            }) => {
+                let emitter = &self.world.emitters()[number];
+                let own = emitter.density(&ray, self.shading.n, shape, distance);
+                let even = emitter.even(&ray, shape, distance);
+                self.reflected(emitter.le * value, number, wi, even, own);
+            }
+            Some(Sight::Reflector { .. } | Sight::Back) => {}
+            None => {
+                if let Some(sky) = self.world.sky() {
+                    let density = sky.density(wi);
+                    self.reflected(
+                        sky.radiance(wi) * value,
+                        self.world.emitters().len(),
+                        wi,
+                        density,
+                        density,
+                    );
+                }
+                for (lamp, number) in self.world.lamps().iter().zip(self.world.first_lamp()..) {
+                    if let Lamp::Disk(disk) = lamp {
+                        let density = disk.density(wi);
+                        self.reflected(disk.radiance(wi) * value, number, wi, density, density);
+                    }
+                }
+            }
+        }
     }
 }

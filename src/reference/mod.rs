@@ -11,6 +11,7 @@
 mod brdf;
 mod bvh;
 mod camera;
+mod crest;
 mod emitter;
 mod estimate;
 mod geometry;

@@ -20,6 +20,9 @@ use crate::scene::{FilmSize, Scene};
 /// normals, edges and distances take about ten.
 const BOUND: f64 = 16.0 / (1 << 24) as f64;
 
+/// Triangles are parallel if the squared sine between their normals is at most this, as in the renderer.
+const PARALLEL: f64 = 1e-6;
+
 /// A ray of the renderer: positions are relative to the camera.
 #[derive(Clone, Copy, Debug)]
 pub struct Segment {
@@ -68,10 +71,51 @@ impl<'s> Ties<'s> {
 
     /// Whether a sample of the renderer is a tie: its camera ray, or one of the rays from its hit point.
     pub fn of_sample(&self, eye: Segment, onward: &[Segment]) -> Option<Tie> {
-        self.of(eye, None).or_else(|| {
-            let left = self.first(&self.ray(eye));
-            onward.iter().find_map(|&segment| self.of(segment, left))
-        })
+        self.of_eye(eye).or_else(|| self.of_onward(eye, onward))
+    }
+
+    /// Whether a camera ray is a tie.
+    pub fn of_eye(&self, eye: Segment) -> Option<Tie> {
+        self.of(eye, None)
+    }
+
+    /// Whether all that a camera ray may hit are triangles in one plane, each hit certainly: of these the renderer's rule names one.
+    pub fn in_one_plane(&self, eye: Segment) -> bool {
+        let ray = self.ray(eye);
+        let met = self.met(&ray, f64::INFINITY, None);
+        let Some(first) = met.first() else {
+            return false;
+        };
+        let point = ray.origin + 0.5 * (first.low + first.high) * ray.direction;
+        let named = |other: &Candidate| other.sure && self.in_plane(&ray, first.shape, other.shape, point);
+        met.iter().all(named)
+    }
+
+    /// Whether one of the rays from the hit point of a camera ray is a tie.
+    pub fn of_onward(&self, eye: Segment, onward: &[Segment]) -> Option<Tie> {
+        let left = self.first(&self.ray(eye));
+        onward.iter().find_map(|&segment| self.of(segment, left))
+    }
+
+    /// Whether two points with their normals, as two renders have them on a camera ray, are one up to rounding: on the shape that
+    /// the ray hits, by the error of its place and by how far its normal turns over that.
+    pub fn one_point(&self, eye: Segment, [p, n]: [DVec3; 2], [q, m]: [DVec3; 2]) -> bool {
+        let ray = self.ray(eye);
+        let Some((index, meeting)) = self.world.nearest(&ray) else {
+            return false;
+        };
+        let shape = self.world.shapes()[index as usize];
+        let met = ray.origin + meeting.distance * ray.direction;
+        let (normal, size) = match shape {
+            Shape::Sphere { center, radius } => ((met - center) / radius, radius),
+            Shape::Triangle([a, b, c]) => {
+                let longest = (b - a).length().max((c - b).length()).max((a - c).length());
+                let normal = (b - a).cross(c - a);
+                (normal.normalize(), normal.length() / longest)
+            }
+        };
+        let reach = self.error(&ray, &shape.bounds()) / normal.dot(ray.direction).abs().max(1e-6);
+        (p - q).length() <= 2.0 * reach && (n - m).length() <= 8.0 * reach / size + 1e-5
     }
 
     /// A tie of two coincident faces on one oracle sample of a pixel: on the camera ray, on rays from the hit point to every
@@ -91,7 +135,7 @@ impl<'s> Ties<'s> {
         let left = self.first(&eye);
         let by_brdf = (shading.sample(&mut rng), f64::INFINITY);
         let lights = self.world.emitters().iter();
-        let towards = lights.filter_map(|light| light.sample(point, self.world.shapes(), &mut rng));
+        let towards = lights.filter_map(|light| light.sample(point, shading.n, self.world.shapes(), &mut rng));
         let towards: Vec<(DVec3, f64)> = towards.map(|sample| (sample.wi, sample.distance)).collect();
         std::iter::once(by_brdf).chain(towards).find_map(|(direction, end)| {
             let ray = Ray {
@@ -127,29 +171,12 @@ impl<'s> Ties<'s> {
     /// The tie of a ray that starts on shape `left` and ends at `end`, if any; and whether both of its shapes are certainly
     /// hit.
     fn along(&self, ray: &Ray, end: f64, left: Option<u32>) -> Option<(Tie, bool)> {
-        let mut found: Vec<Candidate> = Vec::new();
-        let mut nearest = f64::INFINITY;
-        self.world
-            .near(ray, end, &|bounds| self.error(ray, bounds), &mut |shape| {
-                if Some(shape) != left
-                    && let Some(candidate) = self.candidate(ray, shape)
-                {
-                    if candidate.sure && candidate.low > 0.0 {
-                        nearest = nearest.min(candidate.high);
-                    }
-                    found.push(candidate);
-                }
-                nearest
-            });
+        let met = self.met(ray, end, left);
         let body = |candidate: &Candidate| self.world.body(candidate.shape);
-        let limit = nearest.min(end);
-        // Certain hits come first.
-        found.sort_by_key(|candidate| !candidate.sure);
-        let mut met = found.iter().filter(|candidate| candidate.low <= limit);
-        let first = met.next()?;
+        let first = met.first()?;
         // An undecided case: the start of the ray, an edge, or a second shape.
-        let open = |candidate: &&Candidate| !candidate.sure || candidate.low <= 0.0;
-        match (met.next(), open(&first)) {
+        let open = !first.sure || first.low <= 0.0;
+        match (met.get(1), open) {
             (Some(second), _) => {
                 let (a, b) = (body(first), body(second));
                 Some((Tie(a.min(b), a.max(b)), first.sure && second.sure))
@@ -160,6 +187,44 @@ impl<'s> Ties<'s> {
             }
             (None, false) => None,
         }
+    }
+
+    /// The shapes that a ray may hit first, certain hits before others.
+    fn met(&self, ray: &Ray, end: f64, left: Option<u32>) -> Vec<Candidate> {
+        let mut found: Vec<Candidate> = Vec::new();
+        let mut nearest = f64::INFINITY;
+        self.world
+            .near(ray, end, &|bounds| self.error(ray, bounds), &mut |shape| {
+                if left.is_none_or(|left| left != shape && !self.in_plane(ray, left, shape, ray.origin))
+                    && let Some(candidate) = self.candidate(ray, shape)
+                {
+                    if candidate.sure && candidate.low > 0.0 {
+                        nearest = nearest.min(candidate.high);
+                    }
+                    found.push(candidate);
+                }
+                nearest
+            });
+        let limit = nearest.min(end);
+        found.retain(|candidate| candidate.low <= limit);
+        found.sort_by_key(|candidate| !candidate.sure);
+        found
+    }
+
+    /// Whether two shapes are triangles in one plane, as far as single precision tells at `point`. The offset of a ray that leaves
+    /// one takes it from the other too.
+    fn in_plane(&self, ray: &Ray, first: u32, second: u32, point: DVec3) -> bool {
+        let shapes = self.world.shapes();
+        let [Shape::Triangle([a, b, c]), Shape::Triangle([d, e, f])] =
+            [first, second].map(|index| shapes[index as usize])
+        else {
+            return false;
+        };
+        let (normal, other) = ((b - a).cross(c - a), (e - d).cross(f - d));
+        let parallel =
+            normal.cross(other).length_squared() <= PARALLEL * normal.length_squared() * other.length_squared();
+        let error = self.error(ray, &shapes[second as usize].bounds());
+        parallel && other.dot(point - d).abs() <= error * other.length()
     }
 
     /// The error of points in the box.
@@ -259,6 +324,9 @@ mod tests {
         assert_eq!(ties.of_sample(at([1e-4, 0.0, 0.3]), &[]), None);
         assert_eq!(ties.of_sample(at([5.0, 0.0, 0.3]), &[]), Some(Tie(2, 3)));
         assert_eq!(ties.of_sample(at([-5.0, 0.0, 0.3]), &[]), None);
+        // Where the floors coincide the rule names one; where they touch, an edge decides.
+        assert!(ties.in_one_plane(at([5.0, 0.0, 0.3])));
+        assert!(!ties.in_one_plane(at([0.0, 0.0, 0.3])) && !ties.in_one_plane(at([0.0, 5.0, 0.3])));
     }
 
     #[test]

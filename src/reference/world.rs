@@ -52,8 +52,8 @@ pub enum Sight<'w> {
     },
     /// A surface that emits.
     Emitter {
-        /// Which.
-        emitter: &'w Emitter,
+        /// Its index.
+        emitter: usize,
         /// The shape of it that was hit.
         shape: &'w Shape,
         /// The distance.
@@ -123,6 +123,11 @@ impl<'s> World<'s> {
         &self.lamps
     }
 
+    /// The number of the first light without shape, counted behind emitters and the environment.
+    pub fn first_lamp(&self) -> usize {
+        self.emitters.len() + usize::from(self.sky.is_some())
+    }
+
     /// The radiance from beyond the shapes.
     pub fn beyond(&self, direction: DVec3) -> DVec3 {
         let of_sky = self.sky.as_ref().map_or(DVec3::ZERO, |sky| sky.radiance(direction));
@@ -145,7 +150,7 @@ impl<'s> World<'s> {
         let body = self.body(index);
         Some(match self.bodies[body].finish {
             Finish::Emits { emitter } => Sight::Emitter {
-                emitter: &self.emitters[emitter],
+                emitter,
                 shape,
                 distance: meeting.distance,
             },

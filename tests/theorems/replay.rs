@@ -59,6 +59,12 @@ fn replayed_passes_add_up_to_the_picture() {
                             );
                         }
                         assert!(replay.point.is_none() || replay.hit.is_some());
+                        // Rays were in packets' units of length: 2^28 to the farthest shape.
+                        let at = replay.point.map(|point| point.p);
+                        assert!(
+                            replay.rays.iter().all(|ray| Some(ray.origin) == at),
+                            "{name} {x},{y},{pass}"
+                        );
                         sum = std::array::from_fn(|k| sum[k] + replay.radiance[k]);
                     }
                     let mean = sum.map(|x| (x / 6.0) as f32);

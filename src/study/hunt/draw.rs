@@ -1,6 +1,7 @@
 //! Random recipes: ordinary scenes whose means can be compared, and wild ones over many orders of magnitude.
 
 mod lamps;
+mod late;
 
 use std::f64::consts::TAU;
 
@@ -124,7 +125,7 @@ fn ordinary(draw: &mut Draw<'_>) -> Recipe {
     let turn = draw.between(0.0, TAU);
     let away = draw.between(4.0, 7.0);
     let origin = [away * turn.cos(), draw.between(0.3, 3.0), away * turn.sin()];
-    Recipe {
+    let mut recipe = Recipe {
         view: [origin, draw.place(0.4), [0.1, 1.0, 0.05]],
         fov: draw.between(25.0, 60.0),
         lens: draw
@@ -138,7 +139,9 @@ fn ordinary(draw: &mut Draw<'_>) -> Recipe {
             0 => Vec::new(),
             count => (0..count).map(|_| lamps::delta(draw)).collect(),
         },
-    }
+    };
+    late::ordinary(draw, &mut recipe);
+    recipe
 }
 
 fn reflects(draw: &mut Draw<'_>, body: Body) -> Shape {
@@ -159,6 +162,7 @@ fn material(draw: &mut Draw<'_>) -> Material {
     Material {
         diffuse,
         phong,
+        rough: None,
         one_sided: draw.chance(0.15),
         texture: draw.chance(0.3).then(|| draw.chance(0.7)),
     }
@@ -302,6 +306,7 @@ fn wild(draw: &mut Draw<'_>) -> Recipe {
     let plain = Material {
         diffuse: Some(rho),
         phong: None,
+        rough: None,
         one_sided: draw.chance(0.1),
         texture: None,
     };
@@ -344,7 +349,7 @@ fn wild(draw: &mut Draw<'_>) -> Recipe {
         };
         shapes.push(Shape { body, surface });
     }
-    Recipe {
+    let mut recipe = Recipe {
         // The camera is on no surface: there every ray would start in a tie.
         view: [draw.place(2.0), draw.wild_place(), draw.wild_place()],
         fov: if draw.chance(0.5) {
@@ -365,5 +370,7 @@ fn wild(draw: &mut Draw<'_>) -> Recipe {
             0 => Vec::new(),
             count => (0..count).map(|_| lamps::wild_delta(draw)).collect(),
         },
-    }
+    };
+    late::wild(draw, &mut recipe);
+    recipe
 }

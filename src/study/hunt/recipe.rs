@@ -39,10 +39,30 @@ pub struct Material {
     pub diffuse: Option<[f64; 3]>,
     /// Reflectance and exponent of a Phong lobe.
     pub phong: Option<([f64; 3], f64)>,
+    /// A microfacet model in place of both.
+    pub rough: Option<Rough>,
     /// Reflects on the front side only.
     pub one_sided: bool,
     /// The material's texture, if it has one; `true` if the texture repeats.
     pub texture: Option<bool>,
+}
+
+/// A microfacet model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rough {
+    /// Metal or coated body.
+    pub body: RoughBody,
+    /// The square root of its roughness.
+    pub roughness: f64,
+}
+
+/// What a microfacet model covers.
+#[derive(Clone, Debug, PartialEq)]
+pub enum RoughBody {
+    /// Base colour and share of metal.
+    Coated([f64; 3], f64),
+    /// Index of refraction and extinction coefficient.
+    Metal([f64; 3], [f64; 3]),
 }
 
 /// A shape with its surface.
@@ -153,6 +173,13 @@ impl Material {
         }
         if let Some((rho, exponent)) = self.phong {
             _ = writeln!(text, "phong = {rho:?}\nexponent = {exponent:?}");
+        }
+        if let Some(Rough { body, roughness }) = &self.rough {
+            _ = match body {
+                RoughBody::Coated(base, metallic) => writeln!(text, "base_color = {base:?}\nmetallic = {metallic:?}"),
+                RoughBody::Metal(eta, k) => writeln!(text, "eta = {eta:?}\nk = {k:?}"),
+            };
+            _ = writeln!(text, "roughness = {roughness:?}");
         }
         if self.one_sided {
             text += "one_sided = true\n";

@@ -1,7 +1,7 @@
 //! Reduces a failing recipe to a small one that fails in the same way (Zeller and Hildebrandt, "Simplifying and Isolating
 //! Failure-Inducing Input", 2002).
 
-use super::recipe::{Body, Material, Recipe, Shape, Sky, Surface};
+use super::recipe::{Body, Material, Recipe, Rough, Shape, Sky, Surface};
 
 /// Maximum number of recipes tried; each is checked like the first one.
 const TRIES: usize = 400;
@@ -163,6 +163,7 @@ fn simpler_materials(material: &Material) -> Vec<Material> {
     let plain = Material {
         diffuse: Some([0.5; 3]),
         phong: None,
+        rough: None,
         one_sided: false,
         texture: None,
     };
@@ -179,7 +180,15 @@ fn simpler_materials(material: &Material) -> Vec<Material> {
     ];
     if let Some((rho, exponent)) = material.phong {
         let phong = Some((rho.map(|_| 0.5), rounded(exponent).max(1.5)));
-        all.push(Material { phong, ..plain });
+        all.push(Material { phong, ..plain.clone() });
+    }
+    if let Some(Rough { body, roughness }) = &material.rough {
+        let (body, roughness) = (body.clone(), rounded(*roughness).max(1e-4));
+        all.push(Material {
+            diffuse: None,
+            rough: Some(Rough { body, roughness }),
+            ..plain
+        });
     }
     all
 }

@@ -19,9 +19,10 @@ use std::process::Command;
 
 use rayon::prelude::*;
 
-use super::{Options, Verdict, run};
+use super::{Bench, Options, Verdict, exact, run};
 use crate::mutant::Mutant;
-use crate::scene::Scene;
+use crate::pipeline::Settings;
+use crate::scene::{Features, Scene};
 use crate::study::hunt::recipe;
 
 const KINDS: [Mutant; 8] = [
@@ -74,11 +75,48 @@ fn the_scene_has_no_fault_of_its_own() {
     assert!(failed.is_empty(), "{failed:?}");
 }
 
-/// The failures that a process with this fault reports.
-fn found(mutant: Mutant, seconds: f64) -> String {
-    let name = "study::verify::planted::the_scene_has_no_fault_of_its_own";
+/// A textured rug that lies in the floor, before it in the file, so that it is what is seen.
+const RUG: &str = "[[meshes]]\nmaterial = \"cloth\"\nvertices = [[-2, 0, 2], [2, 0, 2], [2, 0, 1], [-2, 0, 1]]\n\
+    uvs = [[0, 0], [1, 0], [1, 1], [0, 1]]\nfaces = [[0, 1, 2, 3]]\n[[meshes]]\n";
+
+/// The same for the bits of one estimator where meshes overlap: all rays to the rug are ties.
+#[test]
+fn overlapping_meshes_have_no_fault_of_their_own() {
+    let folder = tempfile::tempdir().unwrap();
+    recipe::write_pictures(folder.path()).unwrap();
+    let text = SCENE.replacen("[[meshes]]\n", RUG, 1);
+    let scene = Scene::parse(&text, &folder.path().join(Path::new("scene.toml"))).unwrap();
+    assert_eq!(scene.overlapping_meshes(), [[0, 1]]);
+    let settings = Settings {
+        film: scene.film(),
+        threads: 1,
+        ..Settings::default()
+    };
+    let shapes = Features::of(&scene, scene.film()).shapes;
+    let mut bench = Bench::new(&scene, settings, f64::INFINITY, &());
+    let rows = exact::widths(&mut bench, settings, shapes).unwrap();
+    let failed = rows.iter().filter(|row| row.verdict == Verdict::Fail);
+    let failed: Vec<&str> = failed.map(|row| row.check).collect();
+    println!("\nfound by: {}", failed.join("; "));
+    assert!(failed.is_empty(), "{failed:?}");
+}
+
+/// A pair of overlapping meshes had excused every difference between the intersectors, anywhere in the picture.
+#[test]
+fn faults_are_found_where_meshes_overlap() {
+    let test = "study::verify::planted::overlapping_meshes_have_no_fault_of_their_own";
+    for mutant in [Mutant::BarycentricsLost, Mutant::OneCornerBehind] {
+        let found = found(test, mutant, 0.0);
+        assert!(found.contains("intersectors"), "{mutant:?}: {found}");
+    }
+}
+
+const PLAIN: &str = "study::verify::planted::the_scene_has_no_fault_of_its_own";
+
+/// The failures that a process of a test with this fault reports.
+fn found(test: &str, mutant: Mutant, seconds: f64) -> String {
     let output = Command::new(std::env::current_exe().unwrap())
-        .args(["--exact", name, "--nocapture"])
+        .args(["--exact", test, "--nocapture"])
         .env("OCTOLUX_MUTANT", format!("{mutant:?}"))
         .env(SECONDS, seconds.to_string())
         .output()
@@ -95,7 +133,7 @@ fn every_kind_of_fault_is_found() {
         .filter_map(|mutant| {
             let mut last = String::new();
             for seconds in BUDGETS {
-                last = found(mutant, seconds);
+                last = found(PLAIN, mutant, seconds);
                 // Only the barycentric fault has to be found where the plan would not look.
                 let where_it_is = mutant != Mutant::BarycentricsLost || last.contains("intersectors");
                 if !last.is_empty() && last != "no answer" && where_it_is {

@@ -32,12 +32,13 @@ def parse():
     parser.add_argument("--spp", type=int, default=64)
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--estimator", default="mis", help="ours: uniform, light, brdf, mis, mis2-balance, mis2-power, projected")
+    parser.add_argument("--estimator", default="mis", help="ours, by name: mis, product, ...")
     parser.add_argument("--sampler", default="sobol", help="ours: sobol, independent")
     parser.add_argument("--lanes", default="8", help="ours: 1, 8, 16")
     parser.add_argument("--octolux-option", action="append", default=[], help="handed on, such as --octolux-option=--adaptive")
     parser.add_argument("--mitsuba-sampler", default="independent", help="independent, multijitter (its best), stratified")
     parser.add_argument("--reference", help=".npy to compare with [default: one by `octolux render --spp 4096`]")
+    parser.add_argument("--reference-error", metavar="FILE", help=".npy of its standard errors: their share of relMSE is subtracted, on both sides")
     parser.add_argument("--octolux", help="the program [default: target/release/octolux]")
     parser.add_argument("--python", help="the Python that has mitsuba and numpy [default: this one]")
     parser.add_argument("--ceiling", action="store_true", help="also hold ours against bare calls of Embree: ceiling.py")
@@ -129,12 +130,22 @@ class Mitsuba:
         return time.perf_counter() - begin
 
 
-def judge(figures, target, reference):
+def reference_share(reference):
+    """What the reference's own noise adds to every relMSE: it is independent of the pictures, so both variances add."""
+    if not ARGS.reference_error:
+        return 0.0
+    errors = np.load(ARGS.reference_error).astype(np.float64)
+    if errors.shape != reference.shape:
+        stop(f"the errors are {errors.shape}, the reference {reference.shape}: they must belong together")
+    return float(np.mean(errors**2 / (reference**2 + 1e-4)))
+
+
+def judge(figures, target, reference, share):
     """Adds relMSE, its product with the time, and how far the picture's mean is off."""
     picture = np.load(target).astype(np.float64)
     if picture.shape != reference.shape:
         stop(f"the picture is {picture.shape}, the reference {reference.shape}: they must have the scene's size")
-    relmse = float(np.mean((picture - reference) ** 2 / (reference**2 + 1e-4)))
+    relmse = float(np.mean((picture - reference) ** 2 / (reference**2 + 1e-4))) - share
     off = float(picture.mean() / reference.mean() - 1)
     return {**figures, "relmse": relmse, "relmse_s": relmse * figures["render_s"], "mean_off": off}
 
@@ -176,11 +187,12 @@ def main():
         octolux, mitsuba = Octolux(folder), Mitsuba(ARGS.spp)
         mitsuba.render(0, target)  # compiles
         reference, origin = reference_picture(octolux, folder)
+        share = reference_share(reference)
         rounds = []
         for seed in range(1, ARGS.rounds + 1):
             pair = []
             for renderer in (octolux, mitsuba):
-                pair.append(judge(renderer.render(seed, target), target, reference))
+                pair.append(judge(renderer.render(seed, target), target, reference, share))
             rounds.append(pair)
         mitsuba.close()
         first = [[r.first_picture(target) for r in (octolux, Mitsuba)] for _ in range(ARGS.rounds)]
@@ -191,7 +203,8 @@ def main():
     print(f"Octolux: {about['kernel']}, {' '.join([about['sampler'], *ARGS.octolux_option])}, commit {about['commit']}, "
           f"{about['target_features']}, Embree {about['embree_version']}")
     print(f"Mitsuba: {mitsuba.about['version']}, llvm_ad_rgb, the estimator mis, {ARGS.mitsuba_sampler}")
-    print(f"{about['cpu']}, load {load:.2f} before and {os.getloadavg()[0]:.2f} after; reference: {origin}\n")
+    print(f"{about['cpu']}, load {load:.2f} before and {os.getloadavg()[0]:.2f} after; reference: {origin}")
+    print(f"Subtracted from relMSE as the reference's own share: {share:.2e}\n")
     print("Each cell: min / median / max over the rounds. A ratio above 1 is in Octolux's favour, round by round.\n")
     print("| | Octolux | Mitsuba | ratio |\n|---|---|---|---|")
     column = lambda side, key: [figures[key] for figures in side]
@@ -211,7 +224,7 @@ def main():
     if ARGS.ceiling:
         bare_calls(octolux)
     if ARGS.json:
-        everything = {"arguments": vars(ARGS), "reference": origin, "mitsuba": mitsuba.about, "load": load,
+        everything = {"arguments": vars(ARGS), "reference": origin, "reference_share": share, "mitsuba": mitsuba.about, "load": load,
                       "rounds": rounds, "first_picture_s": first, "mean_off": off, "summary": summary}
         pathlib.Path(ARGS.json).write_text(json.dumps(everything, indent=1) + "\n")
     wrong = [name for name, x in off.items() if abs(x) > MEANS_AGREE]

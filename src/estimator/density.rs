@@ -87,10 +87,10 @@ impl Mix {
 pub enum Warp {
     /// Uniform in the light's cone. The technique choice may have used a bit of the light's pair.
     Cone,
-    /// Diffuse points: uniform in the cone, or cosine-weighted if the light is large or low.
-    ConeOrCap,
     /// Diffuse points: cosine-weighted.
     ProjectedCap,
+    /// The same, as [`light::disk`](crate::light::disk) where the light is wholly above the horizon.
+    DiskOrCap,
     /// Phong points: proportional to the lobe.
     LobeInCap,
 }
@@ -174,9 +174,8 @@ known! {
     Average: Average, Cone;
     /// `cos / Π`: uniform in the projected solid angle of the light, for diffuse surfaces.
     Projected: Light, ProjectedCap;
-    /// `1 / Ω`, or `cos / Π` if the light is large or low ([`suits_cap`](super::per_light::suits_cap)): `product` on diffuse
-    /// surfaces.
-    ConeOrCap: Light, ConeOrCap;
+    /// `cos / Π`: `product` on diffuse surfaces.
+    DiskOrCap: Light, DiskOrCap;
     /// The lobe, divided by its mass between the light's nearest and farthest ring and by the fraction of the ring inside the
     /// light: `product` on Phong surfaces ([`Rings`](crate::light::Rings)).
     LobeInCap: Light, LobeInCap;

@@ -5,10 +5,10 @@
 use std::f32::consts::FRAC_1_PI;
 
 use super::ShadingPoint;
-use super::density::{Average, ConeOnly, ConeOrCap, Density, Listed, LobeInCap, Mix, Projected};
+use super::density::{Average, ConeOnly, Density, DiskOrCap, Listed, LobeInCap, Mix, Projected};
 use crate::bsdf::{Ball, Brdf, Bsdf, Diffuse, Phong, Tint};
 use crate::lane::{Lane, Mask};
-use crate::light::{Cap, Cone, Ring, Rings, SphereLight, View};
+use crate::light::{Cap, Cone, Ring, Rings, SphereLight, View, disk};
 use crate::math::elementary::sin_cos_turn;
 use crate::math::{Frame, Vec3};
 use crate::sampling::{Pair, TechniqueSample, warp};
@@ -121,8 +121,8 @@ directions! {
     Mix: <B> => |own, point, view, pair, active| by_light(own, point, &draw(view, pair), active);
     Projected: [Diffuse] => |_own, point, view, pair, active| by_cap(point, view, pair, active);
     Projected: [Bsdf] => |_own, point, view, pair, active| by_cap(point, view, pair, active);
-    ConeOrCap: [Diffuse] => |own, point, view, pair, active| by_cone_or_cap(own, point, view, pair, active);
-    ConeOrCap: [Bsdf] => |own, point, view, pair, active| by_cone_or_cap(own, point, view, pair, active);
+    DiskOrCap: [Diffuse] => |_own, point, view, pair, active| by_disk_or_cap(point, view, pair, active);
+    DiskOrCap: [Bsdf] => |_own, point, view, pair, active| by_disk_or_cap(point, view, pair, active);
     LobeInCap: [Phong] => |_own, point, view, pair, active| by_lobe(point, view, pair, active);
     LobeInCap: [Bsdf] => |_own, point, view, pair, active| by_lobe(&point.with(point.bsdf.as_phong()), view, pair, active);
 }
@@ -193,40 +193,62 @@ pub fn by_cap<L: Lane, B: Brdf<L>>(
     })
 }
 
-/// Squared sine of the half-angle from which a light counts as large. Its cosines then vary, and at close range the cost of the cap
-/// is small compared with the noise it removes. Corresponds to a half-angle of 26 degrees.
-const LARGE: f32 = 0.19;
-
-/// Lanes where a diffuse point samples the cap instead of the cone: the light is large, or its rim is below the horizon, where cone
-/// samples are wasted.
+/// Lanes where a light is wholly above the horizons of both normals.
 #[inline(always)]
-pub fn suits_cap<L: Lane, B: Brdf<L>>(point: &ShadingPoint<L, B>, view: &View<L>) -> L::Mask {
-    let large = (view.radius * view.radius).gt(view.distance * view.distance * L::splat(LARGE));
-    large | point.bsdf.normal().dot(view.to_center).lt(view.radius)
+pub fn clears<L: Lane, B: Brdf<L>>(point: &ShadingPoint<L, B>, view: &View<L>) -> L::Mask {
+    disk::clears(point.bsdf.normal(), view) & disk::clears(point.ng, view)
 }
 
-/// Samples a light at diffuse points: by [`by_cap`] where [`suits_cap`] holds, else in the cone.
+/// What a light brings to diffuse points where it [`clears`] the horizon, whatever its direction. It takes no random number: where
+/// nothing can block the light, no direction is needed.
 #[inline(always)]
-pub fn by_cone_or_cap<L: Lane, D: Density, B: Brdf<L, Tint = L>>(
-    density: D,
+pub fn unoccluded_share<L: Lane, B: Brdf<L>>(point: &ShadingPoint<L, B>, view: &View<L>, active: L::Mask) -> L {
+    disk::share(point.bsdf.normal(), view).or_zero(active)
+}
+
+/// Samples a light at diffuse points, cosine-weighted: by [`by_cap`] where a horizon cuts it, else by its disk, which costs less.
+#[inline(always)]
+pub fn by_disk_or_cap<L: Lane, B: Brdf<L, Tint = L>>(
     point: &ShadingPoint<L, B>,
     view: &View<L>,
     numbers: Pair<L::Bits>,
     active: L::Mask,
 ) -> Option<Weighed<L>> {
-    let by_cosine = active & suits_cap(point, view);
-    let rest = active & !by_cosine;
-    let cap = if by_cosine.any() {
-        by_cap(point, view, numbers, by_cosine)
+    let whole = active & clears(point, view);
+    let rest = active & !whole;
+    let disk = if whole.any() {
+        by_disk(point, view, numbers, whole)
     } else {
         None
     };
-    let cone = if rest.any() {
-        by_light(density, point, &draw(view, numbers), rest)
+    let cap = if rest.any() {
+        by_cap(point, view, numbers, rest)
     } else {
         None
     };
-    either(cone, cap)
+    either(disk, cap)
+}
+
+#[inline(always)]
+fn by_disk<L: Lane, B: Brdf<L>>(
+    point: &ShadingPoint<L, B>,
+    view: &View<L>,
+    numbers: Pair<L::Bits>,
+    active: L::Mask,
+) -> Option<Weighed<L>> {
+    let cone = view.cone();
+    let (u, v) = numbers.unit::<L>();
+    let drawn = disk::draw(point.bsdf.normal(), &cone, u, v);
+    let active = active & drawn.cos_theta.gt(L::zero());
+    if active.none() {
+        return None;
+    }
+    Some(Weighed {
+        active,
+        wi: drawn.wi,
+        distance: cone.distance(drawn.t),
+        weight: drawn.share.or_zero(active),
+    })
 }
 
 /// Samples the part of each point's lobe inside the light, in proportion to the lobe. A render does this in three steps over many
@@ -259,7 +281,7 @@ pub fn on_ring<L: Lane>(
     v: L,
     active: L::Mask,
 ) -> Option<Weighed<L>> {
-    let wi = ring.direction(&Frame::about(point.bsdf.wr), cone.axis, v);
+    let wi = ring.direction(point.bsdf.wr, cone.axis, v);
     let (cos_theta, above) = point.above(wi);
     let weight = weight * cos_theta;
     let active = active & above & weight.gt(L::zero());

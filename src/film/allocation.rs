@@ -87,11 +87,18 @@ pub fn pilot(spp: u32) -> u32 {
 /// Samples of each pixel, row by row, `spp` on average: together exactly `spp` times the pixels, less one if that is odd.
 /// `noise` comes from [`pilot`] passes, which are included in the counts; `kinds` must not depend on any sample.
 pub fn allocate(size: FilmSize, noise: &[Noise], kinds: &[Kind], spp: u32) -> Vec<u32> {
-    let weights = smooth(size, &noise.iter().map(relative_variance).collect::<Vec<_>>(), kinds);
+    let weights = smooth(
+        size,
+        &noise.par_iter().map(relative_variance).collect::<Vec<_>>(),
+        kinds,
+    );
     let width = size.width as usize;
-    let colour = |i: usize| (i / width + i % width) % 2;
+    let pixels_of = |colour: usize| -> Vec<usize> {
+        let row = |y: usize| ((y + colour) % 2..width).step_by(2).map(move |x| y * width + x);
+        (0..size.height as usize).flat_map(row).collect()
+    };
     let pairs = u64::from(spp) * noise.len() as u64 / 2;
-    let blacks = (0..noise.len()).filter(|&i| colour(i) == 0).count();
+    let blacks = noise.len().div_ceil(2);
     let black_pairs = (u128::from(pairs) * blacks as u128 / noise.len() as u128) as u64;
     let least = u64::from(pilot(spp).max(spp / FLOOR).div_ceil(2));
     let edges = kinds.iter().filter(|&&kind| kind != Kind::Plain).count();
@@ -102,12 +109,16 @@ pub fn allocate(size: FilmSize, noise: &[Noise], kinds: &[Kind], spp: u32) -> Ve
     };
     let least_of = |i: usize| if kinds[i] == Kind::Plain { least } else { of_edges };
     let most = (u64::from(spp) * MOST / 2).min(1 << 30);
-    let mut samples = vec![0; noise.len()];
-    for (wanted, total) in [(0, black_pairs), (1, pairs - black_pairs)] {
-        let pixels: Vec<usize> = (0..noise.len()).filter(|&i| colour(i) == wanted).collect();
+    let of_colour = |colour: usize, total: u64| {
+        let pixels = pixels_of(colour);
         let weights: Vec<f64> = pixels.iter().map(|&i| weights[i]).collect();
         let least: Vec<u64> = pixels.iter().map(|&i| least_of(i)).collect();
-        for (i, pairs) in pixels.into_iter().zip(apportion(&weights, total, &least, most)) {
+        (pixels, apportion(&weights, total, &least, most))
+    };
+    let (blacks, whites) = rayon::join(|| of_colour(0, black_pairs), || of_colour(1, pairs - black_pairs));
+    let mut samples = vec![0; noise.len()];
+    for (pixels, shares) in [blacks, whites] {
+        for (i, pairs) in pixels.into_iter().zip(shares) {
             samples[i] = 2 * pairs as u32;
         }
     }
@@ -151,28 +162,68 @@ fn relative_variance(noise: &Noise) -> f64 {
 /// For each pixel, the root of the mean of `values` over the pixels of the other chessboard colour and of its kind in the
 /// window around it; over all kinds if there are none of its kind.
 fn smooth(size: FilmSize, values: &[f64], kinds: &[Kind]) -> Vec<f64> {
-    let (width, height) = (size.width, size.height);
-    let pixel = |x: u32, y: u32| {
-        let kind = kinds[y as usize * width as usize + x as usize];
-        let reach = if kind == Kind::Plain { REACH } else { REACH_OF_EDGES };
-        let (mut alike, mut all) = ((0.0, 0.0), (0.0, 0.0));
-        for row in y.saturating_sub(reach)..height.min(y + reach + 1) {
-            let left = x.saturating_sub(reach);
-            let first = left + u32::from((left + row + x + y).is_multiple_of(2));
-            for column in (first..width.min(x + reach + 1)).step_by(2) {
-                let at = row as usize * width as usize + column as usize;
-                let same = f64::from(u8::from(kinds[at] == kind));
-                alike = (alike.0 + same * values[at], alike.1 + same);
-                all = (all.0 + values[at], all.1 + 1.0);
+    let (width, height) = (size.width as usize, size.height as usize);
+    let mut smoothed = vec![0.0; values.len()];
+    let rows = smoothed.par_chunks_mut(width).enumerate();
+    rows.for_each(|(y, row)| {
+        let own = &kinds[y * width..][..width];
+        for (of_edges, reach) in [(false, REACH), (true, REACH_OF_EDGES)] {
+            if own.iter().any(|&kind| (kind != Kind::Plain) == of_edges) {
+                smooth_row((width, height), (values, kinds), y, reach as usize, |x, mean| {
+                    if (own[x] != Kind::Plain) == of_edges {
+                        row[x] = mean.sqrt();
+                    }
+                });
             }
         }
-        let (sum, count): (f64, f64) = if alike.1 > 0.0 { alike } else { all };
-        (sum / count.max(1.0)).sqrt()
-    };
-    let mut smoothed = vec![0.0; values.len()];
-    let rows = smoothed.par_chunks_mut(width as usize).enumerate();
-    rows.for_each(|(y, row)| (0..width).zip(row).for_each(|(x, to)| *to = pixel(x, y as u32)));
+    });
     smoothed
+}
+
+/// Tells the mean of the window of each column of row `y`. Adds one place of the window for the whole row at a time: in vectors.
+fn smooth_row(
+    (width, height): (usize, usize),
+    (values, kinds): (&[f64], &[Kind]),
+    y: usize,
+    reach: usize,
+    mut tell: impl FnMut(usize, f64),
+) {
+    let own = &kinds[y * width..][..width];
+    let (mut sums, mut counts) = (vec![0.0; width], vec![0.0; width]);
+    let window = || {
+        let rows = y.saturating_sub(reach)..height.min(y + reach + 1);
+        rows.flat_map(move |row| {
+            (0..=2 * reach)
+                .filter(move |across| (row + y + across + reach) % 2 == 1)
+                .map(move |across| (row, across))
+        })
+    };
+    for (row, across) in window() {
+        // Column `x + across - reach`.
+        let first = reach.saturating_sub(across);
+        let end = width.min((width + reach).saturating_sub(across));
+        if first >= end {
+            continue;
+        }
+        let others = row * width + first + across - reach..row * width + end + across - reach;
+        let (values, kinds) = (&values[others.clone()], &kinds[others]);
+        let to = sums[first..end].iter_mut().zip(&mut counts[first..end]);
+        for (((sum, count), own), (value, kind)) in to.zip(&own[first..end]).zip(values.iter().zip(kinds)) {
+            let same = f64::from(u8::from(kind == own));
+            *sum += same * value;
+            *count += same;
+        }
+    }
+    for (x, (mut sum, mut count)) in sums.into_iter().zip(counts).enumerate() {
+        if count == 0.0 {
+            let there = |&(_, across): &(usize, usize)| (reach..width + reach).contains(&(x + across));
+            for (row, across) in window().filter(there) {
+                sum += values[row * width + x + across - reach];
+                count += 1.0;
+            }
+        }
+        tell(x, sum / f64::max(count, 1.0));
+    }
 }
 
 /// Divides `total` in proportion to the weights, with each share clamped to its own `least` and to `most`: `clamp(scale *

@@ -7,6 +7,8 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use super::chunk_sum::ChunkSum;
 use super::tree::{TileSum, Tree};
 use super::{Noise, Picture};
@@ -261,9 +263,15 @@ impl Film {
         self.tiles.first().is_some_and(Tile::measures_noise)
     }
 
-    /// The noise of each pixel, row by row; needs at least four passes.
+    /// The noise of each pixel, row by row; needs at least four passes. Parallel: to be called in the pool of a render.
     pub fn noise(&self) -> Vec<Noise> {
-        self.rows(|tile| |pixel| tile.noise(pixel))
+        let width = self.size.width as usize;
+        let mut all = vec![Noise::default(); width * self.size.height as usize];
+        let rows = all.par_chunks_mut(width * TILE as usize);
+        let tiles = self.tiles.par_chunks(width.div_ceil(TILE as usize));
+        rows.zip(tiles)
+            .for_each(|(row, tiles)| place(row, width, tiles, |tile| |pixel| tile.noise(pixel)));
+        all
     }
 
     /// Merges the sums of another film of the same size whose passes do not overlap.
@@ -286,15 +294,16 @@ impl Film {
     }
 
     /// Sets how many passes each pixel, row by row, takes part in; ends the measurement of noise.
+    /// Parallel: to be called in the pool of a render.
     pub fn set_goals(&mut self, goals: &[u32]) {
         let width = self.size.width as usize;
-        for tile in &mut self.tiles {
+        self.tiles.par_iter_mut().for_each(|tile| {
             tile.goals = tile
                 .pixels()
                 .map(|[x, y]| goals[y as usize * width + x as usize])
                 .collect();
             tile.squares = TileSum::default();
-        }
+        });
     }
 
     /// Maximum samples of a pixel, once goals are set.
@@ -325,13 +334,19 @@ impl Film {
     fn rows<'a, T: Clone + Default, F: Fn(usize) -> T>(&'a self, of: impl Fn(&'a Tile) -> F) -> Vec<T> {
         let width = self.size.width as usize;
         let mut all = vec![T::default(); width * self.size.height as usize];
-        for tile in &self.tiles {
-            let of = of(tile);
-            for (pixel, [x, y]) in tile.pixels().enumerate() {
-                all[y as usize * width + x as usize] = of(pixel);
-            }
-        }
+        place(&mut all, width, &self.tiles, of);
         all
+    }
+}
+
+/// Writes a value of every pixel of some tiles to its place, row by row; the first row is that of the first tile.
+fn place<'a, T, F: Fn(usize) -> T>(rows: &mut [T], width: usize, tiles: &'a [Tile], of: impl Fn(&'a Tile) -> F) {
+    let top = tiles.first().map_or(0, |tile| tile.corner[1]);
+    for tile in tiles {
+        let of = of(tile);
+        for (pixel, [x, y]) in tile.pixels().enumerate() {
+            rows[(y - top) as usize * width + x as usize] = of(pixel);
+        }
     }
 }
 

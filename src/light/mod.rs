@@ -2,6 +2,7 @@
 
 pub mod cap;
 pub mod delta;
+pub mod disk;
 pub mod environment;
 pub mod falloff;
 pub mod mesh;

@@ -18,7 +18,7 @@
 use std::f32::consts::{FRAC_1_PI, PI};
 
 use super::Cone;
-use crate::lane::Lane;
+use crate::lane::{Lane, Mask};
 use crate::math::elementary::{angle, exp, expm1, ln_1m, sin_cos_turn};
 use crate::math::{Frame, Vec3};
 
@@ -125,18 +125,25 @@ impl<L: Lane> Rings<L> {
 }
 
 impl<L: Lane> Ring<L> {
-    /// The unit direction at `v` in [0, 1) on the ring's arc. `frame` is around the lobe's axis; `toward` is the axis of the cap.
+    /// The unit direction at `v` in [0, 1) on the ring's arc, about the lobe's axis `wr`; `toward` is the axis of the cap.
+    ///
+    /// The azimuth is that of the cap's axis, plus or minus a part of half the arc: no frame is needed but where the axes coincide.
     #[inline(always)]
-    pub fn direction(&self, frame: &Frame<L>, toward: Vec3<L>, v: L) -> Vec3<L> {
+    pub fn direction(&self, wr: Vec3<L>, toward: Vec3<L>, v: L) -> Vec3<L> {
         let one = L::one();
-        let (a, b) = (toward.dot(frame.tangent), toward.dot(frame.bitangent));
-        let level = a.mul_add(a, b * b);
+        // The chord, not the axis itself, loses no digits where the axes nearly coincide.
+        let chord = toward - wr;
+        let mut aside = wr.mul_add(-wr.dot(chord), chord);
+        let mut level = aside.length_squared();
         // If the axes coincide, any azimuth works.
         let leans = level.gt(L::zero());
-        let (a, level) = (L::select(leans, a, one), L::select(leans, level, one));
+        if !leans.all() {
+            aside = Vec3::select(leans, aside, Frame::about(wr).tangent);
+            level = L::select(leans, level, one);
+        }
         let (sin, cos) = sin_cos_turn((v + v - one) * self.half_arc * L::splat(0.5 * FRAC_1_PI));
         let k = (self.t * (L::splat(2.0) - self.t) / level).safe_sqrt();
-        let across = frame.tangent * (k * (a * cos - b * sin)) + frame.bitangent * (k * (b * cos + a * sin));
-        frame.axis.mul_add(one - self.t, across)
+        let across = aside * (k * cos) + wr.cross(aside) * (k * sin);
+        wr.mul_add(one - self.t, across)
     }
 }

@@ -86,6 +86,20 @@ impl SphereLight {
         self.seen_from(p).cone()
     }
 
+    /// The cone whose [`Cone::columns`] and `one_minus_cos_max` these are: loading them is cheaper than two roots and a division.
+    #[inline(always)]
+    pub fn cone_of_columns<L: Lane>(&self, [x, y, z, center_distance, power]: [L; 5], one_minus_cos_max: L) -> Cone<L> {
+        Cone {
+            axis: Vec3::new(x, y, z),
+            one_minus_cos_max,
+            inside: power.le(L::zero()),
+            center_distance,
+            radius: L::splat(self.radius),
+            power,
+            near: self.origin_power.is_some(),
+        }
+    }
+
     /// Lanes where the unit direction `wi` from `p` may hit the light: a slight superset of [`Cone::contains`], without a root or a
     /// division. In the cone, `wi . to_center >= sqrt(D^2 - R^2)`.
     #[inline(always)]
@@ -144,6 +158,12 @@ impl<L: Lane> Cone<L> {
     #[inline(always)]
     pub fn pdf(&self) -> L {
         warp::cone_pdf(self.one_minus_cos_max)
+    }
+
+    /// What differs between lanes besides `one_minus_cos_max`.
+    #[inline(always)]
+    pub fn columns(&self) -> [L; 5] {
+        [self.axis.x, self.axis.y, self.axis.z, self.center_distance, self.power]
     }
 
     /// `1 - cos` between the axis and `wi`, from the chord: accurate close to the axis.

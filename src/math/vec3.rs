@@ -87,6 +87,16 @@ impl<L: Lane> Vec3<L> {
         Self::new(self.x * other.x, self.y * other.y, self.z * other.z)
     }
 
+    /// The vector product.
+    #[inline(always)]
+    pub fn cross(self, other: Self) -> Self {
+        Self::new(
+            self.y.mul_add(other.z, -(self.z * other.y)),
+            self.z.mul_add(other.x, -(self.x * other.z)),
+            self.x.mul_add(other.y, -(self.y * other.x)),
+        )
+    }
+
     /// The largest absolute component.
     #[inline(always)]
     pub fn max_abs(self) -> L {

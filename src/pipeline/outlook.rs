@@ -9,7 +9,7 @@ use super::progress::Counters;
 use super::stage::{Chunk, Scratch};
 
 use crate::film::allocation::Kind;
-use crate::film::{Film, Tile};
+use crate::film::{Film, TILE, Tile};
 use crate::sampling::PassBlock;
 use crate::scene::{FilmSize, SamplerKind};
 
@@ -31,7 +31,8 @@ pub fn partly(prepared: &Prepared) -> Partly {
     let mut film = Film::new(size);
     let own_ray = |at: u32| at.is_multiple_of(CELL);
     let goal = |y: u32| (0..size.width).map(move |x| if own_ray(x) && own_ray(y) { u32::MAX } else { 0 });
-    film.set_goals(&(0..size.height).flat_map(goal).collect::<Vec<_>>());
+    let goals: Vec<u32> = (0..size.height).flat_map(goal).collect();
+    prepared.pool.install(|| film.set_goals(&goals));
     let of_tile = |tile: &Tile| {
         let Some(find_penumbrae) = prepared.plan.find_penumbrae else {
             return Vec::new();
@@ -81,37 +82,61 @@ impl Traced {
 pub fn kinds(prepared: &Prepared) -> Vec<Kind> {
     let FilmSize { width, height } = prepared.settings.film;
     let film = Film::new(prepared.settings.film);
-    let of_tile = |tile: &Tile| look(prepared, tile, |chunk, scratch| seen(chunk, &scratch.hits));
-    let tiles = film.tiles();
-    let of_tiles: Vec<Vec<Traced>> = prepared.pool.install(|| tiles.par_iter().map(of_tile).collect());
     let at = |x: u32, y: u32| y as usize * width as usize + x as usize;
     let mut all = vec![Traced::default(); width as usize * height as usize];
-    for (tile, seen) in tiles.iter().zip(of_tiles) {
-        for ([x, y], seen) in tile.pixels().zip(seen) {
-            all[at(x, y)] = seen;
-        }
-    }
-    let kind = |x: u32, y: u32| {
-        let own = &all[at(x, y)];
-        let (mut edge, mut rim) = (false, false);
-        for row in y.saturating_sub(1)..height.min(y + 2) {
-            for other in &all[at(x.saturating_sub(1), row)..at(width.min(x + 2) - 1, row) + 1] {
-                edge |= !own.joins(other);
-                rim |= other.what == SHINES;
+    prepared.pool.install(|| {
+        let rows = all.par_chunks_mut(at(0, TILE));
+        let tiles = film.tiles().par_chunks(width.div_ceil(TILE) as usize);
+        rows.zip(tiles).for_each(|(row, tiles)| {
+            for tile in tiles {
+                let [[_, top], _] = tile.corners();
+                let seen = look(prepared, tile, |chunk, scratch| seen(chunk, &scratch.hits));
+                for ([x, y], seen) in tile.pixels().zip(seen) {
+                    row[at(x, y - top)] = seen;
+                }
+            }
+        });
+    });
+    // The four neighbors after a pixel that it does not join, a bit each: all pairs of neighbors once, as joining is mutual.
+    let after = [(1, 0), (-1, 1), (0, 1), (1, 1)];
+    let parted = |x: u32, y: u32| {
+        let mut parted = 0;
+        for (bit, &(dx, dy)) in (0_u32..).zip(&after) {
+            let there = (x.wrapping_add_signed(dx), y + dy);
+            if there.0 < width && there.1 < height {
+                parted |= u8::from(!all[at(x, y)].joins(&all[at(there.0, there.1)])) << bit;
             }
         }
-        match (edge, rim) {
-            (false, _) => Kind::Plain,
-            (true, false) => Kind::Edge,
-            (true, true) => Kind::Rim,
-        }
+        parted
     };
-    let mut kinds = vec![Kind::Plain; all.len()];
     prepared.pool.install(|| {
-        let rows = kinds.par_chunks_mut(width as usize).enumerate();
-        rows.for_each(|(y, row)| (0..width).zip(row).for_each(|(x, to)| *to = kind(x, y as u32)));
-    });
-    kinds
+        let parted = by_row(width, height, parted);
+        let kind = |x: u32, y: u32| {
+            let mut edge = parted[at(x, y)] != 0;
+            for (bit, &(dx, dy)) in after.iter().enumerate() {
+                let there = (x.wrapping_sub(dx as u32), y.wrapping_sub(dy));
+                edge |= there.0 < width && there.1 < height && parted[at(there.0, there.1)] >> bit & 1 == 1;
+            }
+            if !edge {
+                return Kind::Plain;
+            }
+            let mut rim = false;
+            for row in y.saturating_sub(1)..height.min(y + 2) {
+                let around = &all[at(x.saturating_sub(1), row)..at(width.min(x + 2) - 1, row) + 1];
+                rim |= around.iter().any(|other| other.what == SHINES);
+            }
+            if rim { Kind::Rim } else { Kind::Edge }
+        };
+        by_row(width, height, kind)
+    })
+}
+
+/// A value of every pixel, row by row.
+fn by_row<T: Clone + Default + Send>(width: u32, height: u32, of: impl Fn(u32, u32) -> T + Sync) -> Vec<T> {
+    let mut all = vec![T::default(); width as usize * height as usize];
+    let rows = all.par_chunks_mut(width as usize).enumerate();
+    rows.for_each(|(y, row)| (0..width).zip(row).for_each(|(x, to)| *to = of(x, y as u32)));
+    all
 }
 
 /// What the pixels of a one-pass chunk hit.

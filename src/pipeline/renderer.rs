@@ -114,15 +114,13 @@ impl Renderer {
             self.film.measure_noise();
         }
         if first == pilot && steered && self.most.is_none() {
-            let noise = self.film.noise();
             let size = self.prepared.settings.film;
             let kinds = outlook::kinds(&self.prepared);
-            let goals = self
-                .prepared
-                .pool
-                .install(|| (self.allocate)(size, &noise, &kinds, spp));
-            self.film.set_goals(&goals);
-            self.most = goals.into_iter().max();
+            self.most = self.prepared.pool.install(|| {
+                let goals = (self.allocate)(size, &self.film.noise(), &kinds, spp);
+                self.film.set_goals(&goals);
+                goals.into_iter().max()
+            });
         }
         let last = self.most.unwrap_or(pilot);
         let end = match self.most {

@@ -4,10 +4,11 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 use octolux::bsdf::Bsdf;
-use octolux::estimator::density::Projected;
+use octolux::estimator::density::{DiskOrCap, Projected};
 use octolux::estimator::{ShadingPoint, per_light};
 use octolux::lane::{Bits, F32x8, Lane, Mask, Word};
-use octolux::light::{Cap, SphereLight};
+use octolux::light::{Cap, SphereLight, disk};
+use octolux::math::Vec3;
 use octolux::sampling::{PassBlock, TechniqueSample};
 use octolux::scene::SamplerKind;
 
@@ -146,18 +147,26 @@ pub fn every_sample_is_the_answer() -> Vec<[f64; 3]> {
                 worst[1] = worst[1].max(error / truth);
             }
             worst[2] = worst[2].max(error / overhead);
-            let (mut seen, mut none) = (None, 0);
-            for pixel in 0..512 {
+            // Of `projected`, and of `product`, which has another map for a light that is wholly risen.
+            let samples = |pixel: u32| {
                 let technique_sample = TechniqueSample {
                     by_brdf_lanes: false,
                     pair: numbers.pair(Word(pixel), Word(0), 2),
                 };
-                let Some(found) = per_light::sample(Projected, &point, &light, technique_sample, true) else {
+                match pixel % 2 {
+                    0 => per_light::sample(Projected, &point, &light, technique_sample, true),
+                    _ => per_light::sample(DiskOrCap, &point, &light, technique_sample, true),
+                }
+            };
+            let (mut seen, mut none) = ([None; 2], 0);
+            for pixel in 0..1024 {
+                let Some(found) = samples(pixel) else {
                     none += 1;
                     continue;
                 };
                 let bits = found.ld.lane(0).map(f32::to_bits);
-                assert_eq!(*seen.get_or_insert(bits), bits, "{what}: samples differ");
+                let seen = seen[pixel as usize % 2].get_or_insert(bits);
+                assert_eq!(*seen, bits, "{what}: samples differ");
                 let wi = wide(found.wi.lane(0));
                 let from_axis = (wi.normalize() - wide(light.center).normalize()).length();
                 // The chord to a direction of the cone, and what a stored direction is off.
@@ -174,7 +183,7 @@ pub fn every_sample_is_the_answer() -> Vec<[f64; 3]> {
                     found.distance
                 );
             }
-            if let Some(bits) = seen {
+            for bits in seen.into_iter().flatten() {
                 let value = f64::from(f32::from_bits(bits[0]));
                 let expected = f64::from(light.le[0]) * f64::from(RHO[0]) * f64::from(cap.projected()) / PI;
                 assert!(
@@ -183,12 +192,12 @@ pub fn every_sample_is_the_answer() -> Vec<[f64; 3]> {
                 );
             }
             // At the horizon a stored direction may be below it; elsewhere none is lost.
-            let lost = if height < 1.0 && sine < 1e-2 { 512 } else { 0 };
+            let lost = if height < 1.0 && sine < 1e-2 { 1024 } else { 0 };
             assert!(
                 none <= lost || truth == 0.0,
-                "{what}: {none} samples of 512 brought nothing"
+                "{what}: {none} samples of 1024 brought nothing"
             );
-            assert!(truth > 0.0 || none == 512 || sine < 1e-2, "{what}: light from below");
+            assert!(truth > 0.0 || none == 1024 || sine < 1e-2, "{what}: light from below");
         }
         table.push(worst);
     }
@@ -227,37 +236,55 @@ pub fn directions<L: Lane>(family: &mut Family, seed: u32, draws: u32) {
             let (near, far) = region.strip((y(strip) + y(strip + 1)) / 2.0);
             below[strip + 1] = below[strip] + (far - near).max(0.0);
         }
-        let cap = Cap::above(point.bsdf.n, &light.cone(point.p));
+        let (cone, n) = (light.cone(point.p), point.bsdf.n);
+        let cap = Cap::above(n, &cone);
         let numbers = PassBlock::new(SamplerKind::Independent, seed, 0, 1, 40);
-        let mut counts = vec![0.0; ROWS * COLUMNS];
-        for first in (0..draws).step_by(L::N) {
-            let pixel = L::Bits::from_fn(|lane| first + lane as u32);
-            let (u, v) = numbers.pair(pixel, L::Bits::splat(0), i).unit::<L>();
-            let drawn = cap.draw(u, v);
-            for lane in L::Mask::splat(true).lanes() {
-                let wi = wide(drawn.wi.lane(lane));
-                let height = f64::from(drawn.cos_theta.lane(lane));
-                assert!(
-                    (wi.dot(region.n) - height).abs() < 1e-6,
-                    "sine {sine}, {height} high: the height is another"
-                );
-                let (x, y) = (wi.dot(region.shadow), wi.dot(region.across));
-                let (near, far) = region.strip(y.clamp(-region.sine, region.sine));
-                let at = ((y / region.sine + 1.0) / 2.0 * strips as f64).clamp(0.0, strips as f64 - 1e-9);
-                let (strip, part) = (at as usize, at.fract());
-                let share = (below[strip] + part * (below[strip + 1] - below[strip])) / below[strips];
-                let along = if far > near { (x - near) / (far - near) } else { 0.5 };
-                let row = ((share * ROWS as f64) as usize).min(ROWS - 1);
-                let column = ((along.clamp(0.0, 1.0) * COLUMNS as f64) as usize).min(COLUMNS - 1);
-                counts[row * COLUMNS + column] += 1.0;
-            }
-        }
-        let expected = vec![f64::from(draws) / (ROWS * COLUMNS) as f64; ROWS * COLUMNS];
-        let test = chi_square(&counts, &expected);
-        family.add(
-            test.p,
-            format!("sine {sine}, {height} sines high, {} lanes: {test:?}", L::N),
+        let whole = disk::clears(n, &light.seen_from(point.p)).all();
+        assert_eq!(
+            whole,
+            height > 1.0,
+            "sine {sine}, {height} sines high: wholly risen or not"
         );
+        let by_cap = |u: L, v: L| {
+            let drawn = cap.draw(u, v);
+            (drawn.wi, drawn.cos_theta)
+        };
+        let by_disk = |u: L, v: L| {
+            let drawn = disk::draw(n, &cone, u, v);
+            (drawn.wi, drawn.cos_theta)
+        };
+        let maps: [&dyn Fn(L, L) -> (Vec3<L>, L); 2] = [&by_cap, &by_disk];
+        for (map, name) in maps.into_iter().zip(["cap", "disk"]).take(1 + usize::from(whole)) {
+            let mut counts = vec![0.0; ROWS * COLUMNS];
+            for first in (0..draws).step_by(L::N) {
+                let pixel = L::Bits::from_fn(|lane| first + lane as u32);
+                let (u, v) = numbers.pair(pixel, L::Bits::splat(0), i).unit::<L>();
+                let (wi, cos_theta) = map(u, v);
+                for lane in L::Mask::splat(true).lanes() {
+                    let wi = wide(wi.lane(lane));
+                    let height = f64::from(cos_theta.lane(lane));
+                    assert!(
+                        (wi.dot(region.n) - height).abs() < 1e-6,
+                        "{name}, sine {sine}, {height} high: the height is another"
+                    );
+                    let (x, y) = (wi.dot(region.shadow), wi.dot(region.across));
+                    let (near, far) = region.strip(y.clamp(-region.sine, region.sine));
+                    let at = ((y / region.sine + 1.0) / 2.0 * strips as f64).clamp(0.0, strips as f64 - 1e-9);
+                    let (strip, part) = (at as usize, at.fract());
+                    let share = (below[strip] + part * (below[strip + 1] - below[strip])) / below[strips];
+                    let along = if far > near { (x - near) / (far - near) } else { 0.5 };
+                    let row = ((share * ROWS as f64) as usize).min(ROWS - 1);
+                    let column = ((along.clamp(0.0, 1.0) * COLUMNS as f64) as usize).min(COLUMNS - 1);
+                    counts[row * COLUMNS + column] += 1.0;
+                }
+            }
+            let expected = vec![f64::from(draws) / (ROWS * COLUMNS) as f64; ROWS * COLUMNS];
+            let test = chi_square(&counts, &expected);
+            family.add(
+                test.p,
+                format!("{name}, sine {sine}, {height} sines high, {} lanes: {test:?}", L::N),
+            );
+        }
     }
 }
 

@@ -7,7 +7,6 @@ use octolux::bsdf::Bsdf;
 use octolux::estimator::ShadingPoint;
 use octolux::lane::{Bits, F32x8, Lane, Mask};
 use octolux::light::{Cone, Rings, SphereLight};
-use octolux::math::Frame;
 use octolux::sampling::PassBlock;
 use octolux::scene::SamplerKind;
 
@@ -185,7 +184,6 @@ fn of_sine(sine: f64) -> [f64; 4] {
                 continue;
             }
             held += 1;
-            let frame = Frame::about(point.bsdf.wr);
             let (mut sums, mut outside) = ([0.0; 2], 0);
             for i in 0..DRAWS {
                 let ring = rings.draw(point.bsdf.alpha, (i as f32 + 0.5) / DRAWS as f32);
@@ -193,7 +191,7 @@ fn of_sine(sine: f64) -> [f64; 4] {
                 assert!((0.0..=1.0 + 1e-6).contains(&weight), "{what}: a weight of {weight:e}");
                 sums = [sums[0] + weight, sums[1] + weight * weight];
                 let v = (i.wrapping_mul(2_654_435_769) >> 8) as f32 / (1 << 24) as f32;
-                let wi = wide(ring.direction(&frame, cone.axis, v).lane(0));
+                let wi = wide(ring.direction(point.bsdf.wr, cone.axis, v).lane(0));
                 assert!((wi.length() - 1.0).abs() < 1e-6, "{what}: not of unit length");
                 let from_axis = angle_of((wi.normalize() - wide(cone.axis.lane(0)).normalize()).length_squared() / 2.0);
                 outside += u32::from(weight > 0.0 && from_axis > region.half + 1e-6);
@@ -277,13 +275,12 @@ pub fn directions<L: Lane>(family: &mut Family, seed: u32, draws: u32) {
         let region = Region::of(&one, &cone_of_one);
         let cone = light.cone(point.p);
         let rings = Rings::of(point.bsdf.wr, point.bsdf.alpha, &cone);
-        let frame = Frame::about(point.bsdf.wr);
         let numbers = PassBlock::new(SamplerKind::Independent, seed, 0, 1, 40);
         let mut counts = vec![0.0; ROWS * COLUMNS];
         for first in (0..draws).step_by(L::N) {
             let pixel = L::Bits::from_fn(|lane| first + lane as u32);
             let (u, v) = numbers.pair(pixel, L::Bits::splat(0), i).unit::<L>();
-            let wi = rings.draw(point.bsdf.alpha, u).direction(&frame, cone.axis, v);
+            let wi = rings.draw(point.bsdf.alpha, u).direction(point.bsdf.wr, cone.axis, v);
             for lane in L::Mask::splat(true).lanes() {
                 let found = region.numbers(&one, &cone_of_one, wi.lane(lane));
                 let [row, column] = [(found[0], ROWS), (found[1], COLUMNS)]

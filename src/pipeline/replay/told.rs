@@ -2,9 +2,8 @@
 
 use super::Found;
 use crate::bsdf::{self, Brdf, Tint};
+use crate::estimator::ShadingPoint;
 use crate::estimator::density::{Density, Mix, Warp};
-use crate::estimator::{ShadingPoint, per_light};
-use crate::light::SphereLight;
 use crate::math::Vec3;
 use crate::pipeline::kernels::{self, Suited};
 use crate::pipeline::lists::Probed;
@@ -59,11 +58,10 @@ pub fn of_spheres<M: Told>(estimator: EstimatorKind) -> (Mix, Warp) {
 }
 
 /// Name of the technique that samples a sphere.
-pub fn technique<B: Brdf<f32>>(warp: Warp, point: &ShadingPoint<f32, B>, light: &SphereLight) -> &'static str {
+pub fn technique(warp: Warp) -> &'static str {
     match warp {
-        Warp::ProjectedCap => "cap",
-        Warp::ConeOrCap if per_light::suits_cap(point, &light.seen_from(point.p)) => "cap",
-        Warp::Cone | Warp::ConeOrCap => "cone",
+        Warp::ProjectedCap | Warp::DiskOrCap => "cap",
+        Warp::Cone => "cone",
         Warp::LobeInCap => "lobe",
     }
 }

@@ -53,14 +53,16 @@ fn trace<L: TraceLane, T: Tracer, const COMPILED_IN: u32>(chunk: &mut Chunk, scr
     // packet of a chunk has idle lanes. Past the last sample, lanes stay in its pass, because their addresses must be valid too.
     let (length, listed) = (grid.len(), grid.lists_passes());
     let [[left, top], _] = chunk.tile.corners();
-    let first_pixel = L::Bits::splat(top.wrapping_mul(chunk.film_width).wrapping_add(left));
     let pairs_apart = !listed && chunk.tile.measures_noise();
     let area = L::Bits::splat(chunk.tile.area() as u32);
-    for at in (0..length).step_by(L::N) {
-        let pixel = first_pixel + L::Bits::load(&grid.pixel[at..]);
-        chunk.numbers.key(pixel).store(&mut grid.key[at..]);
+    if !grid.has_keys() {
+        let first_pixel = L::Bits::splat(top.wrapping_mul(chunk.film_width).wrapping_add(left));
+        for at in (0..length).step_by(L::N) {
+            let pixel = first_pixel + L::Bits::load(&grid.pixel[at..]);
+            chunk.numbers.key(pixel).store(&mut grid.key[at..]);
+        }
+        grid.repeat_keys();
     }
-    grid.repeat_keys();
     let (left, top) = (L::splat(left as f32), L::splat(top as f32));
     let (mut at, mut turn) = (0, 0);
     let mut waiting = None;

@@ -3,10 +3,11 @@
 use std::ops::Range;
 
 use super::Chunk;
+use super::disks::toward_disk;
 use super::rings::RingBlock;
 use super::shade::{Light, Sink, in_lobe, sample_light};
 use crate::embree::TraceLane;
-use crate::estimator::density::{Average, ConeOnly, ConeOrCap, Density, LobeInCap, Mix, Projected};
+use crate::estimator::density::{Average, ConeOnly, DiskOrCap, Density, LobeInCap, Mix, Projected};
 use crate::pipeline::model::{self, Model};
 use crate::pipeline::stream::ModelStream;
 
@@ -54,7 +55,6 @@ packet_by_packet! {
     Average: <M> => Mix;
     Mix: <M> => Mix;
     Projected: [model::Diffuse] => Projected;
-    ConeOrCap: [model::Diffuse] => ConeOrCap;
 }
 
 impl Directions<model::Phong> for LobeInCap {
@@ -71,5 +71,22 @@ impl Directions<model::Phong> for LobeInCap {
         sink: &mut Sink,
     ) {
         in_lobe::<L>(chunk, stream, rings, block, light, sink);
+    }
+}
+
+impl Directions<model::Diffuse> for DiskOrCap {
+    type Listed = Self;
+
+    #[inline(always)]
+    fn toward_light<L: TraceLane>(
+        self,
+        chunk: &Chunk,
+        stream: &mut ModelStream<model::Diffuse>,
+        _: &mut RingBlock,
+        block: Range<usize>,
+        light: &Light,
+        sink: &mut Sink,
+    ) {
+        toward_disk::<L>(chunk, stream, block, light, sink);
     }
 }

@@ -1,6 +1,9 @@
 //! The order in which the samples of a chunk are grouped into packets.
 
+use std::ops::Range;
+
 use super::chunk::{Chunk, Order};
+use crate::lane::Word;
 use crate::pipeline::lists::colour;
 
 /// Maximum number of lanes of a packet. Columns are padded by this much, so that any packet is one load.
@@ -16,7 +19,7 @@ pub struct Grid {
     pub index: Vec<u32>,
     /// Offset from the film index of the tile's first pixel.
     pub pixel: Vec<u32>,
-    /// The pixel's key for random numbers; set by the camera stage for each chunk.
+    /// The pixel's key for random numbers; set by the camera stage for each chunk, unless [`Self::has_keys`].
     pub key: Vec<u32>,
     /// For samples only: the pass, relative to the first of the block.
     pub pass: Vec<u32>,
@@ -24,6 +27,8 @@ pub struct Grid {
     turn: Vec<u32>,
     length: usize,
     shape: Option<Shape>,
+    /// Whether the active pixels of each pass are listed.
+    by_goals: bool,
 }
 
 /// Determines the columns if all pixels take part in all passes: offset of the tile's last column and row, film width, and number
@@ -39,7 +44,11 @@ impl Grid {
     /// Fills the columns for a chunk; returns the number of its samples.
     pub fn fill(&mut self, chunk: &Chunk) -> usize {
         let tile = chunk.tile;
-        let listed = !tile.goals().is_empty() || chunk.order == Order::Neighbours;
+        self.by_goals = !tile.goals().is_empty() && chunk.order != Order::Neighbours;
+        if self.by_goals {
+            return self.pass_by_pass(chunk);
+        }
+        let listed = chunk.order == Order::Neighbours;
         // While noise is measured, pairs of passes have separate sums. With listed samples these indices must be listed too.
         let even = tile.goals().is_empty() && !(listed && tile.measures_noise());
         let [[left, top], [right, bottom]] = tile.corners();
@@ -50,12 +59,10 @@ impl Grid {
         });
         if shape.is_none() || self.shape != shape {
             self.clear();
-            match (chunk.order, listed) {
-                (Order::Neighbours, _) => self.neighbours(chunk),
-                (Order::Passes, true) => self.pass_by_pass(chunk),
-                (Order::Passes, false) => (0..tile.area()).for_each(|at| self.push(chunk, at)),
-                (Order::Lists, true) => self.pass_by_pass(chunk),
-                (Order::Lists, false) => by_colour(chunk).for_each(|at| self.push(chunk, at)),
+            match chunk.order {
+                Order::Neighbours => self.neighbours(chunk),
+                Order::Passes => (0..tile.area()).for_each(|at| self.push(chunk, at)),
+                Order::Lists => by_colour(chunk).for_each(|at| self.push(chunk, at)),
             }
             self.length = self.x.len();
             self.key.resize(self.length.next_multiple_of(LANES) + LANES, 0);
@@ -97,49 +104,85 @@ impl Grid {
 
     /// Whether samples with their passes are listed, instead of pixels.
     pub fn lists_passes(&self) -> bool {
-        !self.turn.is_empty()
+        self.by_goals || !self.turn.is_empty()
     }
 
-    /// Pass by pass, and in each the active pixels in tile order.
-    fn pass_by_pass(&mut self, chunk: &Chunk) {
-        let (pixels, goals, first) = (chunk.tile.offsets(), chunk.tile.goals(), chunk.numbers.first());
+    /// Whether [`Self::fill`] has set the keys.
+    pub fn has_keys(&self) -> bool {
+        self.by_goals
+    }
+
+    /// Pass by pass, and in each the active pixels in tile order. Returns the number of samples.
+    fn pass_by_pass(&mut self, chunk: &Chunk) -> usize {
+        let (goals, first) = (chunk.tile.goals(), chunk.numbers.first());
+        let [[left, top], _] = chunk.tile.corners();
+        let first_pixel = top.wrapping_mul(chunk.film_width).wrapping_add(left);
+        // The columns of the pixels: a sample's key is copied, not hashed again.
+        let rows: Vec<(f32, f32, u32)> = (chunk.tile.offsets().iter())
+            .map(|&[x, y]| {
+                let pixel = first_pixel.wrapping_add(y.wrapping_mul(chunk.film_width).wrapping_add(x));
+                (x as f32, y as f32, chunk.numbers.key(Word(pixel)).0)
+            })
+            .collect();
+        let all: Vec<u32> = match chunk.order {
+            Order::Lists => by_colour(chunk).map(|at| at as u32).collect(),
+            _ => (0..goals.len() as u32).collect(),
+        };
         // If all goals are even, the passes 2k and 2k + 1 have the same pixels, and the second is a copy.
         let twins = goals.iter().all(|goal| goal.is_multiple_of(2));
-        let mut members = vec![0_u32; goals.len()];
-        let by_colour: Vec<usize> = match chunk.order {
-            Order::Lists => by_colour(chunk).collect(),
-            _ => Vec::new(),
-        };
         let mut listed = vec![0..0; chunk.pass_order.len() / 2 + 2];
-        for (turn, &pass) in (0..).zip(chunk.pass_order) {
+        let (mut members, mut reached, mut last) = (all.clone(), 0, 0..0);
+        self.clear();
+        self.key.clear();
+        self.pass.clear();
+        self.shape = None;
+        for &pass in chunk.pass_order {
+            let begin = self.x.len();
             let twin = &mut listed[((first + pass) / 2 - (first + chunk.first) / 2) as usize];
             if twins && twin.start < twin.end {
-                self.x.extend_from_within(twin.clone());
-                self.y.extend_from_within(twin.clone());
-                self.index.extend_from_within(twin.clone());
-                self.pixel.extend_from_within(twin.clone());
+                self.repeat_range(twin.clone());
             } else {
-                let mut count = 0;
-                for &at in &by_colour {
-                    members[count] = at as u32;
-                    count += usize::from(goals[at] > first + pass);
+                // Passes mostly ascend, and then pixels only drop out.
+                if first + pass < reached {
+                    members.clone_from(&all);
                 }
-                for (at, &goal) in (0..).zip(if by_colour.is_empty() { goals } else { &[] }) {
+                reached = first + pass;
+                let (before, mut count) = (members.len(), 0);
+                for i in 0..before {
                     // Writes unconditionally and advances only if active: a branch would be mispredicted.
+                    let at = members[i];
                     members[count] = at;
-                    count += usize::from(goal > first + pass);
+                    count += usize::from(goals[at as usize] > reached);
                 }
-                let (begin, members) = (self.x.len(), &members[..count]);
-                let of = |at: &u32| pixels[*at as usize];
-                let pixel = |[x, y]: [u32; 2]| y.wrapping_mul(chunk.film_width).wrapping_add(x);
-                self.x.extend(members.iter().map(|at| of(at)[0] as f32));
-                self.y.extend(members.iter().map(|at| of(at)[1] as f32));
-                self.pixel.extend(members.iter().map(|at| pixel(of(at))));
-                self.index.extend_from_slice(members);
+                members.truncate(count);
+                if count == before && last.len() == count {
+                    self.repeat_range(last);
+                } else {
+                    self.x.extend(members.iter().map(|&at| rows[at as usize].0));
+                    self.y.extend(members.iter().map(|&at| rows[at as usize].1));
+                    self.key.extend(members.iter().map(|&at| rows[at as usize].2));
+                    self.index.extend_from_slice(&members);
+                }
                 *twin = begin..self.x.len();
+                last = twin.clone();
             }
-            self.turn.resize(self.x.len(), turn);
+            self.pass.resize(self.x.len(), pass);
         }
+        self.length = self.x.len();
+        for _ in 0..LANES {
+            let last = self.length - 1;
+            self.repeat_range(last..last + 1);
+            self.pass.push(self.pass[last]);
+        }
+        self.length
+    }
+
+    /// Appends rows again.
+    fn repeat_range(&mut self, rows: Range<usize>) {
+        self.x.extend_from_within(rows.clone());
+        self.y.extend_from_within(rows.clone());
+        self.index.extend_from_within(rows.clone());
+        self.key.extend_from_within(rows);
     }
 
     /// By squares of 2 x 2 pixels along a Morton curve, and in each square pass by pass.

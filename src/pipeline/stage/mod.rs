@@ -5,6 +5,7 @@ mod ask;
 pub mod camera;
 mod chunk;
 mod directions;
+mod disks;
 pub mod each;
 mod facets;
 mod grid;

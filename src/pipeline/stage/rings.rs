@@ -4,13 +4,16 @@
 //! a time. In three loops over a block, packets overlap. Columns hold the data of the packets between the loops.
 
 use crate::lane::{Lane, Mask};
-use crate::light::{Ring, Rings};
+use crate::light::{Cone, Ring, Rings, SphereLight};
 
 /// Points per block; its columns fit the L1 cache.
 pub const BLOCK: usize = 256;
 
-/// Six numbers of [`Rings`], then the sampled ring, its weight and the random number for its arc.
-const COLUMNS: usize = 10;
+/// Six numbers of [`Rings`], the sampled ring, its weight and the random number for its arc, and the light's cone.
+const COLUMNS: usize = 15;
+
+/// The first column of the cone.
+const CONE: usize = 10;
 
 /// The packets of a block in which the light overlaps the lobe of any lane.
 #[derive(Debug)]
@@ -34,6 +37,8 @@ pub struct Drawn<L: Lane> {
     pub weight: L,
     /// The random number for its arc.
     pub v: L,
+    /// The cone of the light.
+    pub cone: Cone<L>,
 }
 
 impl RingBlock {
@@ -63,9 +68,9 @@ impl RingBlock {
         self.packets[i].0
     }
 
-    /// Pushes the rings of the packet that starts at `start`.
+    /// Pushes the rings of the packet that starts at `start`, and the cone that they are cut by.
     #[inline(always)]
-    pub fn push<L: Lane>(&mut self, start: usize, active: L::Mask, rings: &Rings<L>) {
+    pub fn push<L: Lane>(&mut self, start: usize, active: L::Mask, rings: &Rings<L>, cone: &Cone<L>) {
         let i = self.packets.len();
         self.packets.push((start, active.to_bitmask()));
         let numbers = [
@@ -78,6 +83,9 @@ impl RingBlock {
         ];
         for (k, number) in numbers.into_iter().enumerate() {
             self.set(k, i, number);
+        }
+        for (k, number) in cone.columns().into_iter().enumerate() {
+            self.set(CONE + k, i, number);
         }
     }
 
@@ -102,10 +110,19 @@ impl RingBlock {
         }
     }
 
-    /// The sampled ring of packet `i`.
+    /// The sampled ring of packet `i`, and the cone of `light`.
     #[inline(always)]
-    pub fn sampled<L: Lane>(&self, i: usize) -> Drawn<L> {
+    pub fn sampled<L: Lane>(&self, i: usize, light: &SphereLight) -> Drawn<L> {
+        // No `map`: closures are not inlined into AVX-512 code.
+        let cone = [
+            self.get(CONE, i),
+            self.get(CONE + 1, i),
+            self.get(CONE + 2, i),
+            self.get(CONE + 3, i),
+            self.get(CONE + 4, i),
+        ];
         Drawn {
+            cone: light.cone_of_columns(cone, self.get(3, i)),
             active: L::Mask::from_bitmask(self.packets[i].1),
             ring: Ring {
                 t: self.get(6, i),

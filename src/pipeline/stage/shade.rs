@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use super::directions::Directions;
 use super::penumbra::{Half, mark};
-use super::rings::{self, RingBlock};
+use super::rings::{self, Drawn, RingBlock};
 use super::{Ask, Chunk, Scratch, Shaft, Stage, pairs, shadow};
 use crate::bsdf::Tint;
 use crate::embree::TraceLane;
@@ -60,17 +60,13 @@ impl<D: Directions<M>, M: Model> Stage for PerLight<D, M> {
         for first in (0..stream.len()).step_by(chunk.answers.block) {
             let block = first..stream.len().min(first + chunk.answers.block);
             prepare::<L, D, M>(density, chunk, stream, block.clone());
-            let partly = if D::WARP == Warp::ConeOrCap {
+            let partly = if D::WARP == Warp::DiskOrCap {
                 mark::<L>(chunk, stream, block.clone())
             } else {
                 0
             };
             for (i, (light, Shaft { open, set })) in lights.iter().zip(&*shafts).enumerate() {
-                let half = if D::WARP == Warp::ConeOrCap {
-                    Half::first(partly, i)
-                } else {
-                    None
-                };
+                let half = if *open { None } else { Half::first(partly, i) };
                 let light = &Light::new(i, light, half);
                 let mut sink = Sink {
                     open: *open,
@@ -78,7 +74,7 @@ impl<D: Directions<M>, M: Model> Stage for PerLight<D, M> {
                     answered: 0,
                 };
                 density.toward_light::<L>(chunk, stream, rings, block.clone(), light, &mut sink);
-                if D::WARP == Warp::ConeOrCap && light.half.is_some() {
+                if D::WARP == Warp::DiskOrCap && light.half.is_some() {
                     chunk.ask(Ask::Visible {
                         queue: sink.queue,
                         set,
@@ -112,9 +108,9 @@ impl<D: Directions<M>, M: Model> Stage for PerLight<D, M> {
 /// A light and the random pair for its cone.
 pub struct Light {
     pub sphere: SphereLight,
-    pair: u32,
+    pub pair: u32,
     /// The direction to sample at points that see the light partially; `None` if no point does.
-    half: Option<Half>,
+    pub half: Option<Half>,
 }
 
 impl Light {
@@ -143,7 +139,7 @@ pub struct Sink<'a> {
 
 impl Sink<'_> {
     #[inline(always)]
-    fn take<L: Lane, T: Tint<L>>(
+    pub fn take<L: Lane, T: Tint<L>>(
         &mut self,
         stream: &mut HitStream,
         at: usize,
@@ -223,15 +219,6 @@ pub fn sample_light<L: TraceLane, D: per_light::Directions<L, M::Of<L>>, M: Mode
     for at in block.step_by(L::N) {
         let mut active = stream.lanes::<L>(at);
         let mix = density.mix();
-        let second = light.half.is_some_and(|half| half.second);
-        if let Some(half) = light.half
-            && second
-        {
-            active = active & stream.partly::<L>(at, half.bit);
-            if active.none() {
-                continue;
-            }
-        }
         let tossed = mix.mixed() && !mix.both();
         // If all lights share one random choice, it is known already. A choice per light costs a hash, which many packets can skip.
         let known = D::SHARES_COIN || chunk.numbers.one_coin();
@@ -250,17 +237,12 @@ pub fn sample_light<L: TraceLane, D: per_light::Directions<L, M::Of<L>>, M: Mode
         if active.none() {
             continue;
         }
-        let mut numbers = if mix.tosses(D::WARP) {
+        let numbers = if mix.tosses(D::WARP) {
             chunk.numbers.after_toss(address.key, address.pass, light.pair)
         } else {
             chunk.numbers.pair(address.key, address.pass, light.pair)
         };
-        if second {
-            numbers = numbers.opposite();
-        }
-        let found = if D::WARP == Warp::ProjectedCap
-            || D::WARP == Warp::ConeOrCap && (active & per_light::suits_cap(&point, &view)).any()
-        {
+        let found = if D::WARP == Warp::ProjectedCap {
             density.toward_light(&point, &view, numbers, active)
         } else {
             let sampled = per_light::draw(&view, numbers);
@@ -268,12 +250,7 @@ pub fn sample_light<L: TraceLane, D: per_light::Directions<L, M::Of<L>>, M: Mode
             let (_, point, _) = stream.packet::<L>(black_box(at));
             per_light::by_light(density, &point, &sampled, active)
         };
-        if let Some(mut found) = found {
-            if let Some(half) = light.half {
-                let share = L::splat(mutate!(0.5, BothHalvesWhole => 1.0));
-                let share = L::select(stream.partly::<L>(at, half.bit), share, L::one());
-                found.weight = found.weight.scaled(share);
-            }
+        if let Some(found) = found {
             sink.take(stream, at, &light.sphere, &found);
         }
     }
@@ -298,10 +275,11 @@ pub fn in_lobe<L: TraceLane>(
             if active.none() {
                 continue;
             }
-            let found = Rings::of(point.bsdf.wr, point.bsdf.alpha, &view.cone());
+            let cone = view.cone();
+            let found = Rings::of(point.bsdf.wr, point.bsdf.alpha, &cone);
             active = active & found.mass.gt(L::zero());
             if active.any() {
-                rings.push(at, active, &found);
+                rings.push(at, active, &found, &cone);
             }
         }
         for i in 0..rings.len() {
@@ -314,9 +292,14 @@ pub fn in_lobe<L: TraceLane>(
         for i in 0..rings.len() {
             let at = rings.start(i);
             let (_, point, _) = stream.packet::<L>(at);
-            let sampled = rings.sampled::<L>(i);
-            let cone = light.sphere.cone(point.p);
-            let found = per_light::on_ring(&point, &cone, &sampled.ring, sampled.weight, sampled.v, sampled.active);
+            let Drawn {
+                active,
+                ring,
+                weight,
+                v,
+                cone,
+            } = rings.sampled::<L>(i, &light.sphere);
+            let found = per_light::on_ring(&point, &cone, &ring, weight, v, active);
             if let Some(found) = found {
                 sink.take(stream, at, &light.sphere, &found);
             }

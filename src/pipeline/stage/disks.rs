@@ -1,0 +1,64 @@
+//! `product` on diffuse surfaces: cosine-weighted directions, each of which brings the same amount of light. So where nothing can
+//! block a light that is wholly above the horizon, no direction is sampled at all; this is the case for half of them on Veach's scene.
+
+use std::ops::Range;
+
+use super::Chunk;
+use super::shade::{Light, Sink};
+use crate::embree::TraceLane;
+use crate::estimator::per_light::{self, Weighed};
+use crate::lane::Mask;
+use crate::math::Vec3;
+use crate::pipeline::model;
+use crate::pipeline::stream::ModelStream;
+
+/// Samples a light for the points of a block: one direction, or the first or second of two for points that see it partially.
+#[inline(always)]
+pub fn toward_disk<L: TraceLane>(
+    chunk: &Chunk,
+    stream: &mut ModelStream<model::Diffuse>,
+    block: Range<usize>,
+    light: &Light,
+    sink: &mut Sink,
+) {
+    let second = light.half.is_some_and(|half| half.second);
+    for at in block.step_by(L::N) {
+        let mut active = stream.lanes::<L>(at);
+        if let Some(half) = light.half
+            && second
+        {
+            active = active & stream.partly::<L>(at, half.bit);
+            if active.none() {
+                continue;
+            }
+        }
+        let (_, point, address) = stream.packet::<L>(at);
+        let view = light.sphere.seen_from(point.p);
+        active = active & per_light::may_contribute(&point, &view);
+        if active.none() {
+            continue;
+        }
+        if sink.open && (active & !per_light::clears(&point, &view)).none() {
+            let found = Weighed {
+                active,
+                wi: Vec3::zero(),
+                distance: L::zero(),
+                weight: per_light::unoccluded_share(&point, &view, active),
+            };
+            sink.take(stream, at, &light.sphere, &found);
+            continue;
+        }
+        let mut numbers = chunk.numbers.pair(address.key, address.pass, light.pair);
+        if second {
+            numbers = numbers.opposite();
+        }
+        if let Some(mut found) = per_light::by_disk_or_cap(&point, &view, numbers, active) {
+            if let Some(half) = light.half {
+                let share = L::splat(mutate!(0.5, BothHalvesWhole => 1.0));
+                let share = L::select(stream.partly::<L>(at, half.bit), share, L::one());
+                found.weight = found.weight * share;
+            }
+            sink.take(stream, at, &light.sphere, &found);
+        }
+    }
+}

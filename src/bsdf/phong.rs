@@ -65,7 +65,19 @@ impl<L: Lane> Phong<L> {
     /// right angle.
     #[inline(always)]
     pub(super) fn near(&self, ball: &Ball<L>) -> L::Mask {
-        let reach = self.reach.mul_add(ball.distance, ball.radius * L::splat(1.415));
+        self.within(self.reach, ball)
+    }
+
+    /// Lanes where a sphere is not wholly in the lobe's tail, where it is below `e^-30` (1e-13) of its peak.
+    #[inline(always)]
+    pub fn beside_tail(&self, ball: &Ball<L>) -> L::Mask {
+        // The root of 30 / 90: a third of the exponent in `reach`.
+        self.within(self.reach * L::splat(0.577_350_3), ball)
+    }
+
+    #[inline(always)]
+    fn within(&self, chord: L, ball: &Ball<L>) -> L::Mask {
+        let reach = chord.mul_add(ball.distance, ball.radius * L::splat(1.415));
         let apart = self.wr.mul_add(ball.distance, -ball.to_center);
         apart.length_squared().le(reach * reach) | ball.inside
     }

@@ -17,6 +17,7 @@ pub mod per_light;
 pub mod per_point;
 pub mod per_sun;
 pub mod per_triangle;
+pub mod product;
 
 use crate::bsdf::Brdf;
 use crate::lane::Lane;

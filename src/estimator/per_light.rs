@@ -4,11 +4,11 @@
 
 use std::f32::consts::FRAC_1_PI;
 
-use super::ShadingPoint;
 use super::density::{Average, ConeOnly, Density, DiskOrCap, Listed, LobeInCap, Mix, Projected};
+use super::{ShadingPoint, product};
 use crate::bsdf::{Ball, Brdf, Bsdf, Diffuse, Phong, Tint};
 use crate::lane::{Lane, Mask};
-use crate::light::{Cap, Cone, Ring, Rings, SphereLight, View, disk};
+use crate::light::{Cap, Cone, SphereLight, View};
 use crate::math::elementary::sin_cos_turn;
 use crate::math::{Frame, Vec3};
 use crate::sampling::{Pair, TechniqueSample, warp};
@@ -121,15 +121,15 @@ directions! {
     Mix: <B> => |own, point, view, pair, active| by_light(own, point, &draw(view, pair), active);
     Projected: [Diffuse] => |_own, point, view, pair, active| by_cap(point, view, pair, active);
     Projected: [Bsdf] => |_own, point, view, pair, active| by_cap(point, view, pair, active);
-    DiskOrCap: [Diffuse] => |_own, point, view, pair, active| by_disk_or_cap(point, view, pair, active);
-    DiskOrCap: [Bsdf] => |_own, point, view, pair, active| by_disk_or_cap(point, view, pair, active);
-    LobeInCap: [Phong] => |_own, point, view, pair, active| by_lobe(point, view, pair, active);
-    LobeInCap: [Bsdf] => |_own, point, view, pair, active| by_lobe(&point.with(point.bsdf.as_phong()), view, pair, active);
+    DiskOrCap: [Diffuse] => |_own, point, view, pair, active| product::by_disk_or_cap(point, view, pair, active);
+    DiskOrCap: [Bsdf] => |_own, point, view, pair, active| product::by_disk_or_cap(point, view, pair, active);
+    LobeInCap: [Phong] => |_own, point, view, pair, active| product::by_lobe(point, view, pair, active);
+    LobeInCap: [Bsdf] => |_own, point, view, pair, active| product::by_lobe(&point.with(point.bsdf.as_phong()), view, pair, active);
 }
 
 /// Merges samples whose active lanes are disjoint.
 #[inline(always)]
-fn either<L: Lane, T: Tint<L>>(a: Option<Weighed<L, T>>, b: Option<Weighed<L, T>>) -> Option<Weighed<L, T>> {
+pub(super) fn either<L: Lane, T: Tint<L>>(a: Option<Weighed<L, T>>, b: Option<Weighed<L, T>>) -> Option<Weighed<L, T>> {
     match (a, b) {
         (Some(a), Some(b)) => Some(Weighed {
             active: a.active | b.active,
@@ -193,109 +193,6 @@ pub fn by_cap<L: Lane, B: Brdf<L>>(
     })
 }
 
-/// Lanes where a light is wholly above the horizons of both normals.
-#[inline(always)]
-pub fn clears<L: Lane, B: Brdf<L>>(point: &ShadingPoint<L, B>, view: &View<L>) -> L::Mask {
-    disk::clears(point.bsdf.normal(), view) & disk::clears(point.ng, view)
-}
-
-/// What a light brings to diffuse points where it [`clears`] the horizon, whatever its direction. It takes no random number: where
-/// nothing can block the light, no direction is needed.
-#[inline(always)]
-pub fn unoccluded_share<L: Lane, B: Brdf<L>>(point: &ShadingPoint<L, B>, view: &View<L>, active: L::Mask) -> L {
-    disk::share(point.bsdf.normal(), view).or_zero(active)
-}
-
-/// Samples a light at diffuse points, cosine-weighted: by [`by_cap`] where a horizon cuts it, else by its disk, which costs less.
-#[inline(always)]
-pub fn by_disk_or_cap<L: Lane, B: Brdf<L, Tint = L>>(
-    point: &ShadingPoint<L, B>,
-    view: &View<L>,
-    numbers: Pair<L::Bits>,
-    active: L::Mask,
-) -> Option<Weighed<L>> {
-    let whole = active & clears(point, view);
-    let rest = active & !whole;
-    let disk = if whole.any() {
-        by_disk(point, view, numbers, whole)
-    } else {
-        None
-    };
-    let cap = if rest.any() {
-        by_cap(point, view, numbers, rest)
-    } else {
-        None
-    };
-    either(disk, cap)
-}
-
-#[inline(always)]
-fn by_disk<L: Lane, B: Brdf<L>>(
-    point: &ShadingPoint<L, B>,
-    view: &View<L>,
-    numbers: Pair<L::Bits>,
-    active: L::Mask,
-) -> Option<Weighed<L>> {
-    let cone = view.cone();
-    let (u, v) = numbers.unit::<L>();
-    let drawn = disk::draw(point.bsdf.normal(), &cone, u, v);
-    let active = active & drawn.cos_theta.gt(L::zero());
-    if active.none() {
-        return None;
-    }
-    Some(Weighed {
-        active,
-        wi: drawn.wi,
-        distance: cone.distance(drawn.t),
-        weight: drawn.share.or_zero(active),
-    })
-}
-
-/// Samples the part of each point's lobe inside the light, in proportion to the lobe. A render does this in three steps over many
-/// packets, which then overlap.
-#[inline(always)]
-pub fn by_lobe<L: Lane>(
-    point: &ShadingPoint<L, Phong<L>>,
-    view: &View<L>,
-    numbers: Pair<L::Bits>,
-    active: L::Mask,
-) -> Option<Weighed<L>> {
-    let cone = view.cone();
-    let rings = Rings::of(point.bsdf.wr, point.bsdf.alpha, &cone);
-    let active = active & rings.mass.gt(L::zero());
-    if active.none() {
-        return None;
-    }
-    let (u, v) = numbers.unit::<L>();
-    let ring = rings.draw(point.bsdf.alpha, u);
-    on_ring(point, &cone, &ring, rings.weight(&ring), v, active)
-}
-
-/// The direction at `v` on the arc of a ring inside the light; `weight` is [`Rings::weight`]. `None` if no lane receives light.
-#[inline(always)]
-pub fn on_ring<L: Lane>(
-    point: &ShadingPoint<L, Phong<L>>,
-    cone: &Cone<L>,
-    ring: &Ring<L>,
-    weight: L,
-    v: L,
-    active: L::Mask,
-) -> Option<Weighed<L>> {
-    let wi = ring.direction(point.bsdf.wr, cone.axis, v);
-    let (cos_theta, above) = point.above(wi);
-    let weight = weight * cos_theta;
-    let active = active & above & weight.gt(L::zero());
-    if active.none() {
-        return None;
-    }
-    Some(Weighed {
-        active,
-        wi,
-        distance: cone.distance(cone.t(wi)),
-        weight: weight.or_zero(active),
-    })
-}
-
 /// Samples the BRDF direction that all lights of a point share; 0 if it does not leave the surface.
 #[inline(always)]
 pub fn along_lobe<L: Lane, B: Brdf<L>>(point: &ShadingPoint<L, B>, numbers: Pair<L::Bits>) -> Vec3<L> {
@@ -353,12 +250,17 @@ fn weigh<L: Lane, D: Density, B: Brdf<L>>(
 /// Lanes where a direction in the cone can contribute.
 #[inline(always)]
 pub fn may_contribute<L: Lane, B: Brdf<L>>(point: &ShadingPoint<L, B>, view: &View<L>) -> L::Mask {
-    point.bsdf.may_reflect(&Ball {
+    point.bsdf.may_reflect(&ball(view))
+}
+
+#[inline(always)]
+pub(super) fn ball<L: Lane>(view: &View<L>) -> Ball<L> {
+    Ball {
         to_center: view.to_center,
         distance: view.distance,
         radius: view.radius,
         inside: view.inside(),
-    })
+    }
 }
 
 #[cfg(test)]

@@ -21,6 +21,7 @@ use super::Cone;
 use crate::lane::{Lane, Mask};
 use crate::math::elementary::{angle, exp, expm1, ln_1m, sin_cos_turn};
 use crate::math::{Frame, Vec3};
+use crate::sampling::sampler::RARE;
 
 /// The largest `t` below 1, so that `ln(1 - t)` is finite.
 const BELOW_ONE: f32 = 1.0 - 1.0 / 16_777_216.0;
@@ -85,6 +86,15 @@ impl<L: Lane> Rings<L> {
             one_minus_cos_max,
             share,
             mass: mutate!(beyond_first * share, MassBetweenRingsForgotten => beyond_first).or_zero(lit),
+        }
+    }
+
+    /// With [`RARE`] times the mass where only one sample in so many is taken.
+    #[inline(always)]
+    pub fn weighed_in_tail(self, beside_tail: L::Mask) -> Self {
+        Self {
+            mass: L::select(beside_tail, self.mass, self.mass * L::splat(RARE)),
+            ..self
         }
     }
 

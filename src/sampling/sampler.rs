@@ -12,6 +12,9 @@ use super::table::Table;
 use crate::lane::{Bits, Lane, Word};
 use crate::settings::SamplerKind;
 
+/// See [`Pair::rare`].
+pub const RARE: f32 = 256.0;
+
 /// Two uniform random numbers as 32-bit fractions.
 #[derive(Clone, Copy, Debug)]
 pub struct Pair<B>(pub B, pub B);
@@ -21,6 +24,12 @@ impl<B: Bits> Pair<B> {
     #[inline(always)]
     pub fn unit<L: Lane<Bits = B>>(self) -> (L, L) {
         (unit(self.0), unit(self.1))
+    }
+
+    /// Whether one of [`RARE`] events occurs, by the bits that [`Self::unit`] leaves over: independent of its numbers.
+    #[inline(always)]
+    pub fn rare(self) -> B::Mask {
+        self.0.shl(24).eq(B::splat(0))
     }
 
     /// Both numbers shifted by one half, each separately.

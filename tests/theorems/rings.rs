@@ -16,6 +16,11 @@ fn weights_of_lobes_inside_lights_are_those_of_a_quadrature() {
     rings::from_inside_it_is_the_lobe();
 }
 
+#[test]
+fn a_tail_of_a_lobe_brings_what_all_its_samples_would() {
+    rings::a_tail_brings_what_all_its_samples_would();
+}
+
 /// 131 072 draws in 192 cells at 12 places, in one lane and in eight.
 #[test]
 fn directions_are_uniform_in_the_lobe_inside_a_light() {

@@ -7,6 +7,7 @@ use super::Chunk;
 use super::shade::{Light, Sink};
 use crate::embree::TraceLane;
 use crate::estimator::per_light::{self, Weighed};
+use crate::estimator::product;
 use crate::lane::Mask;
 use crate::math::Vec3;
 use crate::pipeline::model;
@@ -38,12 +39,12 @@ pub fn toward_disk<L: TraceLane>(
         if active.none() {
             continue;
         }
-        if sink.open && (active & !per_light::clears(&point, &view)).none() {
+        if sink.open && (active & !product::clears(&point, &view)).none() {
             let found = Weighed {
                 active,
                 wi: Vec3::zero(),
                 distance: L::zero(),
-                weight: per_light::unoccluded_share(&point, &view, active),
+                weight: product::unoccluded_share(&point, &view, active),
             };
             sink.take(stream, at, &light.sphere, &found);
             continue;
@@ -52,7 +53,7 @@ pub fn toward_disk<L: TraceLane>(
         if second {
             numbers = numbers.opposite();
         }
-        if let Some(mut found) = per_light::by_disk_or_cap(&point, &view, numbers, active) {
+        if let Some(mut found) = product::by_disk_or_cap(&point, &view, numbers, active) {
             if let Some(half) = light.half {
                 let share = L::splat(mutate!(0.5, BothHalvesWhole => 1.0));
                 let share = L::select(stream.partly::<L>(at, half.bit), share, L::one());

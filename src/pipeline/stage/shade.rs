@@ -11,7 +11,7 @@ use super::{Ask, Chunk, Scratch, Shaft, Stage, pairs, shadow};
 use crate::bsdf::Tint;
 use crate::embree::TraceLane;
 use crate::estimator::density::{Density, Warp};
-use crate::estimator::{per_light, per_point};
+use crate::estimator::{per_light, per_point, product};
 use crate::lane::{Lane, Mask};
 use crate::light::{Rings, SphereLight};
 use crate::math::Vec3;
@@ -256,7 +256,7 @@ pub fn sample_light<L: TraceLane, D: per_light::Directions<L, M::Of<L>>, M: Mode
     }
 }
 
-/// Samples the part of each point's lobe that lies inside the light, in the three steps of [`per_light::by_lobe`].
+/// Samples the part of each point's lobe that lies inside the light, in the three steps of [`product::by_lobe`].
 #[inline(always)]
 pub fn in_lobe<L: TraceLane>(
     chunk: &Chunk,
@@ -269,14 +269,22 @@ pub fn in_lobe<L: TraceLane>(
     for first in block.clone().step_by(rings::BLOCK) {
         rings.clear();
         for at in (first..block.end.min(first + rings::BLOCK)).step_by(L::N) {
-            let (mut active, point, _) = stream.packet::<L>(at);
+            let (mut active, point, address) = stream.packet::<L>(at);
             let view = light.sphere.seen_from(point.p);
             active = active & per_light::may_contribute(&point, &view);
             if active.none() {
                 continue;
             }
+            let beside_tail = product::beside_tail(&point, &view);
+            if (active & !beside_tail).any() {
+                let numbers = chunk.numbers.pair(address.key, address.pass, light.pair);
+                active = active & (beside_tail | numbers.rare());
+                if active.none() {
+                    continue;
+                }
+            }
             let cone = view.cone();
-            let found = Rings::of(point.bsdf.wr, point.bsdf.alpha, &cone);
+            let found = Rings::of(point.bsdf.wr, point.bsdf.alpha, &cone).weighed_in_tail(beside_tail);
             active = active & found.mass.gt(L::zero());
             if active.any() {
                 rings.push(at, active, &found, &cone);
@@ -299,7 +307,7 @@ pub fn in_lobe<L: TraceLane>(
                 v,
                 cone,
             } = rings.sampled::<L>(i, &light.sphere);
-            let found = per_light::on_ring(&point, &cone, &ring, weight, v, active);
+            let found = product::on_ring(&point, &cone, &ring, weight, v, active);
             if let Some(found) = found {
                 sink.take(stream, at, &light.sphere, &found);
             }

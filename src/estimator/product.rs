@@ -1,11 +1,14 @@
 //! `product`: directions to a sphere in proportion to the reflected light. On Phong surfaces the lobe inside the light, on diffuse ones the
 //! cosine.
 
+use std::f32::consts::FRAC_1_PI;
+
 use super::ShadingPoint;
-use super::per_light::{Weighed, ball, by_cap, either};
+use super::per_light::{Weighed, ball, either, in_cap};
 use crate::bsdf::{Brdf, Phong};
 use crate::lane::{Lane, Mask};
-use crate::light::{Cone, Ring, Rings, View, disk};
+use crate::light::{Cap, Cone, Ring, Rings, View, disk};
+use crate::math::Vec3;
 use crate::sampling::Pair;
 
 /// Lanes where a light is wholly above the horizons of both normals.
@@ -17,31 +20,63 @@ pub fn clears<L: Lane, B: Brdf<L>>(point: &ShadingPoint<L, B>, view: &View<L>) -
 /// What a light brings to diffuse points where it [`clears`] the horizon, whatever its direction. It takes no random number: where
 /// nothing can block the light, no direction is needed.
 #[inline(always)]
-pub fn unoccluded_share<L: Lane, B: Brdf<L>>(point: &ShadingPoint<L, B>, view: &View<L>, active: L::Mask) -> L {
-    disk::share(point.bsdf.normal(), view).or_zero(active)
+pub fn unoccluded<L: Lane, B: Brdf<L>>(point: &ShadingPoint<L, B>, view: &View<L>, active: L::Mask) -> Weighed<L> {
+    undirected(active, disk::share(point.bsdf.normal(), view))
 }
 
-/// Samples a light at diffuse points, cosine-weighted: by [`by_cap`] where a horizon cuts it, else by its disk, which costs less.
+#[inline(always)]
+fn undirected<L: Lane>(active: L::Mask, weight: L) -> Weighed<L> {
+    Weighed {
+        active,
+        wi: Vec3::zero(),
+        distance: L::zero(),
+        weight: weight.or_zero(active),
+    }
+}
+
+/// Samples a light at diffuse points, cosine-weighted: by the cap where a horizon cuts it, else by its disk, which costs less. No
+/// direction is sampled if nothing can block the light (`open`), but where the horizon of the geometric normal may.
 #[inline(always)]
 pub fn by_disk_or_cap<L: Lane, B: Brdf<L, Tint = L>>(
     point: &ShadingPoint<L, B>,
     view: &View<L>,
     numbers: Pair<L::Bits>,
     active: L::Mask,
+    open: bool,
 ) -> Option<Weighed<L>> {
     let whole = active & clears(point, view);
     let rest = active & !whole;
-    let disk = if whole.any() {
-        by_disk(point, view, numbers, whole)
-    } else {
+    let disk = if whole.none() {
         None
+    } else if open {
+        Some(unoccluded(point, view, whole))
+    } else {
+        by_disk(point, view, numbers, whole)
     };
     let cap = if rest.any() {
-        by_cap(point, view, numbers, rest)
+        by_cap(point, view, numbers, rest, open)
     } else {
         None
     };
     either(disk, cap)
+}
+
+#[inline(always)]
+fn by_cap<L: Lane, B: Brdf<L>>(
+    point: &ShadingPoint<L, B>,
+    view: &View<L>,
+    numbers: Pair<L::Bits>,
+    active: L::Mask,
+    open: bool,
+) -> Option<Weighed<L>> {
+    let (n, cone) = (point.bsdf.normal(), view.cone());
+    let cap = Cap::above(n, &cone);
+    let bent = (point.ng - n).length_squared().gt(L::zero());
+    if open && (active & bent).none() {
+        let active = active & cap.projected().gt(L::zero());
+        return Some(undirected(active, cap.projected() * L::splat(FRAC_1_PI)));
+    }
+    in_cap(point, &cone, &cap, numbers, active)
 }
 
 #[inline(always)]

@@ -1,15 +1,13 @@
 //! `product` on diffuse surfaces: cosine-weighted directions, each of which brings the same amount of light. So where nothing can
-//! block a light that is wholly above the horizon, no direction is sampled at all; this is the case for half of them on Veach's scene.
+//! block a light, no direction is sampled at all.
 
 use std::ops::Range;
 
 use super::Chunk;
 use super::shade::{Light, Sink};
 use crate::embree::TraceLane;
-use crate::estimator::per_light::{self, Weighed};
-use crate::estimator::product;
+use crate::estimator::{per_light, product};
 use crate::lane::Mask;
-use crate::math::Vec3;
 use crate::pipeline::model;
 use crate::pipeline::stream::ModelStream;
 
@@ -40,12 +38,7 @@ pub fn toward_disk<L: TraceLane>(
             continue;
         }
         if sink.open && (active & !product::clears(&point, &view)).none() {
-            let found = Weighed {
-                active,
-                wi: Vec3::zero(),
-                distance: L::zero(),
-                weight: product::unoccluded_share(&point, &view, active),
-            };
+            let found = product::unoccluded(&point, &view, active);
             sink.take(stream, at, &light.sphere, &found);
             continue;
         }
@@ -53,7 +46,7 @@ pub fn toward_disk<L: TraceLane>(
         if second {
             numbers = numbers.opposite();
         }
-        if let Some(mut found) = product::by_disk_or_cap(&point, &view, numbers, active) {
+        if let Some(mut found) = product::by_disk_or_cap(&point, &view, numbers, active, sink.open) {
             if let Some(half) = light.half {
                 let share = L::splat(mutate!(0.5, BothHalvesWhole => 1.0));
                 let share = L::select(stream.partly::<L>(at, half.bit), share, L::one());

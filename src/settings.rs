@@ -21,8 +21,8 @@ pub enum EstimatorKind {
     Mis2Power,
     /// As `light`; sphere lights on diffuse surfaces in proportion to the cosine as well.
     Projected,
-    /// Sphere lights in proportion to the reflected light: on Phong surfaces the lobe inside the light, on diffuse ones the cosine.
-    /// Other lights as `mis`.
+    /// Sphere lights in proportion to the reflected light: on Phong surfaces the lobe inside the light, on diffuse ones the cosine, or
+    /// the cone where the horizon cuts the light. Other lights as `mis`.
     Product,
 }
 

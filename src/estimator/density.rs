@@ -89,8 +89,9 @@ pub enum Warp {
     Cone,
     /// Diffuse points: cosine-weighted.
     ProjectedCap,
-    /// The same, as [`light::disk`](crate::light::disk) where the light is wholly above the horizon.
-    DiskOrCap,
+    /// Diffuse points: cosine-weighted where the light is wholly above the horizon ([`light::disk`](crate::light::disk)), else
+    /// uniform in the cone.
+    DiskOrCone,
     /// Phong points: proportional to the lobe.
     LobeInCap,
 }
@@ -174,8 +175,8 @@ known! {
     Average: Average, Cone;
     /// `cos / Π`: uniform in the projected solid angle of the light, for diffuse surfaces.
     Projected: Light, ProjectedCap;
-    /// `cos / Π`: `product` on diffuse surfaces.
-    DiskOrCap: Light, DiskOrCap;
+    /// `cos / Π`, or `1 / Ω` where the horizon cuts the light: `product` on diffuse surfaces.
+    DiskOrCone: Light, DiskOrCone;
     /// The lobe, divided by its mass between the light's nearest and farthest ring and by the fraction of the ring inside the
     /// light: `product` on Phong surfaces ([`Rings`](crate::light::Rings)).
     LobeInCap: Light, LobeInCap;

@@ -4,7 +4,7 @@
 
 use std::f32::consts::FRAC_1_PI;
 
-use super::density::{Average, ConeOnly, Density, DiskOrCap, Listed, LobeInCap, Mix, Projected};
+use super::density::{Average, ConeOnly, Density, DiskOrCone, Listed, LobeInCap, Mix, Projected};
 use super::{ShadingPoint, product};
 use crate::bsdf::{Ball, Brdf, Bsdf, Diffuse, Phong, Tint};
 use crate::lane::{Lane, Mask};
@@ -121,8 +121,8 @@ directions! {
     Mix: <B> => |own, point, view, pair, active| by_light(own, point, &draw(view, pair), active);
     Projected: [Diffuse] => |_own, point, view, pair, active| by_cap(point, view, pair, active);
     Projected: [Bsdf] => |_own, point, view, pair, active| by_cap(point, view, pair, active);
-    DiskOrCap: [Diffuse] => |_own, point, view, pair, active| product::by_disk_or_cap(point, view, pair, active, false);
-    DiskOrCap: [Bsdf] => |_own, point, view, pair, active| product::by_disk_or_cap(point, view, pair, active, false);
+    DiskOrCone: [Diffuse] => |own, point, view, pair, active| product::by_disk_or_cone(own, point, view, pair, active);
+    DiskOrCone: [Bsdf] => |own, point, view, pair, active| product::by_disk_or_cone(own, point, view, pair, active);
     LobeInCap: [Phong] => |_own, point, view, pair, active| product::by_lobe(point, view, pair, active);
     LobeInCap: [Bsdf] => |_own, point, view, pair, active| product::by_lobe(&point.with(point.bsdf.as_phong()), view, pair, active);
 }
@@ -175,20 +175,8 @@ pub fn by_cap<L: Lane, B: Brdf<L>>(
     active: L::Mask,
 ) -> Option<Weighed<L>> {
     let cone = view.cone();
-    let cap = Cap::above(point.bsdf.normal(), &cone);
-    in_cap(point, &cone, &cap, numbers, active)
-}
-
-/// [`by_cap`] for a cap that is known.
-#[inline(always)]
-pub(super) fn in_cap<L: Lane, B: Brdf<L>>(
-    point: &ShadingPoint<L, B>,
-    cone: &Cone<L>,
-    cap: &Cap<L>,
-    numbers: Pair<L::Bits>,
-    active: L::Mask,
-) -> Option<Weighed<L>> {
     let (u, v) = numbers.unit::<L>();
+    let cap = Cap::above(point.bsdf.normal(), &cone);
     let drawn = cap.draw(u, v);
     // The cosine is positive by construction; that of the rounded direction may not be, if a light is at the horizon.
     let lit = cap.projected().gt(L::zero()) & drawn.cos_theta.gt(L::zero());

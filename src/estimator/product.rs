@@ -1,13 +1,12 @@
 //! `product`: directions to a sphere in proportion to the reflected light. On Phong surfaces the lobe inside the light, on diffuse ones the
-//! cosine.
-
-use std::f32::consts::FRAC_1_PI;
+//! cosine, but for a light that the horizon cuts.
 
 use super::ShadingPoint;
-use super::per_light::{Weighed, ball, either, in_cap};
+use super::density::Density;
+use super::per_light::{Weighed, ball, by_light, draw, either};
 use crate::bsdf::{Brdf, Phong};
 use crate::lane::{Lane, Mask};
-use crate::light::{Cap, Cone, Ring, Rings, View, disk};
+use crate::light::{Cone, Ring, Rings, View, disk};
 use crate::math::Vec3;
 use crate::sampling::Pair;
 
@@ -21,62 +20,37 @@ pub fn clears<L: Lane, B: Brdf<L>>(point: &ShadingPoint<L, B>, view: &View<L>) -
 /// nothing can block the light, no direction is needed.
 #[inline(always)]
 pub fn unoccluded<L: Lane, B: Brdf<L>>(point: &ShadingPoint<L, B>, view: &View<L>, active: L::Mask) -> Weighed<L> {
-    undirected(active, disk::share(point.bsdf.normal(), view))
-}
-
-#[inline(always)]
-fn undirected<L: Lane>(active: L::Mask, weight: L) -> Weighed<L> {
     Weighed {
         active,
         wi: Vec3::zero(),
         distance: L::zero(),
-        weight: weight.or_zero(active),
+        weight: disk::share(point.bsdf.normal(), view).or_zero(active),
     }
 }
 
-/// Samples a light at diffuse points, cosine-weighted: by the cap where a horizon cuts it, else by its disk, which costs less. No
-/// direction is sampled if nothing can block the light (`open`), but where the horizon of the geometric normal may.
+/// Samples a light at diffuse points: cosine-weighted by its disk, or in the cone where a horizon cuts it. There the cosine has a map
+/// too (`projected`), but it takes three times as long and saves a fifth of the error on a scene of a large low light.
 #[inline(always)]
-pub fn by_disk_or_cap<L: Lane, B: Brdf<L, Tint = L>>(
+pub fn by_disk_or_cone<L: Lane, D: Density, B: Brdf<L, Tint = L>>(
+    density: D,
     point: &ShadingPoint<L, B>,
     view: &View<L>,
     numbers: Pair<L::Bits>,
     active: L::Mask,
-    open: bool,
 ) -> Option<Weighed<L>> {
     let whole = active & clears(point, view);
     let rest = active & !whole;
-    let disk = if whole.none() {
-        None
-    } else if open {
-        Some(unoccluded(point, view, whole))
-    } else {
+    let disk = if whole.any() {
         by_disk(point, view, numbers, whole)
-    };
-    let cap = if rest.any() {
-        by_cap(point, view, numbers, rest, open)
     } else {
         None
     };
-    either(disk, cap)
-}
-
-#[inline(always)]
-fn by_cap<L: Lane, B: Brdf<L>>(
-    point: &ShadingPoint<L, B>,
-    view: &View<L>,
-    numbers: Pair<L::Bits>,
-    active: L::Mask,
-    open: bool,
-) -> Option<Weighed<L>> {
-    let (n, cone) = (point.bsdf.normal(), view.cone());
-    let cap = Cap::above(n, &cone);
-    let bent = (point.ng - n).length_squared().gt(L::zero());
-    if open && (active & bent).none() {
-        let active = active & cap.projected().gt(L::zero());
-        return Some(undirected(active, cap.projected() * L::splat(FRAC_1_PI)));
-    }
-    in_cap(point, &cone, &cap, numbers, active)
+    let cone = if rest.any() {
+        by_light(density, point, &draw(view, numbers), rest)
+    } else {
+        None
+    };
+    either(disk, cone)
 }
 
 #[inline(always)]

@@ -9,7 +9,7 @@ use super::model::{self, Model};
 use super::stage::{Chunk, Directions, Penumbra, Scratch, Stage, camera, each, listed, meshes, shade};
 use super::tracer::{BruteForce, ByEmbree};
 use crate::embree::{LaneWork, TraceLane, in_eight_of_avx512, in_sixteen};
-use crate::estimator::density::{Average, ConeOnly, DiskOrCap, LobeInCap, Mix, Projected};
+use crate::estimator::density::{Average, ConeOnly, DiskOrCone, LobeInCap, Mix, Projected};
 use crate::estimator::{per_light, per_point};
 use crate::lane::{F32x8, has_avx512};
 use crate::scene::{Effect, Effects};
@@ -119,7 +119,7 @@ impl Suited for model::Diffuse {
     type Light = ConeOnly;
     type Mis = Average;
     type Projected = Projected;
-    type Product = DiskOrCap;
+    type Product = DiskOrCone;
 }
 
 impl Suited for model::Phong {

@@ -266,7 +266,7 @@ fn directions<M: Told>(sample: &Sample, point: &ShadingPoint<f32, M::Of<f32>>, a
         |wi: Vec3<f32>, distance: f32, ld: Vec3<f32>, occluded: bool| found(world, point, (wi, distance), ld, occluded);
     let (mix, warp) = of_spheres::<M>(settings.estimator);
     let split =
-        |i: usize| warp == Warp::DiskOrCap && i < MARKS && chunk.partly.iter().any(|lights| lights >> i & 1 == 1);
+        |i: usize| warp == Warp::DiskOrCone && i < MARKS && chunk.partly.iter().any(|lights| lights >> i & 1 == 1);
     let shared = |technique_sample: bool| {
         // All lights share the BRDF-sampled direction.
         let of = if technique_sample {
@@ -313,7 +313,7 @@ fn directions<M: Told>(sample: &Sample, point: &ShadingPoint<f32, M::Of<f32>>, a
             technique: if technique_sample.by_brdf_lanes {
                 "brdf"
             } else {
-                technique(warp)
+                technique(warp, point, light)
             },
             lobe: technique_sample
                 .by_brdf_lanes

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 use octolux::bsdf::Bsdf;
-use octolux::estimator::density::{DiskOrCap, Projected};
+use octolux::estimator::density::{DiskOrCone, Projected};
 use octolux::estimator::{ShadingPoint, per_light};
 use octolux::lane::{Bits, F32x8, Lane, Mask, Word};
 use octolux::light::{Cap, SphereLight, disk};
@@ -147,15 +147,17 @@ pub fn every_sample_is_the_answer() -> Vec<[f64; 3]> {
                 worst[1] = worst[1].max(error / truth);
             }
             worst[2] = worst[2].max(error / overhead);
-            // Of `projected`, and of `product`, which has another map for a light that is wholly risen.
+            // Of `projected`, and of `product` where the light is wholly risen.
+            let whole = disk::clears(point.bsdf.n, &light.seen_from(point.p));
             let samples = |pixel: u32| {
                 let technique_sample = TechniqueSample {
                     by_brdf_lanes: false,
                     pair: numbers.pair(Word(pixel), Word(0), 2),
                 };
-                match pixel % 2 {
-                    0 => per_light::sample(Projected, &point, &light, technique_sample, true),
-                    _ => per_light::sample(DiskOrCap, &point, &light, technique_sample, true),
+                if pixel % 2 == 1 && whole {
+                    per_light::sample(DiskOrCone, &point, &light, technique_sample, true)
+                } else {
+                    per_light::sample(Projected, &point, &light, technique_sample, true)
                 }
             };
             let (mut seen, mut none) = ([None; 2], 0);
@@ -185,7 +187,8 @@ pub fn every_sample_is_the_answer() -> Vec<[f64; 3]> {
             }
             // `projected` is the cap's solid angle; `product` has a value of its own for a light that is wholly risen, as exact as the cap's.
             let off = (5e-7 + 5e-8 / region.cosine) * overhead;
-            let solid_angles = [(f64::from(cap.projected()), 1e-6, 0.0), (truth, 1e-5, off)];
+            let of_cap = (f64::from(cap.projected()), 1e-6, 0.0);
+            let solid_angles = [of_cap, if whole { (truth, 1e-5, off) } else { of_cap }];
             for (bits, (solid_angle, relative, off)) in seen.into_iter().zip(solid_angles) {
                 let Some(bits) = bits else { continue };
                 let (value, scale) = (

@@ -4,7 +4,7 @@
 use crate::proof::lanes::{HARD, InLanes, flat, in_all_widths, uniform, vector, verdict};
 use octolux::bsdf::Bsdf;
 use octolux::embree::TraceLane;
-use octolux::estimator::density::{Average, ConeOnly, DiskOrCap, LobeInCap, Mix, Projected};
+use octolux::estimator::density::{Average, ConeOnly, DiskOrCone, LobeInCap, Mix, Projected};
 use octolux::estimator::{ShadingPoint, per_light, per_point, per_triangle};
 use octolux::lane::{Bits, Lane, Mask};
 use octolux::light::{SphereLight, Triangle};
@@ -144,7 +144,7 @@ impl InLanes for Estimates<'_> {
             by_light::<L, _>(Average, case, light, first),
             by_light::<L, _>(Mix::Power, case, light, first),
             by_light::<L, _>(Projected, case, light, first),
-            by_light::<L, _>(DiskOrCap, case, light, first),
+            by_light::<L, _>(DiskOrCone, case, light, first),
             by_light::<L, _>(LobeInCap, case, light, first),
             by_point::<L, per_point::Sphere>(case, first),
             by_point::<L, per_point::Lobe>(case, first),

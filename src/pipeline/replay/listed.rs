@@ -79,7 +79,7 @@ pub(super) fn directions<M: Told>(
             sphere: Some(world.sphere_numbers[light.sphere as usize]),
             one_minus_cos_max: Some(cone.one_minus_cos_max),
             cone_pdf: Some(cone.pdf()),
-            technique: technique(warp),
+            technique: technique(warp, point, &light),
             lobe: None,
             found: sampled.filter(|sampled| sampled.active).map(|sampled| {
                 let shadow = ray(point.p, sampled.wi, sampled.distance, light.sphere);

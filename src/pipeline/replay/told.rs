@@ -2,8 +2,9 @@
 
 use super::Found;
 use crate::bsdf::{self, Brdf, Tint};
-use crate::estimator::ShadingPoint;
 use crate::estimator::density::{Density, Mix, Warp};
+use crate::estimator::{ShadingPoint, product};
+use crate::light::SphereLight;
 use crate::math::Vec3;
 use crate::pipeline::kernels::{self, Suited};
 use crate::pipeline::lists::Probed;
@@ -58,10 +59,11 @@ pub fn of_spheres<M: Told>(estimator: EstimatorKind) -> (Mix, Warp) {
 }
 
 /// Name of the technique that samples a sphere.
-pub fn technique(warp: Warp) -> &'static str {
+pub fn technique<B: Brdf<f32>>(warp: Warp, point: &ShadingPoint<f32, B>, light: &SphereLight) -> &'static str {
     match warp {
-        Warp::ProjectedCap | Warp::DiskOrCap => "cap",
-        Warp::Cone => "cone",
+        Warp::ProjectedCap => "cap",
+        Warp::DiskOrCone if product::clears(point, &light.seen_from(point.p)) => "cap",
+        Warp::Cone | Warp::DiskOrCone => "cone",
         Warp::LobeInCap => "lobe",
     }
 }

@@ -1,11 +1,12 @@
 //! `product` on diffuse surfaces: cosine-weighted directions, each of which brings the same amount of light. So where nothing can
-//! block a light, no direction is sampled at all.
+//! block a light that is wholly above the horizon, no direction is sampled at all.
 
 use std::ops::Range;
 
 use super::Chunk;
 use super::shade::{Light, Sink};
 use crate::embree::TraceLane;
+use crate::estimator::density::DiskOrCone;
 use crate::estimator::{per_light, product};
 use crate::lane::Mask;
 use crate::pipeline::model;
@@ -46,7 +47,7 @@ pub fn toward_disk<L: TraceLane>(
         if second {
             numbers = numbers.opposite();
         }
-        if let Some(mut found) = product::by_disk_or_cap(&point, &view, numbers, active, sink.open) {
+        if let Some(mut found) = product::by_disk_or_cone(DiskOrCone, &point, &view, numbers, active) {
             if let Some(half) = light.half {
                 let share = L::splat(mutate!(0.5, BothHalvesWhole => 1.0));
                 let share = L::select(stream.partly::<L>(at, half.bit), share, L::one());

@@ -60,7 +60,7 @@ impl<D: Directions<M>, M: Model> Stage for PerLight<D, M> {
         for first in (0..stream.len()).step_by(chunk.answers.block) {
             let block = first..stream.len().min(first + chunk.answers.block);
             prepare::<L, D, M>(density, chunk, stream, block.clone());
-            let partly = if D::WARP == Warp::DiskOrCap {
+            let partly = if D::WARP == Warp::DiskOrCone {
                 mark::<L>(chunk, stream, block.clone())
             } else {
                 0
@@ -74,7 +74,7 @@ impl<D: Directions<M>, M: Model> Stage for PerLight<D, M> {
                     answered: 0,
                 };
                 density.toward_light::<L>(chunk, stream, rings, block.clone(), light, &mut sink);
-                if D::WARP == Warp::DiskOrCap && light.half.is_some() {
+                if D::WARP == Warp::DiskOrCone && light.half.is_some() {
                     chunk.ask(Ask::Visible {
                         queue: sink.queue,
                         set,

@@ -5,7 +5,7 @@ use super::row::{Check, Checks, Effort};
 use super::test_point;
 use crate::bsdf::Bsdf;
 use crate::estimator::ShadingPoint;
-use crate::estimator::density::{Average, ConeOnly, DiskOrCap, LobeInCap, Mix, Projected};
+use crate::estimator::density::{Average, ConeOnly, DiskOrCone, LobeInCap, Mix, Projected};
 use crate::estimator::per_light;
 use crate::estimator::per_point::{self, Lobe, Sphere};
 use crate::lane::Word;
@@ -39,7 +39,7 @@ fn unsound_corners(point: &ShadingPoint<f32, Bsdf<f32>>, light: &SphereLight) ->
                         .then(|| per_light::sample(Projected, point, light, technique_sample, true))
                         .flatten(),
                     if diffuse {
-                        per_light::sample(DiskOrCap, point, light, technique_sample, true)
+                        per_light::sample(DiskOrCone, point, light, technique_sample, true)
                     } else {
                         per_light::sample(LobeInCap, point, light, technique_sample, true)
                     },

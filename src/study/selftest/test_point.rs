@@ -2,7 +2,7 @@
 
 use crate::bsdf::Bsdf;
 use crate::estimator::ShadingPoint;
-use crate::estimator::density::{Average, ConeOnly, DiskOrCap, LobeInCap, Mix, Projected};
+use crate::estimator::density::{Average, ConeOnly, DiskOrCone, LobeInCap, Mix, Projected};
 use crate::estimator::per_light::{self, Directions};
 use crate::estimator::per_point::{self, Lobe, Sphere};
 use crate::lane::{Bits, F32x8, Lane, Mask, Mask8, U32x8};
@@ -73,7 +73,7 @@ impl Spot {
                 EstimatorKind::Projected if self.alpha > 1.0 => per_lights(ConeOnly, &point, lights, packet),
                 EstimatorKind::Projected => per_lights(Projected, &point, lights, packet),
                 EstimatorKind::Product if self.alpha > 1.0 => per_lights(LobeInCap, &point, lights, packet),
-                EstimatorKind::Product => per_lights(DiskOrCap, &point, lights, packet),
+                EstimatorKind::Product => per_lights(DiskOrCone, &point, lights, packet),
                 EstimatorKind::Uniform => first_met::<Sphere>(&point, lights, packet),
                 EstimatorKind::Brdf => first_met::<Lobe>(&point, lights, packet),
             };

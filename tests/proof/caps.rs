@@ -8,7 +8,6 @@ use octolux::estimator::density::{DiskOrCone, Projected};
 use octolux::estimator::{ShadingPoint, per_light};
 use octolux::lane::{Bits, F32x8, Lane, Mask, Word};
 use octolux::light::{Cap, SphereLight, disk};
-use octolux::math::Vec3;
 use octolux::sampling::{PassBlock, TechniqueSample};
 use octolux::scene::SamplerKind;
 
@@ -255,27 +254,24 @@ pub fn directions<L: Lane>(family: &mut Family, seed: u32, draws: u32) {
             height > 1.0,
             "sine {sine}, {height} sines high: wholly risen or not"
         );
-        let by_cap = |u: L, v: L| {
-            let drawn = cap.draw(u, v);
-            (drawn.wi, drawn.cos_theta)
-        };
-        let by_disk = |u: L, v: L| {
-            let drawn = disk::draw(n, &cone, u, v);
-            (drawn.wi, drawn.cos_theta)
-        };
-        let maps: [&dyn Fn(L, L) -> (Vec3<L>, L); 2] = [&by_cap, &by_disk];
-        for (map, name) in maps.into_iter().zip(["cap", "disk"]).take(1 + usize::from(whole)) {
+        for by_disk in [false, true].into_iter().take(1 + usize::from(whole)) {
             let mut counts = vec![0.0; ROWS * COLUMNS];
             for first in (0..draws).step_by(L::N) {
                 let pixel = L::Bits::from_fn(|lane| first + lane as u32);
                 let (u, v) = numbers.pair(pixel, L::Bits::splat(0), i).unit::<L>();
-                let (wi, cos_theta) = map(u, v);
+                let (wi, cos_theta) = if by_disk {
+                    let drawn = disk::draw(n, &cone, u, v);
+                    (drawn.wi, drawn.cos_theta)
+                } else {
+                    let drawn = cap.draw(u, v);
+                    (drawn.wi, drawn.cos_theta)
+                };
                 for lane in L::Mask::splat(true).lanes() {
                     let wi = wide(wi.lane(lane));
                     let height = f64::from(cos_theta.lane(lane));
                     assert!(
                         (wi.dot(region.n) - height).abs() < 1e-6,
-                        "{name}, sine {sine}, {height} high: the height is another"
+                        "sine {sine}, {height} high: the height is another"
                     );
                     let (x, y) = (wi.dot(region.shadow), wi.dot(region.across));
                     let (near, far) = region.strip(y.clamp(-region.sine, region.sine));
@@ -292,7 +288,10 @@ pub fn directions<L: Lane>(family: &mut Family, seed: u32, draws: u32) {
             let test = chi_square(&counts, &expected);
             family.add(
                 test.p,
-                format!("{name}, sine {sine}, {height} sines high, {} lanes: {test:?}", L::N),
+                format!(
+                    "sine {sine}, {height} sines high, by its disk: {by_disk}, {} lanes: {test:?}",
+                    L::N
+                ),
             );
         }
     }

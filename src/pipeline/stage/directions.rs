@@ -7,7 +7,7 @@ use super::disks::toward_disk;
 use super::rings::RingBlock;
 use super::shade::{Light, Sink, in_lobe, sample_light};
 use crate::embree::TraceLane;
-use crate::estimator::density::{Average, ConeOnly, DiskOrCone, Density, LobeInCap, Mix, Projected};
+use crate::estimator::density::{Average, ConeOnly, Density, DiskOrCone, LobeInCap, Mix, Projected};
 use crate::pipeline::model::{self, Model};
 use crate::pipeline::stream::ModelStream;
 

@@ -32,7 +32,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     for line in std::io::stdin().lock().lines() {
         let line = line?;
         let rays = Rays::new(&origins, &directions);
-        let rays = if line.ends_with("coherent") { rays.coherent() } else { rays };
+        let rays = if line.ends_with("coherent") {
+            rays.coherent()
+        } else {
+            rays
+        };
         let begun = Instant::now();
         if line.starts_with("intersect") {
             let hits = HitsMut {

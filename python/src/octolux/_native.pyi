@@ -90,9 +90,16 @@ class Prepared:
     def embree_version(self) -> str: ...
     def start(self, spp: int, seconds: float | None, adaptive: bool, error: float | None) -> Run: ...
     def intersect(
-        self, origins: _F32, directions: _F32, tmax: _F32 | None, coherent: bool
-    ) -> tuple[_F32, _F32, _F32, _U32, _U32]: ...
-    def occluded(self, origins: _F32, directions: _F32, tmax: _F32 | None, coherent: bool) -> NDArray[np.bool_]: ...
+        self,
+        rays: tuple[_F32, _F32, _F32 | None],
+        coherent: bool,
+        t: _F32,
+        normals: _F32,
+        uv: _F32,
+        objects: _U32,
+        primitives: _U32,
+    ) -> None: ...
+    def occluded(self, rays: tuple[_F32, _F32, _F32 | None], coherent: bool, occluded: NDArray[np.bool_]) -> None: ...
 
 @final
 class Run:

@@ -277,15 +277,22 @@ class Scene:
         A ray whose numbers are not finite, or whose direction is 0, meets nothing. Rays start at their origins, so
         those that leave a surface must start a little beside it.
         """
-        o, d, end = self._rays(origins, directions, tmax)
-        return Hits((o, d), self.tables, self.prepared().intersect(o, d, end, bool(coherent)))
+        rays = self._rays(origins, directions, tmax)
+        n = len(rays[0])
+        # Not zeros: they would be written twice.
+        found = np.empty(n, np.float32), np.empty((n, 3), np.float32), np.empty((n, 2), np.float32)
+        which = np.empty(n, np.uint32), np.empty(n, np.uint32)
+        self.prepared().intersect(rays, bool(coherent), *found, *which)
+        return Hits(rays[:2], self.tables, (*found, *which))
 
     def occluded(
         self, origins: ArrayLike, directions: ArrayLike, tmax: ArrayLike | None = None, *, coherent: bool = False
     ) -> NDArray[np.bool_]:
         """Say whether rays meet anything before their ends, `(n,)` bool; the arguments are those of `intersect`."""
-        o, d, end = self._rays(origins, directions, tmax)
-        return self.prepared().occluded(o, d, end, bool(coherent))
+        rays = self._rays(origins, directions, tmax)
+        blocked = np.empty(len(rays[0]), np.bool_)
+        self.prepared().occluded(rays, bool(coherent), blocked)
+        return blocked
 
     def _rays(self, origins: ArrayLike, directions: ArrayLike, tmax: Any) -> tuple[Floats, Floats, Floats | None]:
         many = [len(x) for x in (origins, directions) if np.ndim(x) > 1 and isinstance(x, (np.ndarray, Sequence))]

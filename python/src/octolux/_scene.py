@@ -332,7 +332,8 @@ class Scene:
             origins = origins + (r * np.cos(phi))[:, None] * right + (r * np.sin(phi))[:, None] * upwards
             directions = sharp - origins
         directions = directions / np.linalg.norm(directions, axis=1, keepdims=True)
-        return origins.astype(np.float32), directions.astype(np.float32)
+        # In C order, which `intersect` takes as it lies; that of a broadcast eye would be kept.
+        return origins.astype(np.float32, order="C"), directions.astype(np.float32, order="C")
 
     def __repr__(self) -> str:
         """Say how large its pictures are."""

@@ -1,78 +1,115 @@
-"""Rays a second of `intersect` and `occluded` for a million rays, beside those of trimesh with embreex, in turn.
+"""Rays a second of `intersect` and `occluded`, beside the queries below Python and trimesh with embreex, in turn.
 
-`python3 -m pip install ./python trimesh embreex`, then `python3 python/benches/rates.py [TRIANGLES]...`; each scene
-is a rumpled sheet of so many triangles. A line each: least / median / most million rays a second over the rounds, and
-the ratio of the medians. embreex is asked for what it can answer: which triangle, and whether any.
+    python3 -m pip install ./python trimesh embreex
+    (cd python && cargo build --release --example layer)
+    benches/scenes.py triangles 1000000 target
+    python3 python/benches/rates.py scenes/veach-mis.toml scenes/knot.toml target/triangles-1000000.toml
+
+asks a million rays of the camera of each scene, in order and shuffled. A line each: least / median / most million rays
+a second over the rounds, then ratios, each the median over rounds with the middle half of them. The queries below Python
+(`benches/layer.rs`) write into arrays that exist; `intersect` and `occluded` make theirs. embreex is asked for less:
+which triangle, and whether any; and it has the meshes of the scene without its spheres.
 """
 
 import argparse
+import subprocess
+import tempfile
 import time
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 
 import octolux as ol
 
-RAYS = 1_000_000
-ROUNDS = 7
-
-
-def sheet(triangles: int) -> tuple[np.ndarray, np.ndarray]:
-    """Give a rumpled sheet over [-1, 1]^2."""
-    n = max(1, round((triangles / 2) ** 0.5))
-    y, x = np.divmod(np.arange((n + 1) ** 2), n + 1)
-    z = 0.1 * np.sin(9 * x / n * 3) * np.cos(7 * y / n * 3)
-    vertices = np.stack([2 * x / n - 1, 2 * y / n - 1, z], axis=1)
-    corner = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
-    quads = np.stack([corner, corner + 1, corner + n + 2, corner + n + 1], axis=1)
-    return vertices, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]).astype(np.uint32)
+SIZE = (1000, 1000)
+LAYER = Path(__file__).resolve().parents[2] / "target/release/examples/layer"
 
 
 def main() -> None:
     """Measure."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("triangles", type=int, nargs="*", default=[1000, 1_000_000])
+    parser.add_argument("scenes", nargs="+", type=Path)
+    parser.add_argument("--rounds", type=int, default=15)
+    parser.add_argument("--layer", type=Path, default=LAYER, help="the program of benches/layer.rs")
     asked = parser.parse_args()
-    for triangles in asked.triangles:
-        compare(triangles)
+    for path in asked.scenes:
+        compare(path, asked.layer, asked.rounds)
 
 
-def compare(triangles: int) -> None:
-    """Measure one scene, coherent rays and the same in another order."""
+def meshes(scene: ol.Scene) -> object:
+    """Give the meshes of a scene to trimesh, as one."""
     import trimesh
     from trimesh.ray.ray_pyembree import RayMeshIntersector
 
-    vertices, faces = sheet(triangles)
-    scene = ol.Scene(size=(1000, RAYS // 1000))
-    scene.set_camera((0.3, -2, 1.5), (0, 0, 0), (0, 0, 1), fov_x=60)
-    scene.add_geometry(ol.Mesh(vertices, faces, brdf_params=(0.5, 0.5, 0.5, 1)))
-    other = RayMeshIntersector(trimesh.Trimesh(vertices, faces, process=False))
-    origins, directions = scene.eye_rays()
-    order = np.random.default_rng(1).permutation(RAYS)
-    for name, at in (("coherent", np.arange(RAYS)), ("shuffled", order)):
-        o, d = origins[at], directions[at]
-        coherent = name == "coherent"
-        found = scene.intersect(o, d, coherent=coherent)
-        agree = np.mean(found.primitive == other.intersects_first(o, d))
-        ways = {
-            "intersect": lambda o=o, d=d, c=coherent: scene.intersect(o, d, coherent=c),
-            "embreex first": lambda o=o, d=d: other.intersects_first(o, d),
-            "occluded": lambda o=o, d=d, c=coherent: scene.occluded(o, d, coherent=c),
-            "embreex any": lambda o=o, d=d: other.intersects_any(o, d),
-        }
-        rates: dict[str, list[float]] = {way: [] for way in ways}
-        for _ in range(ROUNDS):
-            for way, ask in ways.items():
-                begun = time.perf_counter()
-                ask()
-                rates[way].append(RAYS / 1e6 / (time.perf_counter() - begun))
-        median = {way: np.median(rate) for way, rate in rates.items()}
-        print(f"{len(faces)} triangles, {name}: {agree:.4%} of the answers agree")
-        for way, rate in rates.items():
-            print(f"  {way:14} {min(rate):7.2f} / {median[way]:7.2f} / {max(rate):7.2f} million rays a second")
-        print(
-            f"  ratios: first {median['intersect'] / median['embreex first']:.2f}, "
-            f"any {median['occluded'] / median['embreex any']:.2f}"
-        )
+    vertices, faces, before = [], [], 0
+    for i in range(scene.built.counts[0]):
+        v, f, _ = scene.built.mesh(i)
+        vertices.append(v)
+        faces.append(f + before)
+        before += len(v)
+    return RayMeshIntersector(trimesh.Trimesh(np.concatenate(vertices), np.concatenate(faces), process=False))
+
+
+def compare(path: Path, layer: Path, rounds: int) -> None:
+    """Measure one scene, rays in order and the same shuffled."""
+    scene = ol.load(path)
+    other = meshes(scene)
+    origins, directions = scene.eye_rays(SIZE)
+    order = np.random.default_rng(1).permutation(len(origins))
+    for name, at in (("coherent", np.arange(len(origins))), ("shuffled", order)):
+        o, d = np.ascontiguousarray(origins[at]), np.ascontiguousarray(directions[at])
+        with tempfile.TemporaryDirectory() as folder:
+            files = [str(Path(folder) / file) for file in ("origins", "directions")]
+            o.tofile(files[0])
+            d.tofile(files[1])
+            below = subprocess.Popen([layer, path, *files], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+            measure(scene, other, (o, d), below, f"{path.name}, {name}", rounds)
+            below.communicate()
+
+
+def measure(scene: ol.Scene, other: object, rays: tuple, below: subprocess.Popen[str], name: str, rounds: int) -> None:
+    """Take turns, and print what came of them."""
+    o, d = rays
+    coherent = name.endswith("coherent")
+
+    def layer(what: str) -> float:
+        below.stdin.write(f"{what} {'coherent' if coherent else ''}".rstrip() + "\n")
+        below.stdin.flush()
+        return float(below.stdout.readline())
+
+    ways = {
+        "intersect": timed(lambda: scene.intersect(o, d, coherent=coherent)),
+        "below": lambda: layer("intersect"),
+        "embreex first": timed(lambda: other.intersects_first(o, d)),
+        "occluded": timed(lambda: scene.occluded(o, d, coherent=coherent)),
+        "below any": lambda: layer("occluded"),
+        "embreex any": timed(lambda: other.intersects_any(o, d)),
+    }
+    for ask in ways.values():
+        ask()
+    rates = {way: np.empty(rounds) for way in ways}
+    for i in range(rounds):
+        for way, ask in ways.items():
+            rates[way][i] = len(o) / 1e6 / ask()
+    print(name)
+    for way, rate in rates.items():
+        print(f"  {way:14} {rate.min():7.2f} / {np.median(rate):7.2f} / {rate.max():7.2f} million rays a second")
+    for mine, others in (("intersect", ("below", "embreex first")), ("occluded", ("below any", "embreex any"))):
+        for way in others:
+            low, middle, high = np.quantile(rates[mine] / rates[way], [0.25, 0.5, 0.75])
+            print(f"  {mine} / {way}: {middle:.3f} ({low:.3f} to {high:.3f})")
+
+
+def timed(ask: Callable[[], object]) -> Callable[[], float]:
+    """Give a function that asks and returns the seconds."""
+
+    def run() -> float:
+        begun = time.perf_counter()
+        ask()
+        return time.perf_counter() - begun
+
+    return run
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ mod picture;
 mod prepared;
 mod scene;
 mod threads;
+mod told;
 
 use pyo3::prelude::*;
 

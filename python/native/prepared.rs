@@ -3,7 +3,7 @@
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{PyArray3, PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray1, PyReadwriteArray2};
 use octolux::pipeline::{self, Settings};
 use octolux::rays::{HitsMut, RayQueries, Rays, RaysError, Vectors};
 use octolux::run::{Goal, Step};
@@ -17,8 +17,9 @@ use crate::picture::array;
 use crate::scene::Scene;
 use crate::threads::detached;
 
-type Array1<'py, T> = Bound<'py, PyArray1<T>>;
-type Array2<'py, T> = Bound<'py, PyArray2<T>>;
+type Rows<'py> = PyReadonlyArray2<'py, f32>;
+/// Origins, directions, and ends where there are any.
+type Told<'py> = (Rows<'py>, Rows<'py>, Option<PyReadonlyArray1<'py, f32>>);
 
 /// As many threads as the machine offers.
 #[pyfunction]
@@ -99,66 +100,43 @@ impl Prepared {
         Run(Mutex::new(self.prepared.start(goal)))
     }
 
-    /// Distance, normal, barycentric coordinates, object and triangle of what the rays meet first.
-    #[allow(clippy::type_complexity)]
-    fn intersect<'py>(
+    /// Distance, normal, barycentric coordinates, object and triangle of what the rays meet first, into arrays of the caller: every
+    /// number of them is written.
+    #[allow(clippy::too_many_arguments)]
+    fn intersect(
         &self,
-        py: Python<'py>,
-        origins: PyReadonlyArray2<'py, f32>,
-        directions: PyReadonlyArray2<'py, f32>,
-        tmax: Option<PyReadonlyArray1<'py, f32>>,
+        py: Python<'_>,
+        rays: Told<'_>,
         coherent: bool,
-    ) -> PyResult<(
-        Array1<'py, f32>,
-        Array2<'py, f32>,
-        Array2<'py, f32>,
-        Array1<'py, u32>,
-        Array1<'py, u32>,
-    )> {
-        let tmax = tmax.as_ref().map(|tmax| tmax.as_slice()).transpose()?;
-        let rays = rays(&origins, &directions, tmax, coherent)?;
-        let n = rays.len();
-        let (t, normals, uv) = (
-            PyArray1::zeros(py, n, false),
-            PyArray2::zeros(py, [n, 3], false),
-            PyArray2::zeros(py, [n, 2], false),
-        );
-        let (objects, primitives) = (PyArray1::zeros(py, n, false), PyArray1::zeros(py, n, false));
-        {
-            let (mut t, mut normals, mut uv) = (t.readwrite(), normals.readwrite(), uv.readwrite());
-            let (mut objects, mut primitives) = (objects.readwrite(), primitives.readwrite());
-            let into = HitsMut {
-                t: t.as_slice_mut()?,
-                normals: normals.as_slice_mut()?.as_chunks_mut().0,
-                uv: uv.as_slice_mut()?.as_chunks_mut().0,
-                objects: objects.as_slice_mut()?,
-                primitives: primitives.as_slice_mut()?,
-            };
-            py.detach(|| self.queries.intersect_into(rays, into))
-                .map_err(|error| uneven(&error))?;
-        }
-        Ok((t, normals, uv, objects, primitives))
+        mut t: PyReadwriteArray1<'_, f32>,
+        mut normals: PyReadwriteArray2<'_, f32>,
+        mut uv: PyReadwriteArray2<'_, f32>,
+        mut objects: PyReadwriteArray1<'_, u32>,
+        mut primitives: PyReadwriteArray1<'_, u32>,
+    ) -> PyResult<()> {
+        let into = HitsMut {
+            t: t.as_slice_mut()?,
+            normals: normals.as_slice_mut()?.as_chunks_mut().0,
+            uv: uv.as_slice_mut()?.as_chunks_mut().0,
+            objects: objects.as_slice_mut()?,
+            primitives: primitives.as_slice_mut()?,
+        };
+        let rays = told(&rays, coherent)?;
+        py.detach(|| self.queries.intersect_into(rays, into))
+            .map_err(|error| uneven(&error))
     }
 
-    /// Whether anything is met before the end of each ray.
-    fn occluded<'py>(
+    /// Whether anything is met before the end of each ray, into an array of the caller.
+    fn occluded(
         &self,
-        py: Python<'py>,
-        origins: PyReadonlyArray2<'py, f32>,
-        directions: PyReadonlyArray2<'py, f32>,
-        tmax: Option<PyReadonlyArray1<'py, f32>>,
+        py: Python<'_>,
+        rays: Told<'_>,
         coherent: bool,
-    ) -> PyResult<Array1<'py, bool>> {
-        let tmax = tmax.as_ref().map(|tmax| tmax.as_slice()).transpose()?;
-        let rays = rays(&origins, &directions, tmax, coherent)?;
-        let occluded = PyArray1::zeros(py, rays.len(), false);
-        {
-            let mut occluded = occluded.readwrite();
-            let into = occluded.as_slice_mut()?;
-            py.detach(|| self.queries.occluded_into(rays, into))
-                .map_err(|error| uneven(&error))?;
-        }
-        Ok(occluded)
+        mut occluded: PyReadwriteArray1<'_, bool>,
+    ) -> PyResult<()> {
+        let (rays, into) = (told(&rays, coherent)?, occluded.as_slice_mut()?);
+        py.detach(|| self.queries.occluded_into(rays, into))
+            .map_err(|error| uneven(&error))
     }
 }
 
@@ -166,15 +144,11 @@ fn uneven(error: &RaysError) -> PyErr {
     PyValueError::new_err(error.to_string())
 }
 
-fn rays<'a>(
-    origins: &'a PyReadonlyArray2<'_, f32>,
-    directions: &'a PyReadonlyArray2<'_, f32>,
-    tmax: Option<&'a [f32]>,
-    coherent: bool,
-) -> PyResult<Rays<'a>> {
-    let vectors = |array: &'a PyReadonlyArray2<'_, f32>| Ok::<_, PyErr>(Vectors::Rows(array.as_slice()?.as_chunks().0));
+fn told<'a>((origins, directions, tmax): &'a Told<'_>, coherent: bool) -> PyResult<Rays<'a>> {
+    let vectors = |array: &'a Rows<'_>| Ok::<_, PyErr>(Vectors::Rows(array.as_slice()?.as_chunks().0));
     let rays = Rays::new(vectors(origins)?, vectors(directions)?);
     let rays = if coherent { rays.coherent() } else { rays };
+    let tmax = tmax.as_ref().map(|tmax| tmax.as_slice()).transpose()?;
     Ok(tmax.map_or(rays, |tmax| rays.within(tmax)))
 }
 

@@ -12,6 +12,7 @@ use pyo3::prelude::*;
 
 use crate::errors;
 use crate::threads::detached;
+use crate::told::{self, Told};
 
 type Array2<'py, T> = Bound<'py, PyArray2<T>>;
 
@@ -20,22 +21,15 @@ type Array2<'py, T> = Bound<'py, PyArray2<T>>;
 pub struct Builder(SceneBuilder);
 
 impl Builder {
-    fn surface(&mut self, of: String, brdf: Option<[f64; 4]>, le: Option<[f64; 3]>, one_sided: bool) -> Surface {
+    fn surface(&mut self, of: String, model: &Told, le: Option<[f64; 3]>, one_sided: bool) -> PyResult<Surface> {
         if let Some(le) = le {
-            return Surface::emission(le);
+            return Ok(Surface::emission(le));
         }
-        let [r, g, b, alpha] = brdf.unwrap_or([0.0, 0.0, 0.0, 1.0]);
-        let rho = DVec3::new(r, g, b);
-        let bsdf = if alpha == 1.0 {
-            Bsdf::Diffuse { rho }
-        } else {
-            Bsdf::Phong { rho, alpha }
-        };
         let material = Material {
             one_sided,
-            ..Material::new(of, bsdf)
+            ..Material::new(of, told::bsdf(model)?)
         };
-        self.0.material(material).into()
+        Ok(self.0.material(material).into())
     }
 }
 
@@ -87,13 +81,19 @@ impl Builder {
         &mut self,
         center: [f64; 3],
         radius: f64,
-        brdf: Option<[f64; 4]>,
+        model: Told,
         le: Option<[f64; 3]>,
         one_sided: bool,
-    ) {
+    ) -> PyResult<()> {
         let name = format!("of sphere {}", self.0.spheres.len() + 1);
-        let surface = self.surface(name, brdf, le, one_sided);
+        let surface = self.surface(name, &model, le, one_sided)?;
         self.0.sphere(Sphere::new(center, radius, surface));
+        Ok(())
+    }
+
+    fn add_light(&mut self, kind: &str, numbers: Vec<f64>) -> PyResult<()> {
+        self.0.light(told::light(kind, &numbers)?);
+        Ok(())
     }
 
     #[allow(clippy::too_many_arguments)]
@@ -104,12 +104,12 @@ impl Builder {
         faces: PyReadonlyArray2<'_, u32>,
         normals: Option<PyReadonlyArray2<'_, f64>>,
         smooth: bool,
-        brdf: Option<[f64; 4]>,
+        model: Told,
         le: Option<[f64; 3]>,
         one_sided: bool,
     ) -> PyResult<()> {
         let name = format!("of mesh {}", self.0.meshes.len() + 1);
-        let surface = self.surface(name, brdf, le, one_sided);
+        let surface = self.surface(name, &model, le, one_sided)?;
         let vertices = vertices.as_slice()?.as_chunks::<3>().0;
         let faces = faces.as_slice()?.as_chunks::<3>().0;
         let normals = normals.as_ref().map(|normals| normals.as_slice()).transpose()?;
@@ -215,6 +215,12 @@ impl Scene {
             across,
             lens,
         )
+    }
+
+    /// Lights without shape, as `add_light` takes them.
+    #[getter]
+    fn lamps(&self) -> Vec<Told> {
+        self.0.lights().iter().map(told::of_light).collect()
     }
 
     /// How many meshes and how many spheres: objects count meshes first.

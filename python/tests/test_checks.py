@@ -6,6 +6,7 @@ from unittest import mock
 import handout
 import numpy as np
 import pytest
+from conftest import REPOSITORY
 
 import octolux as ol
 
@@ -155,6 +156,47 @@ def test_estimates_that_are_none_are_reported(scene: ol.Scene) -> None:
     assert not nan and "not finite" in str(nan)
     flat = ol.check(lambda scene, hits, wo, rng: np.zeros(len(hits)), scene, passes=32)
     assert not flat and ", 3)" in str(flat)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("textures", "textures"),
+        ("knot", "interpolated normals"),
+        ("blend", "blends of two models"),
+        ("one-sided", "one-sided surfaces"),
+        ("sky", "an environment"),
+        ("terminator", "smooth terminators"),
+        ("ggx", "rough surfaces (Ggx), metals (Conductor)"),
+        ("lamps", "suns"),
+    ],
+)
+def test_what_hits_do_not_tell_of_is_refused(name: str, words: str) -> None:
+    """With its name, before the estimator is called."""
+    scene = ol.load(REPOSITORY / f"scenes/{name}.toml")
+    with pytest.raises(ValueError, match="which hits do not tell of: check in a scene without") as refused:
+        ol.check(lambda *_: 1 / 0, scene, passes=32)
+    assert words in str(refused.value)
+
+
+@pytest.mark.parametrize("factor", [1.0, 1.02])
+def test_lights_without_shape_are_checked(ball: ol.Scene, factor: float) -> None:
+    """A point light is summed, not sampled: a right sum passes, 2 % more of its light does not."""
+    ball.add_light(ol.PointLight((3, 2, 4), (40, 30, 20)))
+
+    def estimate(scene: ol.Scene, hits: ol.Hits, wo: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        total = handout.light_sampling(scene, hits, wo, rng)
+        for lamp in scene.lamps:
+            to = np.asarray(lamp.position) - hits.point
+            distance = np.linalg.norm(to, axis=1, keepdims=True)
+            cos = np.maximum((hits.normal * to).sum(axis=1, keepdims=True) / distance, 0)
+            free = ~scene.occluded(hits.point + 1e-3 * hits.normal, to, 0.999)
+            total += factor * hits.brdf_params[:, :3] / np.pi * cos * lamp.intensity / distance**2 * free[:, None]
+        return total
+
+    report = ol.check(estimate, ball, passes=PASSES)
+    assert bool(report) == (factor == 1), str(report)
+    assert not report.hints
 
 
 def test_an_estimators_own_error_is_passed_on(scene: ol.Scene) -> None:

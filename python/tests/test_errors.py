@@ -45,6 +45,14 @@ def test_numbers_that_are_none_are_refused(ball: ol.Scene) -> None:
             scene.check()
 
 
+def rendered(geometry: ol.Sphere) -> ol.Image:
+    """Render it alone."""
+    scene = ol.Scene(size=(8, 8))
+    scene.set_camera((0, 0, 5), (0, 0, 0), fov_x=50)
+    scene.add_geometry(geometry)
+    return ol.render(scene, spp=1)
+
+
 def test_wrong_arguments_have_sentences(ball: ol.Scene, tmp_path: Path) -> None:
     """Shapes, types and ranges."""
     assert "(n, 3)" in said(lambda: ball.intersect(np.zeros((4, 2)), np.zeros((4, 2))))
@@ -57,6 +65,17 @@ def test_wrong_arguments_have_sentences(ball: ol.Scene, tmp_path: Path) -> None:
     assert "MiB" in said(lambda: ol.render(ball, size=(65536, 65536)), MemoryError)
     assert "camera" in said(lambda: ol.render(ol.Scene()), ol.SceneError)
     assert "do not reflect" in said(lambda: ol.Sphere((0, 0, 0), 1, Le=(1, 1, 1), brdf_params=(1, 1, 1, 1)))
+    both = {"brdf_params": (1, 1, 1, 1), "material": ol.Ggx((1, 1, 1), 0, 0.5)}
+    assert "brdf_params and a material" in said(lambda: ol.Sphere((0, 0, 0), 1, **both))
+    assert "a material and Le" in said(lambda: ol.Sphere((0, 0, 0), 1, Le=(1, 1, 1), material=both["material"]))
+    assert "is a Blend, a Ggx or a Conductor" in said(lambda: ol.Sphere((0, 0, 0), 1, material="gold"), TypeError)
+    assert "3 real numbers" in said(lambda: ol.Sphere((0, 0, 0), 1, material=ol.Ggx("red", 0, 0.5)), TypeError)
+    assert "roughness" in said(
+        lambda: rendered(ol.Sphere((0, 0, 0), 1, material=ol.Ggx((1, 1, 1), 0, 2))), ol.SceneError
+    )
+    assert "add_geometry" in said(lambda: ball.add_light(ol.Sphere((0, 0, 0), 1, Le=(1, 1, 1))), TypeError)
+    assert "one aim" in said(lambda: ball.add_light(ol.SpotLight((0, 0, 0), (1, 1, 1), 30)))
+    assert "differ" in said(lambda: ball.add_light(ol.SpotLight((0, 0, 0), (1, 1, 1), 30, target=(0, 0, 0))))
     assert "fov_x or fov_y" in said(lambda: ball.set_camera((0, 0, 1), (0, 0, 0)))
     assert "function" in said(lambda: ol.check(3, ball), TypeError)
     missing = said(lambda: ol.load(tmp_path / "none.toml"), ol.SceneError)

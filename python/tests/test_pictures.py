@@ -51,29 +51,74 @@ def test_a_loaded_scene_has_the_bits_of_the_command(scene: str, tmp_path: Path) 
     assert np.array_equal(image, by_command(f"scenes/{scene}.toml", tmp_path))
 
 
-def test_a_scene_built_by_hand_has_the_bits_of_the_command(tmp_path: Path) -> None:
-    """Veach's, whose text has all of its numbers; it is read here by Python."""
-    told = tomllib.loads((REPOSITORY / "scenes/veach-mis.toml").read_text())
+def material(told: dict) -> dict:
+    """Give the arguments of a surface for a table of `[materials]`."""
+    if "brdf_params" in told:
+        return {"brdf_params": told["brdf_params"]}
+    if "eta" in told:
+        return {"material": ol.Conductor(**told)}
+    if "base_color" in told:
+        return {"material": ol.Ggx(**told)}
+    if "diffuse" in told and "phong" in told:
+        return {"material": ol.Blend(**told)}
+    return {"brdf_params": (*(told.get("diffuse") or told["phong"]), told.get("exponent", 1))}
+
+
+def light(told: dict) -> object:
+    """Give the light of a table of `[[lights]]`."""
+    kinds = {"point": ol.PointLight, "spot": ol.SpotLight, "directional": ol.DirectionalLight}
+    return kinds[told["kind"]](**{key: value for key, value in told.items() if key != "kind"})
+
+
+@pytest.mark.parametrize("name", ["veach-mis", "blend", "ggx", "lamps", "tests/sun-phong", "tests/spot-edge"])
+def test_a_scene_built_by_hand_has_the_bits_of_the_command(name: str, tmp_path: Path) -> None:
+    """Of scenes whose texts have all of their numbers; they are read here by Python."""
+    told = tomllib.loads((REPOSITORY / f"scenes/{name}.toml").read_text())
     camera, film = told["camera"], told["film"]
     scene = ol.Scene(size=(film["width"], film["height"]))
     angle = {key: camera[key] for key in ("fov_x", "fov_y") if key in camera}
     scene.set_camera(camera["origin"], camera["target"], camera.get("up"), **angle)
+    if "environment" in told:
+        scene.set_environment(told["environment"]["emission"])
 
     def surface(shape: dict) -> dict:
-        if "emission" in shape:
-            return {"Le": shape["emission"]}
-        material = told["materials"][shape["material"]]
-        if "brdf_params" in material:
-            return {"brdf_params": material["brdf_params"]}
-        rho = material.get("diffuse") or material["phong"]
-        return {"brdf_params": (*rho, material.get("exponent", 1))}
+        return {"Le": shape["emission"]} if "emission" in shape else material(told["materials"][shape["material"]])
 
-    for mesh in told["meshes"]:
-        scene.add_geometry(ol.Mesh(mesh["vertices"], mesh["faces"], **surface(mesh)))
-    for sphere in told["spheres"]:
+    for mesh in told.get("meshes", []):
+        faces = [
+            face[i : i + 3] if i == 0 else [face[0], *face[2:]] for face in mesh["faces"] for i in range(len(face) - 2)
+        ]
+        scene.add_geometry(ol.Mesh(mesh["vertices"], faces, **surface(mesh)))
+    for sphere in told.get("spheres", []):
         scene.add_geometry(ol.Sphere(sphere["center"], sphere["radius"], **surface(sphere)))
-    image = ol.render(scene, **SETTINGS)
-    assert np.array_equal(image, by_command("scenes/veach-mis.toml", tmp_path))
+    for lamp in told.get("lights", []):
+        scene.add_light(light(lamp))
+    assert len(scene.lamps) == len(told.get("lights", []))
+    estimator = told.get("render", {}).get("estimator")
+    image = ol.render(scene, estimator=estimator, **SETTINGS)
+    assert np.array_equal(image, by_command(f"scenes/{name}.toml", tmp_path))
+
+
+def test_lamps_of_a_scene_make_the_same_scene() -> None:
+    """What `lamps` tells, `add_light` takes."""
+    told = ol.load(REPOSITORY / "scenes/lamps.toml")
+    sun, spot, point = told.lamps
+    assert isinstance(sun, ol.DirectionalLight) and sun.angular_radius == 1.1
+    assert isinstance(spot, ol.SpotLight) and (spot.inner_angle, spot.outer_angle) == (8, 15)
+    assert isinstance(point, ol.PointLight) and tuple(point.intensity) == (4.5, 2.4, 0.8)
+
+    def with_lamps() -> ol.Scene:
+        scene = ol.Scene()
+        scene.set_camera((0, 0, 9), (0, 0, 0), fov_x=40)
+        scene.add_geometry(ol.Sphere((0, 0, 0), 1, brdf_params=(0.5, 0.5, 0.5, 1)))
+        return scene
+
+    once, again = with_lamps(), with_lamps()
+    for lamp in told.lamps:
+        once.add_light(lamp)
+    for lamp in once.lamps:
+        again.add_light(lamp)
+    assert once.hash == again.hash != with_lamps().hash
 
 
 def test_progressive_ends_with_the_bits_of_render(ball: ol.Scene) -> None:

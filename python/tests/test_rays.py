@@ -102,6 +102,7 @@ def test_eye_rays_are_the_camera() -> None:
     """Means over jittered rays of what they meet are the picture that is rendered, where only lights are seen."""
     scene = ol.load(REPOSITORY / "scenes/tests/emitter-seen.toml")
     size, rng = (16, 12), np.random.default_rng(4)
+    assert all(rays.flags.c_contiguous for rays in scene.eye_rays(size)), "they are taken as they lie"
     mean = np.mean([scene.intersect(*scene.eye_rays(size, rng)).Le for _ in range(400)], axis=0).reshape(12, 16, 3)
     image = ol.render(scene, size=size, spp=1024)
     # 400 draws of a pixel that is half covered are off by 1/40; 6 of these.

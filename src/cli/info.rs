@@ -4,13 +4,14 @@ use std::fs::{self, File};
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
+use exr::meta::header::Header;
 use exr::prelude::{AttributeValue, MetaData};
 use npyz::NpyFile;
 use serde_json::{Map, Value, json};
 
 use super::{CliError, Exit, report};
 use octolux::film::sums_file;
-use octolux::run::Record;
+use octolux::run::Saved;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -98,24 +99,37 @@ fn broken(path: &Path, kind: &str, error: impl std::fmt::Display) -> CliError {
 fn exr(path: &Path, facts: &mut Facts) -> Result<(), CliError> {
     let meta = MetaData::read_from_file(path, false).map_err(|error| broken(path, "EXR", error))?;
     put(facts, "format", "OpenEXR, linear radiance");
-    for header in &meta.headers {
-        size(facts, header.layer_size.0 as u64, header.layer_size.1 as u64);
-        let channels = header.channels.list.iter();
-        let channels = channels.map(|channel| format!("{} {}", channel.name, kind(channel.sample_type)));
-        put(facts, "channels", channels.collect::<Vec<_>>().join(", "));
-        put(facts, "compression", header.compression.to_string());
-        let own = &header.own_attributes;
-        if let Some(software) = &own.software_name {
-            put(facts, "software", software.to_string());
-        }
-        let mut others: Vec<_> = header.shared_attributes.other.iter().chain(&own.other).collect();
-        others.sort_by_key(|(name, _)| name.to_string());
-        for (name, value) in others {
-            let name = name.to_string();
-            put(facts, name.strip_prefix("octolux.").unwrap_or(&name), attribute(value));
-        }
+    if let [header] = &meta.headers[..] {
+        return Ok(part(header, "", facts));
+    }
+    put(facts, "parts", meta.headers.len());
+    for (number, header) in (1..).zip(&meta.headers) {
+        let name = header.own_attributes.layer_name.as_ref();
+        let name = name.map_or_else(|| format!("part {number}"), ToString::to_string);
+        part(header, &format!("{name}: "), facts);
     }
     Ok(())
+}
+
+/// Facts of one part of an EXR file, each behind `of`.
+fn part(header: &Header, of: &str, facts: &mut Facts) {
+    let mut put = |name: &str, value: Value| put(facts, &format!("{of}{name}"), value);
+    put("width", header.layer_size.0.into());
+    put("height", header.layer_size.1.into());
+    let channels = header.channels.list.iter();
+    let channels = channels.map(|channel| format!("{} {}", channel.name, kind(channel.sample_type)));
+    put("channels", channels.collect::<Vec<_>>().join(", ").into());
+    put("compression", header.compression.to_string().into());
+    let own = &header.own_attributes;
+    if let Some(software) = &own.software_name {
+        put("software", software.to_string().into());
+    }
+    let mut others: Vec<_> = header.shared_attributes.other.iter().chain(&own.other).collect();
+    others.sort_by_key(|(name, _)| name.to_string());
+    for (name, value) in others {
+        let name = name.to_string();
+        put(name.strip_prefix("octolux.").unwrap_or(&name), attribute(value));
+    }
 }
 
 fn kind(of: exr::meta::attribute::SampleType) -> &'static str {
@@ -155,8 +169,7 @@ fn png(path: &Path, facts: &mut Facts) -> Result<(), CliError> {
 }
 
 fn sums(path: &Path, facts: &mut Facts) -> Result<(), CliError> {
-    let read = sums_file::read_about(path).map_err(|error| CliError::bad_path(&error));
-    let (record, _): (Record, u32) = read?;
+    let Saved { record, film, .. } = Saved::read(path).map_err(|error| CliError::bad_path(&error))?;
     put(facts, "format", "sums of Octolux, whole");
     put(
         facts,
@@ -172,8 +185,6 @@ fn sums(path: &Path, facts: &mut Facts) -> Result<(), CliError> {
         }
         None if record.passes.is_empty() => put(facts, "passes", "none: there are more shards than parts"),
         None => {
-            let (_, film): (Record, octolux::film::Film) =
-                sums_file::read(path).map_err(|error| CliError::bad_path(&error))?;
             let done = film.passes();
             if done != record.passes {
                 put(facts, "format", "checkpoint of a render, whole");

@@ -77,29 +77,39 @@ pub fn read(path: &Path) -> Result<Vec<Request>, CliError> {
     }
     let mut inputs = Inputs::named_by(wanted.iter().map(|one| &one.scene));
     inputs.add(Inputs::of("this batch", [path.to_owned(), notes_beside(path)]));
-    wanted
-        .iter()
-        .flat_map(|one| one.targets.all())
-        .try_for_each(make_folder)?;
-    outputs::look(wanted.iter().map(|one| &one.targets), &inputs)?;
-    Ok(wanted)
+    let mut made = Vec::new();
+    let folders = wanted.iter().flat_map(|one| one.targets.all());
+    let folders = folders.map(|output| make_folder(output, &mut made)).collect();
+    let looked = Result::and_then(folders, |()| {
+        outputs::look(wanted.iter().map(|one| &one.targets), &inputs)
+    });
+    if looked.is_err() {
+        // What is refused leaves nothing behind. Folders that something is in by now stay.
+        made.iter().rev().for_each(|folder| _ = std::fs::remove_dir(folder));
+    }
+    looked.map(|()| wanted)
 }
 
-/// Creates the folder of an output if it is missing.
-fn make_folder(output: &Path) -> Result<(), CliError> {
-    let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let Some(folder) = folder.filter(|folder| !folder.exists()) else {
-        return Ok(());
-    };
-    let failed = |error: std::io::Error| {
-        let what = format!(
-            "{}: its folder {} cannot be made: {error}",
-            output.display(),
-            folder.display()
-        );
-        CliError::usage(what).with_help("write to another folder, or make this one")
-    };
-    std::fs::create_dir_all(folder).map_err(failed)
+/// Creates the folder of an output if it is missing, and notes which folders are new, outer ones first.
+fn make_folder(output: &Path, made: &mut Vec<PathBuf>) -> Result<(), CliError> {
+    let folder = output.parent().unwrap_or(Path::new(""));
+    let missing = folder
+        .ancestors()
+        .take_while(|one| !one.as_os_str().is_empty() && !one.exists());
+    let mut missing: Vec<&Path> = missing.collect();
+    missing.reverse();
+    for one in missing {
+        std::fs::create_dir(one).map_err(|error| {
+            let what = format!(
+                "{}: its folder {} cannot be made: {error}",
+                output.display(),
+                folder.display()
+            );
+            CliError::usage(what).with_help("write to another folder, or make this one")
+        })?;
+        made.push(one.to_owned());
+    }
+    Ok(())
 }
 
 fn entry_of(entry: &Table, defaults: &Table, folder: &Path) -> Result<Vec<Request>, String> {

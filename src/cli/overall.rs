@@ -14,7 +14,7 @@ use octolux::pipeline::Progress;
 pub struct TotalProgress {
     done: Option<Done>,
     again: bool,
-    /// Total samples to render; existing and failed pictures are subtracted.
+    /// Total samples to render; pictures that exist or cannot begin are subtracted.
     total: AtomicU64,
     begun: Mutex<Vec<Arc<Progress>>>,
     /// Pictures that existed already.
@@ -70,11 +70,6 @@ impl TotalProgress {
     /// A record that cannot be written.
     pub fn note(&self, key: String, files: &[PathBuf]) -> Result<(), CliError> {
         self.done.as_ref().map_or(Ok(()), |done| done.note(key, files))
-    }
-
-    /// Number of renders that have begun.
-    pub fn begun(&self) -> usize {
-        self.list().len()
     }
 
     /// Subtracts samples that will not be rendered.

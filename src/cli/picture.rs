@@ -16,7 +16,7 @@ use super::tev::Feed;
 use super::{CliError, done, options, report};
 use octolux::film::Film;
 use octolux::pipeline::{Prepared, Progress, Settings};
-use octolux::run::{Checkpoint, Goal, Observer, Run, Saved};
+use octolux::run::{Checkpoint, Goal, MOST_SPP, Observer, Run, Saved, replicates};
 use octolux::scene::{Scene, available_memory};
 use octolux::study::outliers::FirstSamples;
 
@@ -29,13 +29,26 @@ pub struct Job<'a> {
     pub overall: Option<&'a TotalProgress>,
 }
 
+/// What came of a job.
+#[derive(Default)]
+pub struct Outcome {
+    /// Whether anything was rendered.
+    pub began: bool,
+    pub errors: Vec<CliError>,
+}
+
 impl<'a> Job<'a> {
-    /// Renders and writes; returns all errors.
-    pub fn run(self) -> Vec<CliError> {
+    /// Renders and writes.
+    pub fn run(self) -> Outcome {
         let (render, mut run) = match self.set_up() {
             Ok(Some(set_up)) => set_up,
-            Ok(None) => return Vec::new(),
-            Err(error) => return vec![error],
+            Ok(None) => return Outcome::default(),
+            Err(error) => {
+                return Outcome {
+                    began: false,
+                    errors: vec![error],
+                };
+            }
         };
         {
             let _bar = render.bar(&run);
@@ -49,7 +62,10 @@ impl<'a> Job<'a> {
         if let Err(error) = writer.finish(&run, &mut kept) {
             kept.errors.push(error);
         }
-        kept.errors
+        Outcome {
+            began: true,
+            errors: kept.errors,
+        }
     }
 
     /// Loads the scene and prepares or resumes its run; `None` if a batch has already finished it.
@@ -152,26 +168,40 @@ impl<'a> Job<'a> {
         }
     }
 
-    /// Warns about insufficient memory before rendering.
+    /// Refuses pictures that need more memory than is free. Where a time or an error decides, how much they need is only known
+    /// afterwards: this is what they need at least.
     fn announce_memory(self, settings: Settings, goal: &Goal) -> Result<(), CliError> {
         let range = goal.range(settings.film);
-        let passes = goal.spp().map_or(1, |_| range.end - range.start);
-        let needed = Film::bytes(settings.film, passes, goal.is_adaptive());
+        let (films, passes, least) = match (goal.error_asked(), goal.time_limit()) {
+            (Some(_), _) => (2 * replicates::LEAST as u64, replicates::FIRST.passes, " at least"),
+            (None, Some(time)) if goal.spp().is_none() => (1, slowest(settings, time), " at least"),
+            _ => (1, range.end - range.start, ""),
+        };
+        let needed = films * Film::bytes(settings.film, passes, goal.is_adaptive());
         let free = available_memory().unwrap_or(u64::MAX);
         if needed <= free {
             return Ok(());
         }
         let gib = |bytes: u64| bytes as f64 / f64::from(1 << 30);
         let what = format!(
-            "{}: {} x {} pixels with {passes} samples take {:.1} GiB of memory, and {:.1} GiB are free",
+            "{}: {} x {} pixels with {} samples{least} take {:.1} GiB of memory, and {:.1} GiB are free",
             self.request.scene.display(),
             settings.film.width,
             settings.film.height,
+            films * u64::from(passes),
             gib(needed),
             gib(free)
         );
         Err(CliError::usage(what).with_help("make the picture smaller, render it in shards, or close other programs"))
     }
+}
+
+/// Passes that a slow scene gets in `time`: a million samples a second and thread.
+fn slowest(settings: Settings, time: Duration) -> u32 {
+    let pixels = f64::from(settings.film.width) * f64::from(settings.film.height);
+    // The cast saturates.
+    let passes = (time.as_secs_f64() * settings.threads as f64 * 1e6 / pixels) as u32;
+    passes.clamp(1, MOST_SPP)
 }
 
 /// A running render: it observes its run.

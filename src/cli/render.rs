@@ -219,7 +219,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
             interrupt: &interrupt,
             overall: None,
         };
-        for error in job.run() {
+        for error in job.run().errors {
             report::error(&error);
             exit = exit.and(error.exit());
         }

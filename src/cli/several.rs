@@ -7,7 +7,7 @@ use std::time::Instant;
 use super::done::Done;
 use super::interrupt::Interrupt;
 use super::overall::TotalProgress;
-use super::picture::Job;
+use super::picture::{Job, Outcome};
 use super::progress::{Bar, clock};
 use super::request::Request;
 use super::{Exit, report};
@@ -70,9 +70,8 @@ impl BatchScheduler<'_> {
                     interrupt,
                     overall: Some(&overall),
                 };
-                let before = overall.begun();
-                let errors = job.run();
-                if !errors.is_empty() || overall.begun() == before {
+                let Outcome { began, errors } = job.run();
+                if !began {
                     overall.forget(size.samples);
                 }
                 failed.fetch_add(usize::from(!errors.is_empty()), Ordering::Relaxed);

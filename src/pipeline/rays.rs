@@ -27,6 +27,7 @@
 mod arrays;
 
 use std::marker::PhantomData;
+use std::ops::Range;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -210,9 +211,7 @@ fn run<L: TraceLane, T: Tracer>(task: &mut Task) {
         match &mut task.answers {
             Answers::Hits(hits) => {
                 let hit = T::nearest::<L>(world, &set, active, &ray, coherence);
-                for lane in 0..count {
-                    write(world, &hit, &ray, lane, hits, at + lane);
-                }
+                write(world, &hit, &ray, hits, at..at + count);
             }
             Answers::Occluded(occluded) => {
                 let met = T::occluded::<L>(world, &set, active, &ray).to_bitmask();
@@ -233,57 +232,81 @@ fn vector<L: Lane>([x, y, z]: &[[f32; 16]; 3]) -> Vec3<L> {
 #[inline(always)]
 fn packet<L: TraceLane>(task: &Task, at: usize, count: usize) -> (L::Mask, Ray<L>) {
     let space = &task.world.space;
-    let (mut origin, mut direction, mut tfar) = ([[0.0; 16]; 3], [[0.0; 16]; 3], [0.0; 16]);
-    direction[0] = [1.0; 16];
-    let mut active = 0;
+    let (mut origin, mut direction, mut tfar) = ([[0.0; 16]; 3], [[0.0; 16]; 3], [f32::INFINITY; 16]);
     for lane in 0..count {
         let (o, d) = (task.rays.origins.get(at + lane), task.rays.directions.get(at + lane));
-        let end = task.rays.tmax.map_or(f32::INFINITY, |tmax| tmax[at + lane]);
         let o = space.point(DVec3::from(o.map(f64::from)));
-        let sound = o.iter().chain(&d).all(|x| x.is_finite()) && d != [0.0; 3] && end >= 0.0;
-        if sound {
-            for k in 0..3 {
-                (origin[k][lane], direction[k][lane]) = (o[k], d[k]);
-            }
+        for k in 0..3 {
+            (origin[k][lane], direction[k][lane]) = (o[k], d[k]);
+        }
+        if let Some(tmax) = task.rays.tmax {
             // Directions are not scaled: `t` counts multiples of the direction and scales with the space.
-            tfar[lane] = space.length(f64::from(end)) as f32;
-            active |= 1 << lane;
+            tfar[lane] = space.length(f64::from(tmax[at + lane])) as f32;
         }
     }
+    let (origin, direction, tfar) = (vector::<L>(&origin), vector::<L>(&direction), L::load(&tfar));
+    let numbers = [origin.x, origin.y, origin.z, direction.x, direction.y, direction.z];
+    let finite = numbers.map(|x| x.abs().le(L::splat(f32::MAX)));
+    let sound = finite.into_iter().fold(L::Mask::first(count), |all, one| all & one);
+    let active = sound & direction.max_abs().gt(L::zero()) & tfar.ge(L::zero());
     let ray = Ray {
-        origin: vector(&origin),
-        direction: vector(&direction),
-        tfar: L::load(&tfar),
+        origin: origin.or_zero(active),
+        direction: Vec3::select(active, direction, Vec3::splat([1.0, 0.0, 0.0])),
+        tfar: tfar.or_zero(active),
         skip_id: L::Bits::splat(NO_SKIP_ID),
     };
-    (L::Mask::from_bitmask(active), ray)
+    (active, ray)
 }
 
+/// Writes the answers of a packet. What can be is computed for all of its lanes at once.
 #[inline(always)]
-fn write<L: TraceLane>(world: &World, hit: &Hit<L>, ray: &Ray<L>, lane: usize, hits: &mut HitsMut, at: usize) {
-    if hit.found.to_bitmask() >> lane & 1 == 0 {
-        hits.t[at] = f32::INFINITY;
-        hits.normals[at] = [0.0; 3];
-        hits.uv[at] = [0.0; 2];
-        (hits.objects[at], hits.primitives[at]) = (NOTHING, NOTHING);
-        return;
+fn write<L: TraceLane>(world: &World, hit: &Hit<L>, ray: &Ray<L>, hits: &mut HitsMut, to: Range<usize>) {
+    // A triangle without area has no normal. That of a small one must not underflow, hence `unit`.
+    let facing = hit.found & hit.ng.max_abs().gt(L::zero());
+    let normal = hit.ng.unit().or_zero(facing);
+    let normal = normal.negated(normal.dot(ray.direction).gt(L::zero()));
+    let on_mesh = hit.found & !hit.geometry.eq(L::Bits::splat(world.sphere_geometry));
+    let numbers = [
+        normal.x,
+        normal.y,
+        normal.z,
+        hit.u.or_zero(on_mesh),
+        hit.v.or_zero(on_mesh),
+        hit.t,
+    ];
+    let [x, y, z, u, v, t] = numbers.map(|numbers| {
+        let mut all = [0.0; 16];
+        numbers.store(&mut all);
+        all
+    });
+    let [geometry, primitive] = [hit.geometry, hit.primitive].map(|numbers| {
+        let mut all = [0; 16];
+        numbers.store(&mut all);
+        all
+    });
+    let (found, on_mesh) = (hit.found.to_bitmask(), on_mesh.to_bitmask());
+    let of = |lanes: u32, lane: usize| lanes >> lane & 1 == 1;
+    for (lane, normal) in hits.normals[to.clone()].iter_mut().enumerate() {
+        *normal = [x[lane], y[lane], z[lane]];
     }
-    let (geometry, primitive) = (hit.geometry.lane(lane), hit.primitive.lane(lane));
-    let sphere = geometry == world.sphere_geometry;
-    let (normal, direction) = (hit.ng.lane(lane), ray.direction.lane(lane));
-    // In f64 the normal of a small triangle does not underflow.
-    let normal = DVec3::from(normal.map(f64::from)).normalize_or_zero();
-    let facing = normal.dot(DVec3::from(direction.map(f64::from))) > 0.0;
-    hits.t[at] = world.space.in_scene(hit.t.lane(lane));
-    hits.normals[at] = (if facing { -normal } else { normal }).to_array().map(|x| x as f32);
-    hits.uv[at] = if sphere {
-        [0.0; 2]
-    } else {
-        [hit.u.lane(lane), hit.v.lane(lane)]
-    };
-    (hits.objects[at], hits.primitives[at]) = if sphere {
-        (geometry + world.sphere_numbers[primitive as usize], 0)
-    } else {
-        (geometry, primitive)
-    };
+    for (lane, uv) in hits.uv[to.clone()].iter_mut().enumerate() {
+        *uv = [u[lane], v[lane]];
+    }
+    for (lane, distance) in hits.t[to.clone()].iter_mut().enumerate() {
+        *distance = if of(found, lane) {
+            world.space.in_scene(t[lane])
+        } else {
+            f32::INFINITY
+        };
+    }
+    let which = hits.objects[to.clone()].iter_mut().zip(&mut hits.primitives[to]);
+    for (lane, (object, part)) in which.enumerate() {
+        (*object, *part) = if of(on_mesh, lane) {
+            (geometry[lane], primitive[lane])
+        } else if of(found, lane) {
+            (geometry[lane] + world.sphere_numbers[primitive[lane] as usize], 0)
+        } else {
+            (NOTHING, NOTHING)
+        };
+    }
 }

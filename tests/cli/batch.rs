@@ -161,6 +161,10 @@ fn a_manifest_that_makes_no_sense_is_refused() {
             "its folder in/small.toml/a cannot be made",
         ),
         (
+            "[[pictures]]\nscene = \"in/small.toml\"\noutputs = [\"new/deep/a.exr\", \"new/other/a.jpg\"]\n",
+            "a.jpg: ",
+        ),
+        (
             "[[pictures]]\nscenes = [\"in/small.toml\", \"in/small.toml\"]\n",
             "small.exr: would be written twice",
         ),
@@ -204,6 +208,67 @@ fn patterns_stand_for_scenes_folders_are_made_and_the_end_is_summed_up() {
     assert!(place.files().contains(&"other.npy".to_owned()));
     let said = place.refused("render in/nothing-*.toml");
     assert!(said.contains("in/nothing-*.toml: no file matches"), "{said}");
+}
+
+/// What a terminal shows after carriage returns and codes: the last text of each line.
+fn shown(typescript: &[u8]) -> Vec<String> {
+    let text = String::from_utf8_lossy(typescript).into_owned();
+    let mut plain = String::new();
+    let mut rest = text.chars().peekable();
+    while let Some(next) = rest.next() {
+        if next == '\u{1b}' && rest.next_if_eq(&'[').is_some() {
+            // A code ends at its letter.
+            while rest.next_if(|c| !c.is_ascii_alphabetic()).is_some() {}
+            let _ = rest.next();
+        } else {
+            plain.push(next);
+        }
+    }
+    let lines = plain.split('\n').map(|line| line.trim_end_matches('\r'));
+    lines
+        .map(|line| line.rsplit('\r').next().unwrap_or_default().to_owned())
+        .collect()
+}
+
+/// `script` of util-linux gives the program a terminal; where there is none, there is nothing to test with.
+#[test]
+fn on_a_terminal_a_batch_prints_a_short_line_a_picture_and_sums_up() {
+    let place = Place::new();
+    place.scene("other");
+    let text = "[[pictures]]\nscenes = [\"in/small.toml\", \"in/other.toml\", \"in/missing.toml\"]\noutputs = [\"{name}.npy\"]\n";
+    fs::write(place.path().join("jobs.toml"), text).unwrap();
+    let on_a_terminal = |arguments: &str| {
+        let command = format!("{} {arguments}", env!("CARGO_BIN_EXE_octolux"));
+        let mut script = std::process::Command::new("script");
+        script
+            .args(["-q", "-e", "-c", &command, "/dev/null"])
+            .current_dir(place.path());
+        script.env("TERM", "xterm").stdin(std::process::Stdio::null()).output()
+    };
+    let output = match on_a_terminal("batch jobs.toml") {
+        Ok(output) => output,
+        Err(error) => return eprintln!("not tested: script: {error}"),
+    };
+    let lines = shown(&output.stdout);
+    assert_eq!(output.status.code(), Some(2), "{lines:?}");
+    for name in ["small", "other"] {
+        let of = |line: &&String| line.starts_with(&format!("{name}.npy: "));
+        let line = lines.iter().find(of).unwrap_or_else(|| panic!("{name}: {lines:?}"));
+        assert!(line.chars().count() < 80, "{line}");
+    }
+    assert!(!lines.iter().any(|line| line.contains("{\"")), "no JSON: {lines:?}");
+    let last = lines.iter().rfind(|line| !line.trim().is_empty()).unwrap();
+    assert!(
+        last.starts_with("batch: 2 of 3 pictures rendered, 1 failed, "),
+        "{lines:?}"
+    );
+    let output = on_a_terminal("batch jobs.toml --again --json").unwrap();
+    let lines = shown(&output.stdout);
+    assert_eq!(
+        lines.iter().filter(|line| line.starts_with("{\"")).count(),
+        2,
+        "{lines:?}"
+    );
 }
 
 #[test]

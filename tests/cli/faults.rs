@@ -87,6 +87,21 @@ fn a_size_beyond_memory_is_refused() {
     assert!(said.contains("GiB of memory"), "{said}");
 }
 
+/// The film alone would fit: 44 bytes a pixel, of which a render to an error needs eight.
+#[test]
+fn films_of_a_render_to_an_error_count_as_memory() {
+    let memory = fs::read_to_string("/proc/meminfo").unwrap();
+    let free = memory
+        .lines()
+        .find_map(|line| line.strip_prefix("MemAvailable:"))
+        .unwrap();
+    let free: f64 = free.trim().trim_end_matches(" kB").parse().unwrap();
+    let side = (free * 1024.0 / 100.0).sqrt().min(65536.0) as u32;
+    let place = Place::new();
+    let said = place.refused(&format!("render in/small.toml --size {side}x{side} --target-error 0.1"));
+    assert!(said.contains("with 32 samples at least take"), "{said}");
+}
+
 #[test]
 fn a_folder_that_cannot_be_written_to_is_found_before_the_render() {
     let place = Place::new();

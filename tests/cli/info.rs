@@ -48,6 +48,26 @@ fn parts_and_checkpoints_tell_which_passes_they_hold() {
 }
 
 #[test]
+fn every_part_of_an_exr_file_is_told() {
+    use exr::prelude::WritableImage;
+    use exr::prelude::{Encoding, Image, ImageAttributes, IntegerBounds, Layer, LayerAttributes, SpecificChannels};
+    let place = Place::new();
+    let layer = |name: &str, size: (usize, usize)| {
+        let channels = SpecificChannels::rgb(|_| (0.5_f32, 0.5_f32, 0.5_f32));
+        Layer::new(size, LayerAttributes::named(name), Encoding::FAST_LOSSLESS, channels)
+    };
+    let image = Image::empty(ImageAttributes::new(IntegerBounds::from_dimensions((9, 7))));
+    let image = image
+        .with_layer(layer("left", (9, 7)))
+        .with_layer(layer("right", (5, 4)));
+    image.write().to_file(place.path().join("two.exr")).unwrap();
+    let one: Value = serde_json::from_str(&stdout(&place.succeeds("info two.exr --json"))).unwrap();
+    let widths = (&one["left: width"], &one["right: width"]);
+    assert_eq!((&one["parts"], widths), (&2.into(), (&9.into(), &5.into())), "{one}");
+    assert_eq!(one["right: channels"], "B f32, G f32, R f32", "{one}");
+}
+
+#[test]
 fn what_is_no_picture_is_said_and_the_others_are_told() {
     let place = Place::new();
     place.succeeds("render in/small.toml -o a.npy");

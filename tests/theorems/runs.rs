@@ -99,6 +99,34 @@ fn a_run_with_a_time_ends_by_it_and_has_a_sample_at_least() {
 }
 
 #[test]
+fn a_resumed_run_to_an_error_expects_no_sample_twice() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.state");
+    let prepared = prepared(33, 20);
+    for goal in [Goal::error(0.005), Goal::adaptive_error(0.005)] {
+        let mut run = prepared.start(goal);
+        // To the middle: both halves have decided on more than the first pictures.
+        let pixels = 33 * 20;
+        while run.progress().samples() < 200 * pixels {
+            assert!(run.step().is_more(), "{goal:?}: the goal is too near for this test");
+        }
+        run.save(&path, Vec::new()).expect("it is saved");
+        let resumed = prepared.resume(goal, Saved::read(&path).expect("it is read"));
+        let resumed = resumed.expect("it goes on");
+        let [of_run, of_resumed] = [&run, &resumed].map(|run| (run.progress().samples(), run.progress().expected()));
+        // Between looks an adaptive run does not count the films that it has discarded since the last one.
+        assert!(
+            of_resumed == of_run || goal.is_adaptive(),
+            "{goal:?}: {of_resumed:?}, {of_run:?}"
+        );
+        let (run, resumed) = (run.finish(), resumed.finish());
+        assert_same("resumed", &resumed.picture(), &run.picture());
+        let [of_run, of_resumed] = [&run, &resumed].map(|run| (run.progress().samples(), run.progress().expected()));
+        assert_eq!(of_resumed, of_run, "{goal:?}, at the end");
+    }
+}
+
+#[test]
 fn more_samples_can_be_added_to_a_run_that_is_done() {
     let prepared = prepared(33, 20);
     let mut run = prepared.passes(0);

@@ -17,6 +17,8 @@ a `TypeError`.
 
 from . import _processor
 from ._check import Block, Report, check
+from ._lamps import DirectionalLight, PointLight, SpotLight
+from ._materials import Blend, Conductor, Ggx
 from ._native import SceneError
 from ._picture import Image, read, save
 from ._rays import Hits
@@ -25,15 +27,21 @@ from ._scene import Light, Mesh, Scene, Sphere, load
 
 __all__ = [
     "ESTIMATORS",
+    "Blend",
     "Block",
+    "Conductor",
+    "DirectionalLight",
+    "Ggx",
     "Hits",
     "Image",
     "Light",
     "Mesh",
+    "PointLight",
     "Report",
     "Scene",
     "SceneError",
     "Sphere",
+    "SpotLight",
     "check",
     "load",
     "progressive",

@@ -40,6 +40,9 @@ BEYOND = {
     "one-sided": "one-sided surfaces",
     "environment": "an environment",
     "smooth terminator": "smooth terminators",
+    "ggx": "rough surfaces (Ggx)",
+    "conductor": "metals (Conductor)",
+    "suns": "suns, which are seen in the sky",
 }
 """What `Hits` does not tell an estimator of."""
 
@@ -193,7 +196,7 @@ def check(
     `Hits` on `n` reflecting points (lights that are seen are none of its business), `wo` `(n, 3)` float32 are unit
     directions from there to the eye, `rng` is a `numpy.random.Generator`. It is called once a pass, for one jittered
     ray of each pixel, for half of `seconds`, or for `passes` (32 at least; the report then depends on `seed` alone).
-    The oracle takes the other half.
+    The oracle takes the other half. The lights are `scene.lights` and, without shape, `scene.lamps`.
 
     `size` is that of the picture, 48 pixels wide where nothing is said. It is divided into blocks whose means are
     compared channel by channel, as is the whole. `rate` is how often a right estimator may be called wrong, for all
@@ -226,7 +229,7 @@ def check(
     flat = mean.reshape(-1, 3)
     truth, doubt = sums.blocks(flat) / sums.pixels, np.sqrt(sums.blocks(error.reshape(-1, 3) ** 2)) / sums.pixels
     report = _judge(sums, truth, doubt, spp, rate)
-    if not report.passed and hints and all(light.radius is not None for light in scene.lights):
+    if not report.passed and hints and not scene.lamps and all(light.radius is not None for light in scene.lights):
         _explain(report, scene, sums, seed)
     if efficiency:
         _efficiency(report, scene, sums, flat, seed)
@@ -298,7 +301,8 @@ def _judge(sums: _Sums, truth: F, doubt: F, spp: int, rate: float) -> Report:
     # Where an estimator seldom meets a light and has been unlucky, its variance is as low as its mean: it grows with
     # the truth.
     low = np.divide(truth, sums.first, out=np.ones_like(truth), where=sums.first > 0)
-    # What is seldom seen, as a light's rim is, may not have been: the oracle, which draws more samples, knows its variance.
+    # What is seldom seen, as a light's rim is, may not have been: the oracle, which draws more samples, knows its
+    # variance.
     own = np.maximum(sums.error**2 * np.clip(low, 1, 4), doubt**2 * spp / sums.count)
     error = np.sqrt(own + doubt**2)
     # Sums of exact numbers are off by their rounding, and points of float32 by theirs.

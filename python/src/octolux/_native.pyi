@@ -9,6 +9,7 @@ _F32 = NDArray[np.float32]
 _F64 = NDArray[np.float64]
 _U32 = NDArray[np.uint32]
 _Numbers = tuple[float, ...]
+_Told = tuple[str, _Numbers]
 
 class SceneError(ValueError):
     """A scene that cannot be: `str()` is the sentence with what would do."""
@@ -30,7 +31,7 @@ class Builder:
     ) -> None: ...
     def set_environment(self, radiance: _Numbers) -> None: ...
     def add_sphere(
-        self, center: _Numbers, radius: float, brdf: _Numbers | None, le: _Numbers | None, one_sided: bool
+        self, center: _Numbers, radius: float, model: _Told, le: _Numbers | None, one_sided: bool
     ) -> None: ...
     def add_mesh(
         self,
@@ -38,10 +39,11 @@ class Builder:
         faces: _U32,
         normals: _F64 | None,
         smooth: bool,
-        brdf: _Numbers | None,
+        model: _Told,
         le: _Numbers | None,
         one_sided: bool,
     ) -> None: ...
+    def add_light(self, kind: str, numbers: _Numbers) -> None: ...
     def build(self) -> Scene: ...
 
 @final
@@ -61,6 +63,8 @@ class Scene:
     def effects(self) -> list[str]: ...
     @property
     def camera(self) -> tuple[list[float], list[float], list[float], float, bool, tuple[float, float] | None]: ...
+    @property
+    def lamps(self) -> list[tuple[str, list[float]]]: ...
     @property
     def counts(self) -> tuple[int, int]: ...
     def surfaces(self) -> tuple[_F32, _F32]: ...
@@ -86,9 +90,16 @@ class Prepared:
     def embree_version(self) -> str: ...
     def start(self, spp: int, seconds: float | None, adaptive: bool, error: float | None) -> Run: ...
     def intersect(
-        self, origins: _F32, directions: _F32, tmax: _F32 | None, coherent: bool
-    ) -> tuple[_F32, _F32, _F32, _U32, _U32]: ...
-    def occluded(self, origins: _F32, directions: _F32, tmax: _F32 | None, coherent: bool) -> NDArray[np.bool_]: ...
+        self,
+        rays: tuple[_F32, _F32, _F32 | None],
+        coherent: bool,
+        t: _F32,
+        normals: _F32,
+        uv: _F32,
+        objects: _U32,
+        primitives: _U32,
+    ) -> None: ...
+    def occluded(self, rays: tuple[_F32, _F32, _F32 | None], coherent: bool, occluded: NDArray[np.bool_]) -> None: ...
 
 @final
 class Run:

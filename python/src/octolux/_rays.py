@@ -67,7 +67,7 @@ class Hits:
     def brdf_params(self) -> Floats:
         """What the hand-out calls so, `(n, 4)` float32: reflectance and exponent, which is 1 on diffuse surfaces.
 
-        0, 0, 0, 1 on lights and where nothing is met. A texture is left out, and a blend of both models is NaN.
+        0, 0, 0, 1 on lights and where nothing is met. A texture is left out, and a `material` is NaN.
         """
         brdf: Floats = self._keep("brdf_params", lambda: self._tables[0][self.object])
         return brdf

@@ -12,28 +12,17 @@ from numpy.typing import ArrayLike, NDArray
 from . import _native
 from ._arrays import array, numbers, real, vectors
 from ._arrays import size as as_size
+from ._lamps import DirectionalLight, Lamp, PointLight, SpotLight, lamp
+from ._materials import Material, surface
 from ._rays import Floats, Hits
 
 
-def _surface(
-    what: str, brdf_params: ArrayLike | None, Le: ArrayLike | None
-) -> tuple[tuple[float, ...] | None, tuple[float, ...] | None]:
-    """Give the reflecting or the emitting side of a surface; not both."""
-    brdf = None if brdf_params is None else numbers("brdf_params", brdf_params, 4)
-    emitted = None if Le is None else numbers("Le", Le, 3)
-    if emitted is None or not any(emitted):
-        return brdf, None if brdf is not None else emitted
-    if brdf is not None and any(brdf[:3]):
-        raise ValueError(f"this {what} has brdf_params and Le; lights do not reflect: leave one of them out")
-    return None, emitted
-
-
 class Sphere:
-    """A sphere that reflects as `brdf_params` say, or emits the radiance `Le`.
+    """A sphere that reflects as `brdf_params` or a `material` say, or emits the radiance `Le`.
 
     `brdf_params` are (r, g, b, alpha): with alpha 1 a diffuse reflectance, with alpha above 1 a specular one and
-    Phong's exponent. `Le` is (r, g, b) in W / (m^2 sr), the same in all directions. Without both it is black.
-    `one_sided`: its inside reflects nothing.
+    Phong's exponent. `material` is a `Blend`, a `Ggx` or a `Conductor`. `Le` is (r, g, b) in W / (m^2 sr), the same in
+    all directions. Without any of them it is black. `one_sided`: its inside reflects nothing.
     """
 
     def __init__(
@@ -42,23 +31,23 @@ class Sphere:
         radius: float,
         *,
         brdf_params: ArrayLike | None = None,
+        material: Material | None = None,
         Le: ArrayLike | None = None,
         one_sided: bool = False,
     ) -> None:
         """Take centre (3,) and radius in the units of the scene."""
         self.center = numbers("center", center, 3)
         self.radius = real("radius", radius)
-        self.brdf_params, self.Le = _surface("sphere", brdf_params, Le)
+        self.surface = surface("sphere", brdf_params, material, Le)
         self.one_sided = bool(one_sided)
 
     def __repr__(self) -> str:
         """Say what it is."""
-        surface = f"Le={self.Le}" if self.Le else f"brdf_params={self.brdf_params or (0.0, 0.0, 0.0, 1.0)}"
-        return f"Sphere({self.center}, {self.radius}, {surface})"
+        return f"Sphere({self.center}, {self.radius}, {self.surface})"
 
     def add_to(self, builder: _native.Builder) -> None:
         """Add it to a scene in the making."""
-        builder.add_sphere(self.center, self.radius, self.brdf_params, self.Le, self.one_sided)
+        builder.add_sphere(self.center, self.radius, self.surface.model, self.surface.Le, self.one_sided)
 
 
 class Mesh:
@@ -74,6 +63,7 @@ class Mesh:
         faces: ArrayLike,
         *,
         brdf_params: ArrayLike | None = None,
+        material: Material | None = None,
         Le: ArrayLike | None = None,
         normals: ArrayLike | None = None,
         smooth: bool = False,
@@ -84,19 +74,18 @@ class Mesh:
         self.faces: NDArray[np.uint32] = array("faces", faces, 3, np.uint32)
         self.normals = None if normals is None else array("normals", normals, 3, np.float64)
         self.smooth = bool(smooth)
-        self.brdf_params, self.Le = _surface("mesh", brdf_params, Le)
+        self.surface = surface("mesh", brdf_params, material, Le)
         self.one_sided = bool(one_sided)
 
     def __repr__(self) -> str:
         """Say what it is."""
-        surface = f"Le={self.Le}" if self.Le else f"brdf_params={self.brdf_params or (0.0, 0.0, 0.0, 1.0)}"
-        return f"Mesh({len(self.vertices)} vertices, {len(self.faces)} faces, {surface})"
+        return f"Mesh({len(self.vertices)} vertices, {len(self.faces)} faces, {self.surface})"
 
     def add_to(self, builder: _native.Builder) -> None:
         """Add it to a scene in the making."""
         smooth = self.smooth or self.normals is not None
-        surface = (self.brdf_params, self.Le, self.one_sided)
-        builder.add_mesh(self.vertices, self.faces, self.normals, smooth, *surface)
+        model, emitted = self.surface.model, self.surface.Le
+        builder.add_mesh(self.vertices, self.faces, self.normals, smooth, model, emitted, self.one_sided)
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,6 +180,15 @@ class Scene:
         geometry.add_to(self._builder)
         self._forget()
 
+    def add_light(self, light: Lamp) -> None:
+        """Add a light without shape: a `PointLight`, a `SpotLight` or a `DirectionalLight`."""
+        if not isinstance(light, (PointLight, SpotLight, DirectionalLight)):
+            kinds = "a PointLight, a SpotLight or a DirectionalLight"
+            remedy = "; geometry with Le goes to add_geometry" if isinstance(light, (Sphere, Mesh)) else ""
+            raise TypeError(f"a light without shape is {kinds}, and this is {type(light).__name__}{remedy}")
+        self._builder.add_light(*light.told())
+        self._forget()
+
     @property
     def built(self) -> "_native.Scene":
         """The checked scene: what is asked of it may raise a `SceneError`."""
@@ -216,11 +214,16 @@ class Scene:
 
     @property
     def lights(self) -> list[Light]:
-        """All objects that emit, in the order of their numbers."""
+        """All objects that emit, in the order of their numbers; lights without shape are `lamps`."""
         if self._lights is None:
             meshes, _ = self.built.counts
             self._lights = [self._light(int(i), meshes) for i in np.flatnonzero(self.tables[1].any(axis=1))]
         return self._lights
+
+    @property
+    def lamps(self) -> list[Lamp]:
+        """All lights without shape; a spot's aim is its `direction`."""
+        return [lamp(told) for told in self.built.lamps]
 
     def _light(self, i: int, meshes: int) -> Light:
         Le = self.tables[1][i]
@@ -274,15 +277,22 @@ class Scene:
         A ray whose numbers are not finite, or whose direction is 0, meets nothing. Rays start at their origins, so
         those that leave a surface must start a little beside it.
         """
-        o, d, end = self._rays(origins, directions, tmax)
-        return Hits((o, d), self.tables, self.prepared().intersect(o, d, end, bool(coherent)))
+        rays = self._rays(origins, directions, tmax)
+        n = len(rays[0])
+        # Not zeros: they would be written twice.
+        found = np.empty(n, np.float32), np.empty((n, 3), np.float32), np.empty((n, 2), np.float32)
+        which = np.empty(n, np.uint32), np.empty(n, np.uint32)
+        self.prepared().intersect(rays, bool(coherent), *found, *which)
+        return Hits(rays[:2], self.tables, (*found, *which))
 
     def occluded(
         self, origins: ArrayLike, directions: ArrayLike, tmax: ArrayLike | None = None, *, coherent: bool = False
     ) -> NDArray[np.bool_]:
         """Say whether rays meet anything before their ends, `(n,)` bool; the arguments are those of `intersect`."""
-        o, d, end = self._rays(origins, directions, tmax)
-        return self.prepared().occluded(o, d, end, bool(coherent))
+        rays = self._rays(origins, directions, tmax)
+        blocked = np.empty(len(rays[0]), np.bool_)
+        self.prepared().occluded(rays, bool(coherent), blocked)
+        return blocked
 
     def _rays(self, origins: ArrayLike, directions: ArrayLike, tmax: Any) -> tuple[Floats, Floats, Floats | None]:
         many = [len(x) for x in (origins, directions) if np.ndim(x) > 1 and isinstance(x, (np.ndarray, Sequence))]
@@ -322,7 +332,8 @@ class Scene:
             origins = origins + (r * np.cos(phi))[:, None] * right + (r * np.sin(phi))[:, None] * upwards
             directions = sharp - origins
         directions = directions / np.linalg.norm(directions, axis=1, keepdims=True)
-        return origins.astype(np.float32), directions.astype(np.float32)
+        # In C order, which `intersect` takes as it lies; that of a broadcast eye would be kept.
+        return origins.astype(np.float32, order="C"), directions.astype(np.float32, order="C")
 
     def __repr__(self) -> str:
         """Say how large its pictures are."""

@@ -39,7 +39,18 @@ impl Run {
         run.progress.add(samples, eye_rays + shadow_rays);
         run.render_time = Duration::try_from_secs_f64(record.render_s).unwrap_or_default();
         run.first_block_time = Some(Duration::ZERO);
+        run.expect_replicates();
         run
+    }
+
+    /// Expects the work up to the next look, and the samples of films that were discarded on the way.
+    fn expect_replicates(&self) {
+        let film = self.prepared.settings().film;
+        let pixels = u64::from(film.width) * u64::from(film.height);
+        let ahead = self.halves.as_ref().map_or(0, Halves::samples).min(MOST_SPP.into());
+        let held: u64 = self.films.iter().map(|film| film.film().spread().1).sum();
+        let discarded = self.counters().samples.saturating_sub(held);
+        self.progress.expect(ahead * pixels + discarded);
     }
 
     /// The saved state of a run: its replicates, films, and pictures.
@@ -113,9 +124,7 @@ impl Run {
             early: false,
         };
         self.reached = error.map(reached).or(self.reached);
-        let film = self.prepared.settings().film;
-        let spent = self.spent.samples / (u64::from(film.width) * u64::from(film.height));
-        self.expect(samples.min(MOST_SPP.into()) + spent);
+        self.expect_replicates();
         done || samples > MOST_SPP.into() || self.time_is_over(started)
     }
 

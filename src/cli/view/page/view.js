@@ -332,7 +332,7 @@ canvas.onpointerup = event => {
   divider = -1;
 };
 canvas.onpointercancel = event => fingers.delete(event.pointerId);
-canvas.onpointerleave = () => { over = null; pointer(); };
+canvas.onpointerleave = () => { over = null; clearTimeout(resting); pointer(); };
 canvas.oncontextmenu = event => event.preventDefault();
 canvas.ondblclick = event => {
   if (tool !== "camera") return;

@@ -100,7 +100,8 @@ fn exr(path: &Path, facts: &mut Facts) -> Result<(), CliError> {
     let meta = MetaData::read_from_file(path, false).map_err(|error| broken(path, "EXR", error))?;
     put(facts, "format", "OpenEXR, linear radiance");
     if let [header] = &meta.headers[..] {
-        return Ok(part(header, "", facts));
+        part(header, "", facts);
+        return Ok(());
     }
     put(facts, "parts", meta.headers.len());
     for (number, header) in (1..).zip(&meta.headers) {

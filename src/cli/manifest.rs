@@ -78,11 +78,11 @@ pub fn read(path: &Path) -> Result<Vec<Request>, CliError> {
     let mut inputs = Inputs::named_by(wanted.iter().map(|one| &one.scene));
     inputs.add(Inputs::of("this batch", [path.to_owned(), notes_beside(path)]));
     let mut made = Vec::new();
-    let folders = wanted.iter().flat_map(|one| one.targets.all());
-    let folders = folders.map(|output| make_folder(output, &mut made)).collect();
-    let looked = Result::and_then(folders, |()| {
-        outputs::look(wanted.iter().map(|one| &one.targets), &inputs)
-    });
+    let folders = wanted
+        .iter()
+        .flat_map(|one| one.targets.all())
+        .try_for_each(|output| make_folder(output, &mut made));
+    let looked = folders.and_then(|()| outputs::look(wanted.iter().map(|one| &one.targets), &inputs));
     if looked.is_err() {
         // What is refused leaves nothing behind. Folders that something is in by now stay.
         made.iter().rev().for_each(|folder| _ = std::fs::remove_dir(folder));

@@ -31,6 +31,8 @@ pub struct World {
     pub line: LinearScene,
     /// Whether occluders are culled for all rays of a tile at once.
     pub culls: bool,
+    /// See [`Intersector::shafts`].
+    pub by_shaft: bool,
     /// Surface properties, meshes first, then spheres.
     pub surfaces: Vec<SurfaceRecord>,
     /// Geometry index of the spheres; equals the number of meshes.
@@ -279,6 +281,9 @@ impl World {
         if in_line {
             line.set_spheres(spheres.clone(), sphere_geometry);
         }
+        if intersector.shafts {
+            line.sort_spheres();
+        }
         if accel == AccelKind::Embree {
             builder.set_spheres(spheres)?;
         }
@@ -286,6 +291,7 @@ impl World {
             accel: builder.commit()?,
             line,
             culls: intersector.culls(),
+            by_shaft: intersector.shafts,
             surfaces,
             sphere_geometry,
             sphere_numbers,

@@ -37,7 +37,7 @@ impl Candidates {
         let to: [f32; 3] = std::array::from_fn(|k| self.target.center[k] - from.center[k]);
         let length = to.iter().map(|x| x * x).sum::<f32>().sqrt();
         let slope = (self.target.radius - from.radius) / length;
-        if !(slope.abs() < 0.9) {
+        if !slope.is_finite() || slope.abs() > 0.9 {
             near.balls.extend(&self.balls);
             return;
         }

@@ -42,6 +42,8 @@ pub(super) struct Plane {
     offset: f32,
     /// The [`norm1`] of the normal, or more if the rounding error of the normal exceeds its [`MARGIN`].
     size: f32,
+    /// Length of the normal.
+    pub length: f32,
 }
 
 /// Rounding error of the cross product of two unit directions: 8 half-ulps, in units of [`MARGIN`]. The directions to the corners
@@ -75,6 +77,7 @@ impl LinearScene {
                 normal: inward,
                 offset: 0.0,
                 size: norm1(inward) + ROUNDED,
+                length: length(inward),
             }
         });
         set.clear();
@@ -257,6 +260,10 @@ fn hull_of<'a>(a: &Bounds, b: &Bounds, planes: &'a mut [Plane; 12]) -> &'a [Plan
             known += usize::from(supports);
         }
     }
+    // Of the known ones only: it takes a root.
+    for plane in &mut planes[..known] {
+        plane.length = length(plane.normal);
+    }
     &planes[..known]
 }
 
@@ -275,6 +282,7 @@ fn support(a: &Bounds, b: &Bounds, x: usize, y: usize, high: [bool; 2]) -> (Plan
         normal,
         offset: offset(px, py).min(offset(qx, qy)),
         size: norm1(normal),
+        length: 0.0,
     };
     (plane, (dx < 0.0) & (dy > 0.0) | (dx > 0.0) & (dy < 0.0))
 }

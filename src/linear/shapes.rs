@@ -153,7 +153,7 @@ pub fn balls_outside<L: Lane>(balls: &Columns<4>, at: usize, bounds: &Bounds) ->
 pub fn balls_behind<L: Lane>(balls: &Columns<4>, at: usize, plane: &Plane) -> L::Mask {
     let center: Vec3<L> = balls.get3(CENTER, at);
     let radius = mutate!(balls.get::<L>(RADIUS, at), BallsAsPoints => L::zero());
-    let reach = L::splat(length(plane.normal) * (1.0 + MARGIN)) * radius;
+    let reach = L::splat(plane.length * (1.0 + MARGIN)) * radius;
     let limit = plane.limit(center.x.abs() + center.y.abs() + center.z.abs());
     (center.dot(Vec3::splat(plane.normal)) + reach).lt(limit)
 }

@@ -14,6 +14,9 @@ pub const IN_LINE: usize = 128;
 /// one and spheres by a hierarchy.
 const IN_SHAFT: usize = 512;
 
+/// And up to this many spheres: at 4096 lights a sample took 0.82 of the time with Embree, at 65 536 1.24 (docs/many-lights.md).
+const BALLS_IN_SHAFT: usize = 16_384;
+
 /// The intersector, and whether occluders are culled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Intersector {
@@ -37,7 +40,11 @@ impl Intersector {
             (None, false) => format!("{shapes} shapes are more than {IN_LINE}, up to which all are tested one by one"),
         };
         let accel = accel.unwrap_or(if few { AccelKind::Linear } else { AccelKind::Embree });
-        let shafts = accel == AccelKind::Embree && lists && shapes > FEW && triangles <= IN_SHAFT;
+        let shafts = accel == AccelKind::Embree
+            && lists
+            && shapes > FEW
+            && triangles <= IN_SHAFT
+            && shapes - triangles <= BALLS_IN_SHAFT;
         let can_cull = accel == AccelKind::Linear || shapes <= FEW || shafts;
         let chosen = Self {
             accel,

@@ -60,6 +60,7 @@ impl LightTree {
         bounds
     }
 
+    #[expect(clippy::type_complexity, reason = "position, normal and lobe")]
     /// Walks from the root to a leaf in each active lane. `number` in [0, 1) is used up.
     #[inline(always)]
     pub fn walk<L: Lane>(
@@ -104,7 +105,7 @@ impl LightTree {
             let walking = L::Mask::from_bitmask(still);
             chance = L::select(walking, (chance * taken).or_zero(open), chance);
             for lane in open.lanes() {
-                let second = u32::from(!((left.to_bitmask() >> lane) & 1 == 1));
+                let second = 1 - ((left.to_bitmask() >> lane) & 1);
                 at[lane] = first[lane] + second;
             }
         }

@@ -259,10 +259,14 @@ impl ListAddress {
     pub fn new(numbers: &PassBlock, tile: &Tile, colour: u32, pass: u32, tossed: bool) -> Self {
         let stratified = numbers.one_coin();
         let index = if stratified && tossed { pass / 2 } else { pass };
+        let (colour, index) = (
+            mutate!(colour, ColorsShareLists => 0),
+            mutate!(index, PassesShareLists => 0),
+        );
         Self {
             seed: numbers.seed(),
-            group: 2 * tile.number() + mutate!(colour, ColorsShareLists => 0),
-            index: mutate!(index, PassesShareLists => 0),
+            group: 2 * tile.number() + colour,
+            index,
             stratified,
         }
     }

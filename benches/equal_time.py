@@ -71,15 +71,15 @@ def main():
                 seconds = (statistics.mean(f["cpu_s"] for f, _ in both) - one["cpu_s"]) * spp / (spp - 1)
                 row.append((seconds, *(picture for _, picture in both), both[0][0]))
             rounds.append(row)
-    print(f"{args.scene}, {args.size}, {args.threads} thread, {args.rounds} rounds; commit {about['commit']}, {about['cpu']}, {about['lanes']} "
-          f"lanes, load {os.getloadavg()[0]:.1f}, {100 * bright.mean():.1f} % of the pixels left out\n\n| way | seconds | rays a sample | relMSE | relMSE x s | over the first | mean |\n|---|---|---|---|---|---|---|")
-    first = None
     # Pixels that show lights, and their neighbors.
     bright = np.mean([picture for row in rounds for way in row for picture in way[1:3]], axis=0).max(axis=2)
     bright = bright > 4 * np.median(bright)
     for axis in (0, 1):
         bright = bright | np.roll(bright, 1, axis) | np.roll(bright, -1, axis)
     dull = ~bright
+    print(f"{args.scene}, {args.size}, {args.threads} thread, {args.rounds} rounds; commit {about['commit']}, {about['cpu']}, {about['lanes']} "
+          f"lanes, load {os.getloadavg()[0]:.1f}, {100 * bright.mean():.1f} % of the pixels left out\n\n| way | seconds | rays a sample | relMSE | relMSE x s | over the first | mean |\n|---|---|---|---|---|---|---|")
+    first = None
     for k, way in enumerate(args.ways):
         mean = np.mean([picture for row in rounds for picture in row[k][1:3]], axis=0)
         error = [float(np.mean(((row[k][1] - row[k][2]) ** 2 / 2 / (mean**2 + 1e-4))[dull])) for row in rounds]

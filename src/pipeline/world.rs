@@ -29,9 +29,8 @@ pub struct World {
     pub accel: Accel,
     /// The shapes for brute force; empty unless brute force traces or culls.
     pub line: LinearScene,
-    /// Whether occluders are culled for all rays of a tile at once.
+    /// Whether occluders are culled for all rays of a tile at once; see [`Intersector::shafts`] for the other.
     pub culls: bool,
-    /// See [`Intersector::shafts`].
     pub by_shaft: bool,
     /// Surface properties, meshes first, then spheres.
     pub surfaces: Vec<SurfaceRecord>,

@@ -116,6 +116,22 @@ impl SphereLight {
 }
 
 impl<L: Lane> View<L> {
+    /// A light of its own for each lane.
+    #[cfg(feature = "rival")]
+    #[inline(always)]
+    pub fn of(to_center: Vec3<L>, radius: L) -> Self {
+        let squared = to_center.length_squared();
+        let distance = squared.sqrt();
+        Self {
+            to_center,
+            squared,
+            distance,
+            radius,
+            power: (distance - radius) * (distance + radius),
+            near: false,
+        }
+    }
+
     /// Lanes inside or on the light.
     #[inline(always)]
     pub fn inside(&self) -> L::Mask {

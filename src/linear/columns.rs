@@ -7,7 +7,7 @@ use crate::math::Vec3;
 const LANES: usize = 16;
 
 /// `K` numbers per shape, padded with zeros.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Columns<const K: usize> {
     blocks: Vec<[[f32; LANES]; K]>,
     len: usize,
@@ -25,6 +25,12 @@ impl<const K: usize> Columns<K> {
             column[lane] = number;
         }
         self.len += 1;
+    }
+
+    /// Removes all shapes.
+    pub fn clear(&mut self) {
+        self.blocks.clear();
+        self.len = 0;
     }
 
     /// Number of shapes.

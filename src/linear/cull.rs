@@ -2,6 +2,7 @@
 //! hit is never culled. Each test processes one shape per lane: one by one, branch mispredictions cost more than the tests. The
 //! lane count does not change the results. Nothing here is inlined into kernels, so lanes that need AVX-512 use [`Lane::Plain`].
 
+use super::shapes::{balls_behind, balls_outside};
 use super::{Candidates, LinearScene};
 use crate::lane::{Lane, Mask};
 use crate::math::Vec3;
@@ -41,6 +42,8 @@ pub(super) struct Plane {
     offset: f32,
     /// The [`norm1`] of the normal, or more if the rounding error of the normal exceeds its [`MARGIN`].
     size: f32,
+    /// Length of the normal.
+    pub length: f32,
 }
 
 /// Rounding error of the cross product of two unit directions: 8 half-ulps, in units of [`MARGIN`]. The directions to the corners
@@ -74,6 +77,7 @@ impl LinearScene {
                 normal: inward,
                 offset: 0.0,
                 size: norm1(inward) + ROUNDED,
+                length: length(inward),
             }
         });
         set.clear();
@@ -88,7 +92,7 @@ impl LinearScene {
         }
         for (at, mut kept) in self.shapes.balls.packets::<L>() {
             for plane in &planes {
-                kept = kept & !self.shapes.balls_behind::<L>(at, plane);
+                kept = kept & !balls_behind::<L>(&self.shapes.balls, at, plane);
             }
             set.balls.extend(kept.lanes().map(|lane| (at + lane) as u32));
         }
@@ -126,6 +130,7 @@ impl LinearScene {
         let mut hull = [Plane::default(); 12];
         let planes = hull_of(&points.bounds, &target, &mut hull);
         set.clear();
+        set.culled = true;
         for (at, lanes) in shapes.triangles.packets::<L>() {
             let mut kept = lanes & !shapes.outside::<L>(at, &around);
             if skip_id != NO_SKIP_ID {
@@ -141,13 +146,23 @@ impl LinearScene {
             }
             self.take::<L>(at, kept, set);
         }
+        if let Some(tree) = &self.tree {
+            set.target = *light;
+            tree.visit(&around, planes, &mut |ball, numbers| {
+                if ball != skip_id {
+                    set.balls.push(ball);
+                    set.columns.push(numbers);
+                }
+            });
+            return;
+        }
         for (at, lanes) in shapes.balls.packets::<L>() {
-            let mut kept = lanes & !shapes.balls_outside::<L>(at, &around);
+            let mut kept = lanes & !balls_outside::<L>(&shapes.balls, at, &around);
             for plane in planes {
                 if kept.none() {
                     break;
                 }
-                kept = kept & !self.shapes.balls_behind::<L>(at, plane);
+                kept = kept & !balls_behind::<L>(&self.shapes.balls, at, plane);
             }
             let kept = kept.lanes().map(|lane| (at + lane) as u32);
             set.balls.extend(kept.filter(|&ball| ball != skip_id));
@@ -208,7 +223,7 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    fn of_ball(ball: &Ball) -> Self {
+    pub(super) fn of_ball(ball: &Ball) -> Self {
         let reach = ball.radius * (1.0 + MARGIN);
         Self {
             low: ball.center.map(|c| c - reach),
@@ -216,7 +231,7 @@ impl Bounds {
         }
     }
 
-    fn around(self, other: &Self) -> Self {
+    pub(super) fn around(self, other: &Self) -> Self {
         Self {
             low: std::array::from_fn(|k| self.low[k].min(other.low[k])),
             high: std::array::from_fn(|k| self.high[k].max(other.high[k])),
@@ -245,6 +260,10 @@ fn hull_of<'a>(a: &Bounds, b: &Bounds, planes: &'a mut [Plane; 12]) -> &'a [Plan
             known += usize::from(supports);
         }
     }
+    // Of the known ones only: it takes a root.
+    for plane in &mut planes[..known] {
+        plane.length = length(plane.normal);
+    }
     &planes[..known]
 }
 
@@ -263,6 +282,7 @@ fn support(a: &Bounds, b: &Bounds, x: usize, y: usize, high: [bool; 2]) -> (Plan
         normal,
         offset: offset(px, py).min(offset(qx, qy)),
         size: norm1(normal),
+        length: 0.0,
     };
     (plane, (dx < 0.0) & (dy > 0.0) | (dx > 0.0) & (dy < 0.0))
 }

@@ -4,10 +4,14 @@
 //! for a whole tile. The plan decides by the number of shapes.
 
 mod columns;
+mod crowd;
 pub mod cull;
 mod shapes;
+mod tree;
 
+use columns::Columns;
 use shapes::Shapes;
+use tree::BallTree;
 
 use crate::lane::{Bits, Lane, Mask};
 use crate::math::Vec3;
@@ -36,6 +40,8 @@ pub struct LinearScene {
     spheres: Vec<Sphere>,
     /// The same shapes in the layout for [`cull`].
     shapes: Shapes,
+    /// A hierarchy over the spheres, which are then not in [`Self::shapes`].
+    tree: Option<BallTree>,
     /// The geometry index of spheres in hits.
     sphere_geometry: u32,
 }
@@ -47,6 +53,11 @@ pub struct Candidates {
     /// Triangles with a skip id; separate, so that the skip test is needed only for these.
     lights: Vec<u32>,
     balls: Vec<u32>,
+    /// With a hierarchy, center and radius of each of these spheres, and the light that the rays end at.
+    columns: Columns<4>,
+    target: Ball,
+    /// Whether shapes were left out: the set is for rays between some points and a light alone.
+    culled: bool,
 }
 
 impl Candidates {
@@ -60,10 +71,18 @@ impl Candidates {
         self.len() == 0
     }
 
-    fn clear(&mut self) {
+    /// Removes all shapes.
+    pub fn clear(&mut self) {
         self.triangles.clear();
         self.lights.clear();
         self.balls.clear();
+        self.columns.clear();
+        self.culled = false;
+    }
+
+    /// Whether the set is for rays between some points and a light alone.
+    pub fn is_culled(&self) -> bool {
+        self.culled
     }
 
     /// Indices of the triangles without a skip id.
@@ -79,6 +98,13 @@ impl LinearScene {
         let balls: Vec<Ball> = self.spheres.iter().map(|sphere| sphere.ball).collect();
         self.shapes.set_balls(&balls);
         self.sphere_geometry = sphere_geometry;
+    }
+
+    /// Sorts the spheres into a hierarchy. Afterwards only shafts are culled, not the view of a tile.
+    pub fn sort_spheres(&mut self) {
+        let balls: Vec<Ball> = self.spheres.iter().map(|sphere| sphere.ball).collect();
+        self.tree = Some(BallTree::new(&balls));
+        self.shapes.set_balls(&[]);
     }
 
     /// Adds the triangles of a mesh; `skip_ids` are their skip ids, if any.

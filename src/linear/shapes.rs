@@ -88,14 +88,6 @@ impl Shapes {
         bounds.apart::<L>(self.triangles.get3(LOW, at), self.triangles.get3(HIGH, at))
     }
 
-    /// Spheres outside a box.
-    pub fn balls_outside<L: Lane>(&self, at: usize, bounds: &Bounds) -> L::Mask {
-        let center: Vec3<L> = self.balls.get3(CENTER, at);
-        let reach = self.balls.get::<L>(RADIUS, at) * L::splat(1.0 + MARGIN);
-        let reach = Vec3::new(reach, reach, reach);
-        bounds.apart(center - reach, center + reach)
-    }
-
     /// Triangles entirely behind a plane.
     pub fn behind<L: Lane>(&self, at: usize, plane: &Plane) -> L::Mask {
         let limit = plane.limit::<L>(self.triangles.get(REACH, at));
@@ -105,15 +97,6 @@ impl Shapes {
         };
         let [a, b, c] = [behind(0), behind(1), behind(2)];
         mutate!(a & b & c, OneCornerBehind => a | b | c)
-    }
-
-    /// Spheres entirely behind a plane.
-    pub fn balls_behind<L: Lane>(&self, at: usize, plane: &Plane) -> L::Mask {
-        let center: Vec3<L> = self.balls.get3(CENTER, at);
-        let radius = mutate!(self.balls.get::<L>(RADIUS, at), BallsAsPoints => L::zero());
-        let reach = L::splat(length(plane.normal) * (1.0 + MARGIN)) * radius;
-        let limit = plane.limit(center.x.abs() + center.y.abs() + center.z.abs());
-        (center.dot(Vec3::splat(plane.normal)) + reach).lt(limit)
     }
 
     /// Triangles that no ray from the origin between these unit directions hits, because all such rays pass outside the same edge.
@@ -156,4 +139,21 @@ impl Shapes {
         let slack = L::splat(MARGIN) * slack;
         [low - slack, high + slack]
     }
+}
+
+/// Spheres outside a box.
+pub fn balls_outside<L: Lane>(balls: &Columns<4>, at: usize, bounds: &Bounds) -> L::Mask {
+    let center: Vec3<L> = balls.get3(CENTER, at);
+    let reach = balls.get::<L>(RADIUS, at) * L::splat(1.0 + MARGIN);
+    let reach = Vec3::new(reach, reach, reach);
+    bounds.apart(center - reach, center + reach)
+}
+
+/// Spheres entirely behind a plane.
+pub fn balls_behind<L: Lane>(balls: &Columns<4>, at: usize, plane: &Plane) -> L::Mask {
+    let center: Vec3<L> = balls.get3(CENTER, at);
+    let radius = mutate!(balls.get::<L>(RADIUS, at), BallsAsPoints => L::zero());
+    let reach = L::splat(plane.length * (1.0 + MARGIN)) * radius;
+    let limit = plane.limit(center.x.abs() + center.y.abs() + center.z.abs());
+    (center.dot(Vec3::splat(plane.normal)) + reach).lt(limit)
 }

@@ -1,6 +1,7 @@
 //! Chooses the intersector and whether to cull occluders. No other code decides this.
 
 use crate::linear::FEW;
+use crate::scene::Features;
 use crate::settings::AccelKind;
 
 /// The brute-force intersector is the default up to this number of shapes. With 32, 64, 128 and 256 spheres strewn over a floor
@@ -9,6 +10,13 @@ use crate::settings::AccelKind;
 /// scenes that crowd into one tile.
 pub const IN_LINE: usize = 128;
 
+/// With lists of lights and up to this many triangles, a shadow ray is tested against the shapes that culling leaves, triangles one by
+/// one and spheres by a hierarchy.
+const IN_SHAFT: usize = 512;
+
+/// And up to this many spheres: at 4096 lights a sample took 0.82 of the time with Embree, at 65 536 1.24 (docs/many-lights.md).
+const BALLS_IN_SHAFT: usize = 16_384;
+
 /// The intersector, and whether occluders are culled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Intersector {
@@ -16,12 +24,15 @@ pub struct Intersector {
     pub accel: AccelKind,
     /// Whether occluders are culled for all rays of a tile at once; `None` if there are too many shapes to cull.
     pub cull: Option<bool>,
+    /// Whether shadow rays to lights are tested against the shapes that culling leaves, although Embree traces all other rays.
+    pub shafts: bool,
 }
 
 impl Intersector {
     /// Chooses for this number of shapes and states the reason. `accel` forces an intersector. `cull` requests culling where
     /// it is possible.
-    pub fn choose(shapes: usize, accel: Option<AccelKind>, cull: bool) -> (Self, String) {
+    pub fn choose(features: &Features, lists: bool, accel: Option<AccelKind>, cull: bool) -> (Self, String) {
+        let Features { shapes, triangles, .. } = *features;
         let few = shapes <= IN_LINE;
         let why = match (accel, few) {
             (Some(forced), _) => format!("--accel {} was asked for", forced.name()),
@@ -29,9 +40,18 @@ impl Intersector {
             (None, false) => format!("{shapes} shapes are more than {IN_LINE}, up to which all are tested one by one"),
         };
         let accel = accel.unwrap_or(if few { AccelKind::Linear } else { AccelKind::Embree });
-        let can_cull = accel == AccelKind::Linear || shapes <= FEW;
-        let cull = can_cull.then_some(cull);
-        (Self { accel, cull }, why)
+        let shafts = accel == AccelKind::Embree
+            && lists
+            && shapes > FEW
+            && triangles <= IN_SHAFT
+            && shapes - triangles <= BALLS_IN_SHAFT;
+        let can_cull = accel == AccelKind::Linear || shapes <= FEW || shafts;
+        let chosen = Self {
+            accel,
+            cull: can_cull.then_some(cull),
+            shafts: shafts && cull,
+        };
+        (chosen, why)
     }
 
     /// Whether occluders are culled.

@@ -174,6 +174,14 @@ fn kinds<D: Directions<M>, M: Probed>((needs, lists): (Effects, bool)) -> Vec<Ke
         .into_iter()
         .filter(|(kind, _)| needs.has(*kind) && !in_lists(*kind));
     let listed = lists.then(Kernel::of::<listed::PerListed<D::Listed, M>>);
+    #[cfg(feature = "rival")]
+    let listed = listed.map(|listed| {
+        if std::env::var_os("OCTOLUX_RIVAL").is_some() {
+            Kernel::of::<super::stage::walked::PerWalked<M>>()
+        } else {
+            listed
+        }
+    });
     listed.into_iter().chain(there.map(|(_, row)| row)).collect()
 }
 

@@ -153,7 +153,10 @@ impl Plan {
             lights,
             ..
         } = *settings;
-        let (intersector, why) = Intersector::choose(features.shapes, accel, cull);
+        let lists = lights
+            .list_of(features.emitters)
+            .filter(|_| !features.nothing_in_sight());
+        let (intersector, why) = Intersector::choose(features, lists.is_some(), accel, cull);
         let accel = intersector.accel;
         let (lanes, note) = machine.lanes(accel, lanes)?;
         let together = match accel {
@@ -162,9 +165,6 @@ impl Plan {
         };
         let why = note.into_iter().fold(why, |why, note| format!("{why}; {note}"));
         let needs = features.effects().union(forced);
-        let lists = lights
-            .list_of(features.emitters)
-            .filter(|_| !features.nothing_in_sight());
         let pairs =
             2 + if let (true, Some(length)) = (estimator.per_light(), lists) {
                 length + features.unlisted() as u32

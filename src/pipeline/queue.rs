@@ -1,11 +1,14 @@
 //! Queues of rays, each with its contribution, that wait to be traced.
 
+use std::ops::Range;
+
 use super::columns::{Columns, Room};
 use super::stream::Address;
 use crate::estimator::ShadingPoint;
 use crate::estimator::per_light::Contribution;
 use crate::lane::Lane;
 use crate::math::Vec3;
+use crate::shape::Ball;
 
 /// Waiting rays, in `K` columns.
 #[derive(Debug)]
@@ -65,6 +68,16 @@ impl<const K: usize> Queue<K> {
     /// Iterates over the rays.
     pub fn each(&self) -> impl Iterator<Item = QueuedRays<f32>> {
         (0..self.len()).map(|at| self.rays::<f32>(at, at).1)
+    }
+
+    /// A bounding sphere of the origins of some rays, at most 16.
+    pub fn origins(&self, some: Range<usize>) -> Ball {
+        let mut points = [[0.0; 3]; 16];
+        let number = some.len();
+        for (point, at) in points.iter_mut().zip(some) {
+            *point = self.0.get3::<f32>(0, at).lane(0);
+        }
+        Ball::around(&points[..number])
     }
 
     #[inline(always)]

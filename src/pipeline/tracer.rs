@@ -77,8 +77,11 @@ impl Tracer for ByEmbree {
 
     #[inline(always)]
     fn cull_for_tile<L: Lane>(_: &World, _: &Tile, _: &mut Candidates) {}
+    /// Marks the set as not culled.
     #[inline(always)]
-    fn keep_all(_: &World, _: &mut Candidates) {}
+    fn keep_all(_: &World, set: &mut Candidates) {
+        set.clear();
+    }
 
     #[inline(always)]
     fn nearest<L: TraceLane>(
@@ -111,9 +114,16 @@ impl Tracer for ByEmbree {
     }
 
     #[inline(always)]
-    fn occluded<L: TraceLane>(world: &World, _: &Candidates, active: L::Mask, ray: &Ray<L>) -> L::Mask {
+    fn occluded<L: TraceLane>(world: &World, set: &Candidates, active: L::Mask, ray: &Ray<L>) -> L::Mask {
+        if world.by_shaft && set.is_culled() {
+            return world.line.occluded(set, active, ray);
+        }
         // With lists, the rays of a packet go from one tile to one light.
-        let alike = if world.lists.is_some() {
+        #[cfg(not(feature = "rival"))]
+        let shared = world.lists.is_some();
+        #[cfg(feature = "rival")]
+        let shared = world.lists.as_ref().is_some_and(|lists| lists.guide.is_none());
+        let alike = if shared {
             Coherence::Coherent
         } else {
             Coherence::Incoherent

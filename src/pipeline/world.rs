@@ -29,8 +29,9 @@ pub struct World {
     pub accel: Accel,
     /// The shapes for brute force; empty unless brute force traces or culls.
     pub line: LinearScene,
-    /// Whether occluders are culled for all rays of a tile at once.
+    /// Whether occluders are culled for all rays of a tile at once; see [`Intersector::shafts`] for the other.
     pub culls: bool,
+    pub by_shaft: bool,
     /// Surface properties, meshes first, then spheres.
     pub surfaces: Vec<SurfaceRecord>,
     /// Geometry index of the spheres; equals the number of meshes.
@@ -279,6 +280,9 @@ impl World {
         if in_line {
             line.set_spheres(spheres.clone(), sphere_geometry);
         }
+        if intersector.shafts {
+            line.sort_spheres();
+        }
         if accel == AccelKind::Embree {
             builder.set_spheres(spheres)?;
         }
@@ -286,6 +290,7 @@ impl World {
             accel: builder.commit()?,
             line,
             culls: intersector.culls(),
+            by_shaft: intersector.shafts,
             surfaces,
             sphere_geometry,
             sphere_numbers,

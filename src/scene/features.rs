@@ -20,6 +20,8 @@ pub struct Features {
     pub emitters: usize,
     /// Triangles and spheres of any kind.
     pub shapes: usize,
+    /// Triangles of any kind.
+    pub triangles: usize,
     /// Spheres and meshes of any kind.
     pub bodies: usize,
     /// Those of them outside the view.
@@ -58,7 +60,8 @@ impl Features {
             found.counts[effect as usize] += 1;
         }
         found.bodies = scene.spheres().len() + scene.meshes().len();
-        found.shapes = scene.spheres().len() + scene.meshes().iter().map(|m| m.triangles.len()).sum::<usize>();
+        found.triangles = scene.meshes().iter().map(|mesh| mesh.triangles.len()).sum();
+        found.shapes = scene.spheres().len() + found.triangles;
         found
     }
 

@@ -4,7 +4,7 @@ use crate::lane::{Lane, Mask};
 use crate::math::Vec3;
 
 /// A sphere.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Ball {
     /// Center.
     pub center: [f32; 3],

@@ -8,7 +8,7 @@ use octolux::scene::{EstimatorKind, SamplerKind, Scene};
 use octolux::settings::LightsAsked;
 
 use super::Family;
-use super::runs::{Runs, names, settings};
+use super::runs::{Runs, names, rendered, settings};
 
 /// A floor, a wall with a hole in it, a dull ball, a polished ball and a blend, under `spheres` small lights on both sides of the wall and
 /// a mesh of `triangles` triangles that emits.
@@ -111,4 +111,54 @@ pub fn agree(mut family: Family, (spheres, triangles): (u32, u32), length: u8, s
         }
     }
     family.judge();
+}
+
+/// The noise of lists of one light is that of the lists. So the two colors of a tile, and passes, would show that they share lists: the
+/// noise of colors is not correlated, and the variance of 16 passes is far below that of one.
+///
+/// Of 60 seeds of 15 tiles the correlation of independent noise has a standard deviation of about `1 / sqrt(15 59) = 0.034`, some
+/// times that for its long tails; it is 1 with one list. The ratio of variances is 1 if all passes share a list and 16 or more if they
+/// share none. The seeds are fixed, so the bounds hold always or never.
+pub fn apart() {
+    const SEEDS: usize = 60;
+    let scene = scene(200, 0);
+    let base = Settings {
+        lights: LightsAsked::List(1),
+        ..settings(80, 48, EstimatorKind::Light)
+    };
+    let tiles = |seed: usize, passes: u32| -> Vec<[f64; 2]> {
+        let seed = seed as u32 + 1;
+        let picture = rendered(&scene, Settings { seed, ..base }, passes).picture();
+        let mut sums = vec![[0.0; 2]; 15];
+        for y in 0..48 {
+            for x in 0..80 {
+                sums[y / 16 * 5 + x / 16][(x ^ y) & 1] += f64::from(picture.pixels[80 * y + x].iter().sum::<f32>());
+            }
+        }
+        sums
+    };
+    let noise = |passes: u32| -> Vec<[f64; 2]> {
+        let all: Vec<Vec<[f64; 2]>> = (0..SEEDS).map(|seed| tiles(seed, passes)).collect();
+        let mut noise = Vec::new();
+        for tile in 0..15 {
+            let mean = |colour: usize| all.iter().map(|sums| sums[tile][colour]).sum::<f64>() / SEEDS as f64;
+            let means = [mean(0), mean(1)];
+            let both = means[0] + means[1];
+            noise.extend(all.iter().map(|sums| [0, 1].map(|k| (sums[tile][k] - means[k]) / both)));
+        }
+        noise
+    };
+    let one = noise(1);
+    let product = |i: usize, j: usize, of: &[[f64; 2]]| of.iter().map(|pair| pair[i] * pair[j]).sum::<f64>();
+    let correlation = product(0, 1, &one) / (product(0, 0, &one) * product(1, 1, &one)).sqrt();
+    assert!(
+        correlation.abs() < 0.25,
+        "the colors of a tile share lists: correlation {correlation}"
+    );
+    let many = noise(16);
+    let ratio = product(0, 0, &one) / product(0, 0, &many);
+    assert!(
+        ratio > 6.0,
+        "passes share lists: 16 have 1/{ratio} of the variance of one"
+    );
 }

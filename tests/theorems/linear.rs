@@ -208,3 +208,83 @@ fn culling_for_a_tile_changes_no_answer() {
     assert!(kept * 2 < of, "{kept} of {of} shapes kept: culling does nothing");
     assert!(met > 10_000, "only {met} rays meet anything: the test sees nothing");
 }
+
+/// Spheres of one size, of many sizes, in clusters and at one place: a hierarchy of them keeps exactly those that a list keeps, and the
+/// selection for a few rays changes no answer.
+#[test]
+fn a_hierarchy_of_spheres_changes_no_answer() {
+    let mut rng = Pcg64::seed_from_u64(4);
+    let (mut kept, mut of, mut selected, mut crowds, mut blocked) = (0, 0, 0, 0, 0);
+    for round in 0..200 {
+        let number = [1, 7, 8, 9, 65, 600, 2000][round % 7];
+        let spread = [4.0, 0.5, 0.0, 4.0, 4.0][round % 5];
+        let balls: Vec<Ball> = (0..number)
+            .map(|_| Ball {
+                center: point(&mut rng, 4.0).map(|x| if spread > 0.0 { x * spread / 4.0 } else { 3.0 }),
+                radius: 10.0_f32.powf(rng.random_range(-2.5..-1.0)),
+            })
+            .collect();
+        let (mut line, mut sorted) = (LinearScene::default(), LinearScene::default());
+        line.set_spheres(balls.clone(), 0);
+        sorted.set_spheres(balls.clone(), 0);
+        sorted.sort_spheres();
+        let mut all = Candidates::default();
+        line.all(&mut all);
+        let corner = point(&mut rng, 4.0);
+        let size = 10.0_f32.powf(rng.random_range(-3.0..0.3));
+        let skip_id = rng.random_range(0..number);
+        let light = balls[skip_id as usize];
+        let bounds = Bounds {
+            low: corner,
+            high: corner.map(|x| x + size),
+        };
+        let (mut survey, mut set, mut from_tree) = (Points::default(), Candidates::default(), Candidates::default());
+        line.look::<F32x8>(bounds, &mut survey);
+        line.in_shaft::<F32x8>(&survey, &light, skip_id, &mut set);
+        sorted.in_shaft::<F32x8>(&survey, &light, skip_id, &mut from_tree);
+        assert_eq!(
+            set.len(),
+            from_tree.len(),
+            "of {number} spheres, from {corner:?} + {size}"
+        );
+        kept += set.len();
+        of += all.len();
+        for _ in 0..8 {
+            // Neighbors in a part of the box.
+            let part: [f32; 3] = std::array::from_fn(|k| corner[k] + size * rng.random_range(0.0..0.8));
+            let origins: Vec<[f32; 3]> = (0..8)
+                .map(|_| std::array::from_fn(|k| part[k] + 0.2 * size * rng.random_range(0.0..1.0)))
+                .collect();
+            let mut near = from_tree.without_balls();
+            from_tree.narrow(&Ball::around(&origins), &mut near);
+            selected += near.len();
+            crowds += from_tree.len();
+            let mut each = origins.iter();
+            let origin = lanes(|| *each.next().unwrap());
+            let to = lanes(|| {
+                let v: [f32; 3] = std::array::from_fn(|_| rng.random_range(-1.0..1.0));
+                let length = v.iter().map(|x| x * x).sum::<f32>().sqrt().max(1.0);
+                std::array::from_fn(|k| light.center[k] + light.radius * v[k] / length)
+            });
+            let ray = Ray {
+                origin,
+                direction: to - origin,
+                tfar: F32x8::one(),
+                skip_id: U32x8::splat(skip_id),
+            };
+            let active = Mask::splat(true);
+            let full = line.occluded(&all, active, &ray).to_bitmask();
+            for (candidates, line) in [(&set, &line), (&from_tree, &sorted), (&near, &sorted)] {
+                let found = line.occluded(candidates, active, &ray).to_bitmask();
+                assert_eq!(found, full, "of {number} spheres, from {part:?} + {size}");
+            }
+            blocked += full.count_ones();
+        }
+    }
+    assert!(kept * 2 < of, "{kept} of {of} spheres kept: culling does nothing");
+    assert!(
+        selected < crowds,
+        "{selected} of {crowds} selected: selecting does nothing"
+    );
+    assert!(blocked > 1_000, "only {blocked} rays blocked: the test sees nothing");
+}

@@ -1,7 +1,7 @@
 //! Lists of lights: the mean of all lights, the same bits for everyone, and nothing at all where lights are few.
 
 use crate::proof::Family;
-use crate::proof::many_lights::{agree, scene};
+use crate::proof::many_lights::{agree, apart, scene};
 use crate::proof::pictures::{assert_same, both, differences};
 use crate::proof::runs::{other_widths, picture, settings};
 use octolux::pipeline::{Prepared, Settings};
@@ -31,6 +31,11 @@ fn short_lists_have_the_mean_of_all_lights() {
 fn lists_of_one_light_and_of_two_have_it_too() {
     agree(Family::new("lists-of-1"), (60, 40), 1, 24, 16);
     agree(Family::new("lists-of-2"), (1000, 0), 2, 16, 8);
+}
+
+#[test]
+fn colors_and_passes_have_lists_of_their_own() {
+    apart();
 }
 
 #[test]

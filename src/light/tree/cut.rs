@@ -5,6 +5,7 @@ use std::collections::BinaryHeap;
 
 use super::importance::{Probes, WIDE};
 use super::{LightTree, Node};
+use crate::lane::{F32x8, Lane, Mask};
 
 /// A set of lights with a single weight in a table.
 #[derive(Clone, Copy, Debug)]
@@ -101,30 +102,31 @@ impl Cut {
     }
 }
 
-/// Root mean square of shares: what a cluster contributes to each of the first `points` points, relative to what the point
-/// receives. Points that receive nothing are ignored.
-pub(super) fn rms(points: usize, brings: &[f32; WIDE], gets: &[f32; WIDE]) -> f32 {
-    let mut sum = 0.0;
-    for (brings, gets) in brings.iter().zip(gets).take(points) {
-        let share = if *gets > 0.0 { brings / gets } else { 0.0 };
-        sum += share * share;
+/// For each of the first `points` points one over what it receives; 0 for points that receive nothing, which are ignored.
+pub(super) fn inverses(points: usize, gets: &[f32; WIDE]) -> [f32; WIDE] {
+    let mut inverses = [0.0; WIDE];
+    for at in (0..points).step_by(F32x8::N) {
+        let gets = F32x8::load(&gets[at..]);
+        let counts = <F32x8 as Lane>::Mask::first(points - at) & gets.ge(F32x8::splat(f32::MIN_POSITIVE));
+        F32x8::one().div_or_zero(gets, counts).store(&mut inverses[at..]);
     }
-    sum.sqrt()
+    inverses
+}
+
+/// Root of the sum of squared shares: what a cluster contributes to each point, relative to what the point receives.
+pub(super) fn rms(brings: &[f32; WIDE], inverses: &[f32; WIDE]) -> f32 {
+    let share = |at: usize| F32x8::load(&brings[at..]) * F32x8::load(&inverses[at..]);
+    let (a, b) = (share(0), share(F32x8::N));
+    let mut squares = [0.0; F32x8::N];
+    a.mul_add(a, b * b).store(&mut squares);
+    squares.iter().sum::<f32>().sqrt()
 }
 
 /// Priority for splitting a cluster: its share of the light, times the angular spread of its lights as seen from the points. The
 /// sharper a lobe, the more the spread counts.
 fn gain(node: &Node, probes: &Probes, importance: &[f32; WIDE], sums: &[f32; WIDE]) -> f32 {
-    let [x, y, z] = node.spread();
     if probes.is_empty() {
-        return node.power() * (x + y + z);
+        return node.power() * node.spread().iter().sum::<f32>();
     }
-    let mut apart = *importance;
-    for (i, apart) in apart.iter_mut().enumerate().take(probes.len()) {
-        let place = probes.place(i);
-        let d2: f32 = (0..3).map(|k| (node.mean[k] - place[k]).powi(2)).sum();
-        let spread = (x + y + z) * probes.sharpness(i);
-        *apart *= (spread / (spread + d2)).sqrt();
-    }
-    rms(probes.len(), &apart, sums)
+    rms(&probes.apart(node, importance), &inverses(probes.len(), sums))
 }

@@ -56,23 +56,38 @@ impl Probes {
         self.place.map(|column| column[i])
     }
 
-    /// How much sharper than a diffuse lobe the lobe of point `i` is: its exponent.
-    pub(super) fn sharpness(&self, i: usize) -> f32 {
-        if self.phong { self.exponent[i] } else { 1.0 }
+    /// The importance of a node for each point, times how far apart its lights appear from there, at most 1.
+    pub(super) fn apart(&self, node: &Node, importance: &[f32; WIDE]) -> [f32; WIDE] {
+        let mut apart = [0.0; WIDE];
+        let [x, y, z] = node.spread();
+        for at in (0..self.points).step_by(F32x8::N) {
+            let q = Vec3::splat(node.mean) - Self::vector(&self.place, at);
+            // The exponent tells how much sharper than a diffuse lobe a lobe is.
+            let sharpness = if self.phong {
+                F32x8::load(&self.exponent[at..])
+            } else {
+                F32x8::one()
+            };
+            let spread = F32x8::splat(x + y + z) * sharpness;
+            let share = (spread / (spread + q.length_squared())).sqrt();
+            (F32x8::load(&importance[at..]) * share).store(&mut apart[at..]);
+        }
+        apart
+    }
+
+    fn vector(columns: &[[f32; WIDE]; 3], at: usize) -> Vec3<F32x8> {
+        let [x, y, z] = columns;
+        Vec3::new(F32x8::load(&x[at..]), F32x8::load(&y[at..]), F32x8::load(&z[at..]))
     }
 
     /// The importance of a node for each point; columns past the last point are undefined.
     pub fn importance(&self, node: &Node) -> [f32; WIDE] {
         let mut found = [0.0; WIDE];
-        let vector = |columns: &[[f32; WIDE]; 3], at: usize| {
-            let [x, y, z] = columns;
-            Vec3::new(F32x8::load(&x[at..]), F32x8::load(&y[at..]), F32x8::load(&z[at..]))
-        };
         for at in (0..self.points).step_by(F32x8::N) {
-            let (place, normal) = (vector(&self.place, at), vector(&self.normal, at));
+            let (place, normal) = (Self::vector(&self.place, at), Self::vector(&self.normal, at));
             let lobe = self
                 .phong
-                .then(|| (vector(&self.mirror, at), F32x8::load(&self.exponent[at..])));
+                .then(|| (Self::vector(&self.mirror, at), F32x8::load(&self.exponent[at..])));
             node.importance(place, normal, lobe).store(&mut found[at..]);
         }
         found
@@ -92,11 +107,33 @@ impl Node {
     /// - a lobe is a Gaussian of directions, convolved with the node's lateral variance.
     #[inline(always)]
     fn importance<L: Lane>(&self, p: Vec3<L>, n: Vec3<L>, lobe: Option<(Vec3<L>, L)>) -> L {
+        let moments = Moments {
+            mean: Vec3::splat(self.mean),
+            power: L::splat(self.power),
+            variance: Vec3::splat(self.spread()),
+            normals: self.normals.map(|x| L::splat(f32::from(x) * (1.0 / 127.0))),
+        };
+        moments.importance(p, n, lobe)
+    }
+}
+
+/// The moments of a node, or of one node in each lane.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Moments<L: Lane> {
+    pub mean: Vec3<L>,
+    pub power: L,
+    pub variance: Vec3<L>,
+    pub normals: [L; 6],
+}
+
+impl<L: Lane> Moments<L> {
+    /// See [`Node::importance`].
+    #[inline(always)]
+    pub fn importance(&self, p: Vec3<L>, n: Vec3<L>, lobe: Option<(Vec3<L>, L)>) -> L {
         let (half, third) = (L::splat(0.5), L::splat(1.0 / 3.0));
-        let q = Vec3::splat(self.mean) - p;
-        let spread = self.spread();
-        let variance: Vec3<L> = Vec3::splat(spread);
-        let s = L::splat(spread[0] + spread[1] + spread[2]);
+        let q = self.mean - p;
+        let variance = self.variance;
+        let s = variance.x + variance.y + variance.z;
         let d2 = q.length_squared();
         let all = d2 + s;
         let m = n.dot(q);
@@ -104,9 +141,9 @@ impl Node {
         let sum = (m * m + c).sqrt() + m.abs();
         let cosine = L::select(m.ge(L::zero()), half * sum, half * c / sum);
         let length = all.sqrt();
-        let mut found = L::splat(self.power) * cosine / (length * (d2 + s * third));
+        let mut found = self.power * cosine / (length * (d2 + s * third));
         // For lights with normals, the emission in this direction: root mean square of the cosine.
-        let [xx, yy, zz, xy, xz, yz] = self.normals.map(|x| L::splat(f32::from(x) * (1.0 / 127.0)));
+        let [xx, yy, zz, xy, xz, yz] = self.normals;
         let across = q.x * (xx * q.x + (xy * q.y + xz * q.z) * L::splat(2.0))
             + q.y * (yy * q.y + yz * q.z * L::splat(2.0))
             + zz * q.z * q.z;

@@ -14,6 +14,8 @@ mod build;
 mod cut;
 mod importance;
 mod table;
+#[cfg(feature = "rival")]
+pub mod walk;
 
 pub use build::Emitter;
 pub use cut::Cut;

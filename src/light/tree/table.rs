@@ -4,7 +4,7 @@
 //! is divided into strata with an expected count of one each. A light with the expected count `n` is then chosen with exactly that
 //! probability, and a list is better than as many independent choices.
 
-use super::cut::{Cut, rms};
+use super::cut::{Cut, inverses, rms};
 use super::importance::{Probes, WIDE};
 use super::{LEAST_POWER, LightTree};
 
@@ -53,8 +53,8 @@ pub struct Table {
     /// Number of sampled lights per list.
     drawn: u32,
     probes: Probes,
-    /// What each point receives from all lights; importance is relative to it.
-    gets: [f32; WIDE],
+    /// One over what each point receives from all lights: see [`inverses`].
+    inverses: [f32; WIDE],
 }
 
 impl Table {
@@ -71,7 +71,7 @@ impl Table {
             firsts: cut.clusters.iter().map(|cluster| cluster.first).collect(),
             expected: vec![0.0; nodes.len()],
             ends: vec![0.0; nodes.len()],
-            gets: cut.sums(),
+            inverses: inverses(probes.len(), &cut.sums()),
             nodes,
             probes,
             ..Self::default()
@@ -83,9 +83,8 @@ impl Table {
 
     /// Weights of the clusters, all positive, with sum 1.
     fn weights(&self, tree: &LightTree, cut: &Cut, look: Option<&mut dyn Look>) -> Vec<f64> {
-        let points = self.probes.len();
         let mut weights: Vec<f32> = (cut.clusters.iter())
-            .map(|cluster| rms(points, &cluster.importance, &self.gets))
+            .map(|cluster| rms(&cluster.importance, &self.inverses))
             .collect();
         if let Some(look) = look {
             let least = weights.iter().sum::<f32>() / weights.len() as f32 * NOT_WORTH_A_LOOK;
@@ -105,7 +104,8 @@ impl Table {
                     *gets += seen;
                 }
             }
-            let visible: Vec<f32> = seen.iter().map(|seen| rms(points, seen, &gets)).collect();
+            let inverses = inverses(self.probes.len(), &gets);
+            let visible: Vec<f32> = seen.iter().map(|seen| rms(seen, &inverses)).collect();
             let [all, of_all] = [&visible, &weights].map(|weights| weights.iter().sum::<f32>());
             if all > 0.0 && of_all > 0.0 {
                 let both = |(visible, weight): (&f32, &f32)| visible / all + UNSEEN * weight / of_all;
@@ -173,6 +173,11 @@ impl Table {
         self.nodes.len()
     }
 
+    /// The points.
+    pub fn probes(&self) -> &Probes {
+        &self.probes
+    }
+
     /// Number of lights on every list.
     pub fn always(&self) -> usize {
         self.always.len()
@@ -234,10 +239,7 @@ impl Table {
         let [a, b] = [link, link + 1].map(|number| {
             let node = tree.node(number);
             let brings = self.probes.importance(node);
-            (
-                f64::from(node.power()),
-                f64::from(rms(self.probes.len(), &brings, &self.gets)),
-            )
+            (f64::from(node.power()), f64::from(rms(&brings, &self.inverses)))
         });
         let by_power = a.0 / (a.0 + b.0);
         let sum = a.1 + b.1;

@@ -11,19 +11,25 @@ mod probe;
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
+use probe::VisibilityProbe;
+
 use super::model::{self, Model};
 use super::stage::Chunk;
 use super::tracer::Tracer;
 use crate::film::{TILE, Tile};
+#[cfg(feature = "rival")]
+use crate::lane::Lane;
 use crate::lane::Word;
 use crate::light::tree::{Emitter, Pick, Table};
 use crate::light::{LightTree, SphereLight, TriangleLight};
+#[cfg(feature = "rival")]
+use crate::math::Vec3;
 use crate::sampling::PassBlock;
 use crate::sampling::hash::pcg4d;
 use crate::scene::FilmSize;
 
 /// Scale from world lengths to lengths of the tree: at most 2^11, so that third powers of long and short lengths fit into `f32`.
-const UNIT: f32 = 1.0 / (1 << 18) as f32;
+pub(super) const UNIT: f32 = 1.0 / (1 << 18) as f32;
 
 /// Tables by pass: first pass, number of clusters, number of probe points that trace rays to them, at most 16. Finer tables
 /// pay off if they serve more passes.
@@ -51,6 +57,12 @@ const KINDS: usize = 4;
 pub trait Probed: Model {
     /// The table of the model.
     const KIND: Kind;
+    /// Axis and exponent, if its lobes are powers of a cosine.
+    #[cfg(feature = "rival")]
+    #[inline(always)]
+    fn lobe<L: Lane>(_: &Self::Of<L>) -> Option<(Vec3<L>, L)> {
+        None
+    }
 }
 
 impl Probed for model::Diffuse {
@@ -58,6 +70,11 @@ impl Probed for model::Diffuse {
 }
 impl Probed for model::Phong {
     const KIND: Kind = Kind::Phong;
+    #[cfg(feature = "rival")]
+    #[inline(always)]
+    fn lobe<L: Lane>(bsdf: &Self::Of<L>) -> Option<(Vec3<L>, L)> {
+        Some((bsdf.wr, bsdf.alpha))
+    }
 }
 impl Probed for model::Ggx {
     const KIND: Kind = Kind::Ggx;
@@ -84,6 +101,9 @@ pub struct Lists {
     film: FilmSize,
     /// Maximum number of clusters in a table.
     clusters: usize,
+    /// What decides in walks of single lanes instead of lists.
+    #[cfg(feature = "rival")]
+    pub guide: Option<crate::light::tree::walk::Guide>,
     /// One table per tile, BRDF model and level.
     tables: Vec<[[OnceLock<Box<Table>>; LEVELS.len()]; KINDS]>,
 }
@@ -107,6 +127,8 @@ impl Lists {
         let first = spherical.len() as u32;
         let tiles = film.width.div_ceil(TILE) as usize * film.height.div_ceil(TILE) as usize;
         Self {
+            #[cfg(feature = "rival")]
+            guide: guide(&tree, lights),
             places: tree.places(spherical.len() + triangles.len()),
             tree,
             of_sphere,
@@ -201,16 +223,15 @@ impl Lists {
     pub fn tabulate<T: Tracer>(&self, chunk: &Chunk, kind: Kind, pass: u32) {
         let level = level(pass);
         let (_, clusters, looks) = LEVELS[level];
-        self.tables[chunk.tile.number() as usize][kind as usize][level].get_or_init(|| {
-            let (mut visibility, probes) = probe::shoot::<T>(chunk, self, kind, looks);
+        let tables = &self.tables[chunk.tile.number() as usize][kind as usize];
+        tables[level].get_or_init(|| {
+            // The probes of all levels are the same.
+            let known = tables[..level].iter().find_map(OnceLock::get);
+            let probes = known.map_or_else(|| probe::find::<T>(chunk, self, kind), |table| table.probes().clone());
+            let mut visibility = VisibilityProbe::<T>::new(chunk.world, self, &probes, looks);
             let look = (looks > 0 && !probes.is_empty()).then_some(&mut visibility as _);
-            Box::new(Table::new(
-                &self.tree,
-                probes,
-                clusters.min(self.clusters),
-                self.length,
-                look,
-            ))
+            let most = clusters.min(self.clusters);
+            Box::new(Table::new(&self.tree, probes, most, self.length, look))
         });
     }
 
@@ -237,10 +258,15 @@ impl ListAddress {
     /// because one of them samples BRDFs and needs none.
     pub fn new(numbers: &PassBlock, tile: &Tile, colour: u32, pass: u32, tossed: bool) -> Self {
         let stratified = numbers.one_coin();
+        let index = if stratified && tossed { pass / 2 } else { pass };
+        let (colour, index) = (
+            mutate!(colour, ColorsShareLists => 0),
+            mutate!(index, PassesShareLists => 0),
+        );
         Self {
             seed: numbers.seed(),
             group: 2 * tile.number() + colour,
-            index: if stratified && tossed { pass / 2 } else { pass },
+            index,
             stratified,
         }
     }
@@ -266,6 +292,39 @@ pub fn colour([x, y]: [u32; 2]) -> u32 {
 /// The table level of a pass.
 pub fn level(pass: u32) -> usize {
     LEVELS.iter().rposition(|&(first, ..)| first <= pass).unwrap_or(0)
+}
+
+/// What `OCTOLUX_RIVAL` asks for: `moments` or `bounds`.
+#[cfg(feature = "rival")]
+fn guide(
+    tree: &LightTree,
+    (spheres, triangles): (&[SphereLight], &[TriangleLight]),
+) -> Option<crate::light::tree::walk::Guide> {
+    use crate::light::tree::walk::Guide;
+    let bounds = |leaf: u32| {
+        let light = tree.light(leaf) as usize;
+        let Some(sphere) = spheres.get(light) else {
+            let triangle = &triangles[light - spheres.len()].triangle;
+            let end = |most: fn(f32, f32) -> f32| -> [f32; 3] {
+                std::array::from_fn(|k| {
+                    triangle
+                        .corners
+                        .map(|c| c[k] * UNIT)
+                        .into_iter()
+                        .reduce(most)
+                        .unwrap_or(0.0)
+                })
+            };
+            return (end(f32::min), end(f32::max), Some(triangle.normal));
+        };
+        let end = |side: f32| sphere.center.map(|x| (x + side * sphere.radius) * UNIT);
+        (end(-1.0), end(1.0), None)
+    };
+    match std::env::var("OCTOLUX_RIVAL").ok()?.as_str() {
+        "moments" => Some(Guide::Moments),
+        "bounds" => Some(Guide::Bounds(tree.bounds(bounds))),
+        _ => None,
+    }
 }
 
 /// Converts lights to emitters of the tree. Lights whose power underflows `f32` are left out.

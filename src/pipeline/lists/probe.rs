@@ -45,28 +45,15 @@ struct Traced {
     exponent: f32,
 }
 
-/// Finds up to [`WIDE`] points of a model, spread over the pixel centers; about `looks` of them trace rays to lights.
-pub(super) fn shoot<'a, T: Tracer>(
-    chunk: &Chunk<'a>,
-    lists: &'a Lists,
-    kind: Kind,
-    looks: usize,
-) -> (VisibilityProbe<'a, T>, Probes) {
-    let world = chunk.world;
-    let seen = points::<T>(world, &lists.pixels(chunk.tile.number()), kind);
-    let (mut probes, mut places) = (
-        Probes::new(matches!(kind, Kind::Phong | Kind::Conductor)),
-        [[0.0; WIDE]; 3],
-    );
+/// Finds up to [`WIDE`] points of a model, spread over the pixel centers of a tile.
+pub(super) fn find<T: Tracer>(chunk: &Chunk, lists: &Lists, kind: Kind) -> Probes {
+    let seen = points::<T>(chunk.world, &lists.pixels(chunk.tile.number()), kind);
+    let mut probes = Probes::new(matches!(kind, Kind::Phong | Kind::Conductor));
     let wanted = seen.len().min(WIDE);
-    let each = if looks < WIDE { 2 } else { 1 };
     for i in 0..wanted {
         // One per square of a whole tile, each at another place within its square.
         let at = (WIDE * i + 7 * i % WIDE) * seen.len() / (WIDE * WIDE);
         let point = seen[if wanted < WIDE { i } else { at }];
-        for (column, place) in places.iter_mut().zip(point.place) {
-            column[i / each..].fill(place);
-        }
         probes.push(
             point.place.map(|x| x * UNIT),
             point.normal,
@@ -74,17 +61,30 @@ pub(super) fn shoot<'a, T: Tracer>(
             point.exponent,
         );
     }
-    let mut set = Candidates::default();
-    T::keep_all(world, &mut set);
-    let visibility = VisibilityProbe {
-        world,
-        lists,
-        places,
-        each,
-        set,
-        tracer: std::marker::PhantomData,
-    };
-    (visibility, probes)
+    probes
+}
+
+impl<'a, T: Tracer> VisibilityProbe<'a, T> {
+    /// About `looks` of the probes will trace rays to lights.
+    pub(super) fn new(world: &'a World, lists: &'a Lists, probes: &Probes, looks: usize) -> Self {
+        let mut places = [[0.0; WIDE]; 3];
+        let each = if looks < WIDE { 2 } else { 1 };
+        for i in 0..probes.len() {
+            for (column, place) in places.iter_mut().zip(probes.place(i)) {
+                column[i / each..].fill(place / UNIT);
+            }
+        }
+        let mut set = Candidates::default();
+        T::keep_all(world, &mut set);
+        Self {
+            world,
+            lists,
+            places,
+            each,
+            set,
+            tracer: std::marker::PhantomData,
+        }
+    }
 }
 
 /// The points of a model seen through pixel centers, in pixel order.

@@ -18,6 +18,8 @@ mod scratch;
 pub mod shade;
 pub mod shadow;
 pub mod surface;
+#[cfg(feature = "rival")]
+pub mod walked;
 
 pub use ask::{Answers, Ask};
 pub use chunk::{Chunk, Order, Segment, pairs};

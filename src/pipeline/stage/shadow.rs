@@ -24,15 +24,39 @@ pub fn splat_unoccluded<L: TraceLane, T: Tracer>(
     light: u32,
 ) {
     chunk.keep(queue);
-    for at in (0..queue.len()).step_by(L::N) {
+    let all = 0..queue.len();
+    if chunk.world.by_shaft && set.is_crowded() {
+        let mut near = set.without_balls();
+        for first in all.step_by(NEIGHBORS) {
+            let some = first..queue.len().min(first + NEIGHBORS);
+            set.narrow(&queue.origins(some.clone()), &mut near);
+            trace::<L, T>(chunk, queue, some, &near, light);
+        }
+    } else {
+        trace::<L, T>(chunk, queue, all, set, light);
+    }
+    chunk.counters.shadow_rays += queue.len() as u64;
+    queue.clear();
+}
+
+/// Number of consecutive rays that share a selection of many candidates; a multiple of all lane widths.
+const NEIGHBORS: usize = 16;
+
+#[inline(always)]
+fn trace<L: TraceLane, T: Tracer>(
+    chunk: &mut Chunk,
+    queue: &RayQueue,
+    some: Range<usize>,
+    set: &Candidates,
+    light: u32,
+) {
+    for at in some.step_by(L::N) {
         let (active, rays) = queue.packet::<L>(at);
         let ray = segment(&rays, L::Bits::splat(light));
         let occluded = T::occluded(chunk.world, set, active, &ray);
         let splat_unoccluded = mutate!(active & !occluded, ShadowsSkipped => active);
         splat(chunk.sum, chunk.counters, splat_unoccluded, rays.value, rays.index);
     }
-    chunk.counters.shadow_rays += queue.len() as u64;
-    queue.clear();
 }
 
 /// Adds the contribution of every ray, because nothing can block them.

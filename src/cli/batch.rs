@@ -32,14 +32,14 @@ Paths are relative to it; scenes may be patterns, such as \"scenes/*.toml\",
 and folders of outputs are made. What is finished is noted in MANIFEST.done.jsonl;
 run again, only what is missing or changed is rendered.";
 
-/// Render the pictures that a manifest names and that are not there yet
+/// Render those pictures of a manifest that do not exist yet
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
     /// The manifest, a TOML file
     #[arg(value_name = "MANIFEST")]
     manifest: PathBuf,
-    /// Render those too that are there
+    /// Also render pictures that already exist
     #[arg(long)]
     again: bool,
     /// Threads, 1 to 1024 [default: as many as the machine offers]
@@ -50,7 +50,7 @@ pub struct Args {
     /// Print a line of JSON for each picture where standard output is a terminal too
     #[arg(long)]
     json: bool,
-    /// No progress, and nothing but errors on standard error; the lines of JSON are printed all the same
+    /// No progress, and nothing but errors on standard error; the lines of JSON are still printed
     #[arg(short, long)]
     quiet: bool,
 }

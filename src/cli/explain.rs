@@ -15,7 +15,7 @@ use octolux::scene::{Bsdf, Effect, EstimatorKind, SamplerKind, Scene, Surface};
 use octolux::settings::LightsAsked;
 use octolux::study::effect_costs::{self, Costs};
 
-/// Say what a scene holds and calls for, and how it would be rendered
+/// Say what a scene contains and requires, and how it would be rendered
 #[derive(clap::Args)]
 pub struct Args {
     /// The scene file
@@ -26,8 +26,8 @@ pub struct Args {
     /// Print one JSON object instead
     #[arg(long)]
     json: bool,
-    /// Measure here and now what each effect costs: absent ones held without being used, present ones taken out of the
-    /// scene (a second or two, one thread)
+    /// Measure here and now what each effect costs: absent ones compiled in without being used, present ones taken
+    /// out of the scene (a second or two, one thread)
     #[arg(long)]
     measure: bool,
     /// Say why the picture is noisy (some 10 to 60 seconds): a map of the noise, what share of it each light and each material
@@ -230,7 +230,7 @@ impl Explanation {
             format!("  because    {}", self.why),
             format!("  robust     {robust}"),
             format!("  cull       {cull}"),
-            format!("  asked      {}", self.asked),
+            format!("  sampled    {}", self.asked),
             format!(
                 "  render     {} spp, {}, {}, seed {}",
                 self.spp,
@@ -251,7 +251,7 @@ fn asked(prepared: &Prepared) -> String {
         LightsAsked::Auto if emitters <= few => {
             format!("{emitters} spheres and triangles that emit are not more than {few}")
         }
-        LightsAsked::Auto => format!("{emitters} spheres and triangles emit, more than the {few} that are all asked"),
+        LightsAsked::Auto => format!("{emitters} spheres and triangles emit, more than the {few} that are all sampled"),
         forced => format!("--lights {forced} was asked for"),
     };
     let Some(lists) = prepared.lists() else {

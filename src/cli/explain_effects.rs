@@ -72,7 +72,7 @@ fn evidence(scene: &Scene, features: &Features, effect: Effect) -> String {
             }
             _ => "the same radiance from everywhere".to_owned(),
         },
-        Effect::DeltaLights | Effect::Suns => of(count, scene.lights().len(), "lights that are no shapes"),
+        Effect::DeltaLights | Effect::Suns => of(count, scene.lights().len(), "lights without a shape"),
     }
 }
 
@@ -135,7 +135,7 @@ pub fn cost_lines(costs: &Costs, prepared: &Prepared) -> Vec<String> {
                 "no cost seen".to_owned()
             };
             format!(
-                "    holding {name:<17} {:6.1} ns ({change}), unused, {bits}",
+                "    compiled in {name:<13} {:6.1} ns ({change}), unused, {bits}",
                 cost.other_ns
             )
         });

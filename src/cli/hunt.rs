@@ -63,7 +63,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     let Bag { scenes, none, catches } = outcome.map_err(|error| CliError::failed(error.to_string()))?;
     let all = catches.len();
     report::data(&format!(
-        "{scenes} scenes, {none} drafts that were none, {all} with faults; false alarms of means: {FALSE_ALARMS:e} for all scenes together"
+        "{scenes} scenes, {none} drafts that were no valid scenes, {all} with faults; false alarms of means: {FALSE_ALARMS:e} for all scenes together"
     ))?;
     if interrupt.asked() {
         return Ok(Exit::Interrupted);

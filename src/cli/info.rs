@@ -20,7 +20,7 @@ Examples:
   octolux info parts/*.acc --json | jq .passes
       one object a file";
 
-/// Say what pictures, checkpoints and parts of renders hold
+/// Describe pictures, checkpoints and parts of renders
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {

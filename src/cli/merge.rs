@@ -25,13 +25,14 @@ pub struct Args {
     /// A picture to write, .exr, .png or .npy by its ending; may be repeated
     #[arg(short, long = "output", value_name = "FILE", required = true)]
     outputs: Vec<PathBuf>,
-    /// Take what there is where parts are missing: the picture has fewer samples
+    /// Merge even if parts are missing; the picture then has fewer samples
     #[arg(long)]
     partial: bool,
     /// Brighten the PNG by so many stops, each twice as bright
     #[arg(long, value_name = "STOPS", default_value = "0", value_parser = options::stops, allow_negative_numbers = true)]
     exposure: f64,
-    /// Take parts that different versions of Embree have computed; the last bits of the picture then depend on who did what
+    /// Accept parts computed with different versions of Embree; the last bits of the picture then depend on which version computed
+    /// which part
     #[arg(long)]
     any_embree: bool,
     /// Say nothing but errors
@@ -211,7 +212,7 @@ fn tell(args: &Args, parts: &[Part], spp: u32) {
     let invalid = counters.invalid_nan + counters.invalid_inf + counters.invalid_negative;
     if invalid > 0 {
         report::warning(&format!(
-            "{invalid} contributions were thrown away: the picture may be too dark"
+            "{invalid} contributions were rejected: the picture may be too dark"
         ));
     }
     let seconds: f64 = parts.iter().map(|part| part.record.render_s).sum();

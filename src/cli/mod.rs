@@ -83,21 +83,21 @@ enum Command {
     Render(render::Args),
     /// Show a picture in the browser while it is rendered, race estimators, open one sample
     View(view::Args),
-    /// Render the pictures that a manifest names and that are not there yet
+    /// Render those pictures of a manifest that do not exist yet
     Batch(batch::Args),
     /// Add up the parts that shards of one render have written
     Merge(merge::Args),
-    /// Say which shards of a render are there, and which are missing
+    /// List which shards of a render exist, and which are missing
     Shards(shards::Args),
-    /// Say what a scene holds and calls for, and how it would be rendered
+    /// Say what a scene contains and requires, and how it would be rendered
     Explain(explain::Args),
-    /// Say what pictures, checkpoints and parts of renders hold
+    /// Describe pictures, checkpoints and parts of renders
     Info(info::Args),
     /// Render with the independent f64 oracle: slow, one ray at a time
     Reference(reference::Args),
     /// Measure the error of one picture against another
     Compare(compare::Args),
-    /// Prove on a scene that lanes, threads, estimators and the oracle agree
+    /// Check on a scene that lanes, threads, estimators and the oracle agree
     Verify(verify::Args),
     /// Measure the hard cases of direct illumination against their bounds
     Selftest(selftest::Args),

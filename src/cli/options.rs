@@ -54,14 +54,14 @@ pub struct Options {
     /// ray, for benchmarks of rays: the picture is the same but for the last rounding [default: on]
     #[arg(long, value_name = "on|off", value_parser = PossibleValuesParser::new(SWITCH).map(|value| value == SWITCH[0]))]
     pub cull: Option<bool>,
-    /// Which lights a pass asks: all, or a list of so many (1 to 64) for each tile of 16 x 16 pixels, drawn by what they may bring;
+    /// Which lights a pass samples: all, or a list of so many (1 to 64) for each tile of 16 x 16 pixels, drawn by what they may bring;
     /// the mean is the same [default: auto, all up to 64 lights, else lists of 16]
     #[arg(long, value_name = "auto|all|N", value_parser = lights)]
     pub lights: Option<LightsAsked>,
     /// Threads, 1 to 1024 [default: as many as the machine offers]
     #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
     pub threads: Option<usize>,
-    /// Effects that the kernel holds whether the scene calls for them or not: the picture is the same. For measurements
+    /// Effects to compile into the kernel even if the scene does not require them; the picture is the same. For measurements
     #[arg(long, value_enum, value_name = "EFFECT", hide = true)]
     pub hold: Vec<Effect>,
     #[command(flatten)]

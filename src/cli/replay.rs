@@ -21,7 +21,7 @@ pub fn sample(text: &str) -> Result<[u32; 3], String> {
 /// A scene that cannot be rendered with these settings, a pixel outside the film.
 pub fn run(path: &Path, options: &Options, sample: [u32; 3], json: bool) -> Result<Exit, CliError> {
     let scene = options.reading.load(path)?;
-    // A scalar kernel has the bits of all widths.
+    // One lane gives the same bits as 8 and 16.
     let settings = Settings {
         lanes: Some(Lanes::One),
         threads: 1,
@@ -101,9 +101,7 @@ pub fn text(replay: &Replay, scene: &Scene, kernel: &str) -> String {
     lines.push(format!("radiance   {:?}", replay.radiance));
     if replay.invalid != [0; 3] {
         let [nan, infinite, negative] = replay.invalid;
-        lines.push(format!(
-            "thrown away: {nan} NaN, {infinite} infinite, {negative} below 0"
-        ));
+        lines.push(format!("rejected: {nan} NaN, {infinite} infinite, {negative} below 0"));
     }
     lines.join("\n")
 }

@@ -15,7 +15,7 @@ Examples:
   sbatch --array=$(octolux shards parts --of 64 --missing) job.sh
       renders those that are not";
 
-/// Say which shards of a render are there, and which are missing
+/// List which shards of a render exist, and which are missing
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {

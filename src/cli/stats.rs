@@ -21,7 +21,7 @@ pub struct Stats {
     pub scene: String,
     pub width: u32,
     pub height: u32,
-    /// Passes in the picture, whether ended by `--spp`, `--time` or ctrl-c; the mean over pixels where they differ.
+    /// Passes in the picture, whether ended by `--spp`, `--time` or ctrl-c; the rounded mean over pixels where they differ.
     pub spp: u32,
     /// Minimum samples of a pixel.
     pub spp_min: u32,
@@ -37,7 +37,7 @@ pub struct Stats {
     /// The root of the pixels' mean variance over the mean of the picture, from the spread of the replicates; `null` with fewer
     /// than two.
     pub error: Option<f64>,
-    /// Whether the error is certain to be below the target; otherwise the time limit or a stop came first.
+    /// Whether the run ended because the error was below the target, and not by a time limit or a stop.
     pub target_reached: Option<bool>,
     pub estimator: EstimatorKind,
     pub sampler: SamplerKind,
@@ -102,7 +102,7 @@ impl Invalid {
         let total = nan + inf + negative;
         (total > 0).then(|| {
             format!(
-                "{scene}: {total} contributions were thrown away ({nan} NaN, {inf} infinite, {negative} negative): the \
+                "{scene}: {total} contributions were rejected ({nan} NaN, {inf} infinite, {negative} negative): the \
                  picture may be too dark"
             )
         })
@@ -201,8 +201,8 @@ impl Stats {
             EstimatorKind::Mis | EstimatorKind::Mis2Balance | EstimatorKind::Mis2Power | EstimatorKind::Product => "",
         };
         Some(format!(
-            "{}: the picture is speckled: 1 of {:.0} samples brings {:.0} % of the light (kurtosis {kurtosis:.0}). {remedy}more \
-             samples take the specks away slowly; none is clamped",
+            "{}: the picture has fireflies: 1 of {:.0} samples brings {:.0} % of the light (kurtosis {kurtosis:.0}). {remedy}more \
+             samples reduce them slowly; nothing is clamped",
             self.scene,
             1.0 / share,
             100.0 * light

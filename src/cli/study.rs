@@ -99,7 +99,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
         Ok(study) => study,
         Err(StudyError::Stopped) => {
             if !args.quiet {
-                report::note(&format!("{}: stopped before the prices", args.scene.display()));
+                report::note(&format!("{}: stopped before any result", args.scene.display()));
             }
             return Ok(Exit::Interrupted);
         }

@@ -21,9 +21,9 @@ What is checked:
   the scene     energy gain, lights without power, emitters inside out
   bits          1, 8 and 16 lanes through both intersectors, kernels with every
                 effect, 1 to 3 threads, pictures shown on the way: the same bits
-  intersectors  Embree and the plain list hit the same, sample by sample
-  ties          faces that lie in one another or touch: which of them a ray
-                meets is not defined, so they are named, and are no fault
+  intersectors  Embree and brute force hit the same, sample by sample
+  ties          faces that coincide or touch: which of them a ray hits is not
+                defined, so they are named, and are no fault
   means         estimators, samplers, seeds and numbers of samples agree with
                 each other and with the independent f64 oracle
 
@@ -40,7 +40,7 @@ Examples:
 Exit codes: 0 nothing failed, 1 something failed, 2 bad usage or a bad scene,
 130 interrupted.";
 
-/// Prove on a scene that lanes, threads, estimators and the oracle agree
+/// Check on a scene that lanes, threads, estimators and the oracle agree
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {

@@ -10,7 +10,7 @@
 //! | `Power` | one of `p` and one of `q` | `f p / (p^2 + q^2)` or `f q / (p^2 + q^2)` |
 //!
 //! Veach and Guibas 1995, "Optimally Combining Sampling Techniques for Monte Carlo Rendering": the balance heuristic, the power
-//! heuristic with exponent 2, and the one-sample model. The hand-out's average density is the balance heuristic of the one-sample
+//! heuristic with exponent 2, and the one-sample model. The average density of the course assignment (README) is the balance heuristic of the one-sample
 //! model.
 
 use crate::bsdf::{Lobe, Tint};
@@ -22,7 +22,7 @@ pub enum Mix {
     /// Light sampling only.
     #[default]
     Light,
-    /// The average of both densities with one sample, i.e. one-sample MIS (the hand-out, section 6).
+    /// The average of both densities with one sample, i.e. one-sample MIS (the course assignment, section 6).
     Average,
     /// One sample of each technique, balance heuristic.
     Balance,
@@ -43,7 +43,7 @@ impl Mix {
         matches!(self, Self::Balance | Self::Power)
     }
 
-    /// Whether a light's pair has a bit for the choice of technique, so that a direction uses the rest of the pair.
+    /// Whether one bit of a light's random pair chooses the technique, so that the direction uses the remaining bits.
     #[inline(always)]
     pub const fn tosses(self, warp: Warp) -> bool {
         !self.both() && matches!(warp, Warp::Cone)

@@ -2,12 +2,12 @@
 //!
 //! `L_o = ∫ L_e V f max(n·wi, 0) dwi`. A sample with a direction `wi` of density `pdf` is `L_e V f_cos / pdf`. There are two forms:
 //!
-//! - [`per_light`]: `light`, `mis`, `mis2-balance`, `mis2-power` and `projected` sample one or two directions per light. Only that
-//!   light counts, so its radiance is known before tracing and only its visibility is missing. [`density`] defines how light and
+//! - [`per_light`]: `light`, `mis`, `mis2-balance`, `mis2-power`, `projected` and `product` sample one or two directions per light.
+//!   Only that light counts, so its radiance is known before tracing and only its visibility is missing. [`density`] defines how light and
 //!   BRDF sampling are combined.
 //! - [`per_point`]: `uniform` and `brdf` sample one direction per point. Its first hit determines the radiance.
 //!
-//! Neither depends on the scene or the accelerator: they are functions of points, directions and random numbers.
+//! Neither depends on the scene or the intersector: they are functions of points, directions and random numbers.
 
 pub mod density;
 pub mod kind;

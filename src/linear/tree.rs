@@ -57,6 +57,9 @@ impl BallTree {
 
     /// Visits the spheres that are neither outside a box nor behind a plane: index in the scene, center, radius.
     pub fn visit(&self, around: &Bounds, planes: &[Plane], visit: &mut impl FnMut(u32, [f32; 4])) {
+        if self.numbers.is_empty() {
+            return;
+        }
         let mut open = vec![(self.levels.len(), 0)];
         while let Some((level, node)) = open.pop() {
             let at = WIDE * node;
@@ -146,6 +149,28 @@ fn spaced(x: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn none_one_and_many_spheres_are_visited_once_each() {
+        for count in [0, 1, 7, 8, 9, 64, 65, 600] {
+            let ball = |i: u16| Ball {
+                center: [f32::from(i % 7), f32::from(i / 7), f32::from(i % 11)],
+                radius: 0.25,
+            };
+            let balls: Vec<Ball> = (0..count).map(ball).collect();
+            let everywhere = Bounds {
+                low: [-1e3; 3],
+                high: [1e3; 3],
+            };
+            let mut seen = Vec::new();
+            BallTree::new(&balls).visit(&everywhere, &[], &mut |number, [x, y, z, radius]| {
+                assert_eq!(([x, y, z], radius), (balls[number as usize].center, 0.25));
+                seen.push(number);
+            });
+            seen.sort_unstable();
+            assert_eq!(seen, (0..u32::from(count)).collect::<Vec<_>>());
+        }
+    }
 
     #[test]
     fn digits_are_spaced_by_two_zeros() {

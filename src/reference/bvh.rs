@@ -37,7 +37,7 @@ impl Bvh {
         Self { nodes, order }
     }
 
-    /// The index and hit of the shape that the ray hits first, nearer than `far`, without `except`.
+    /// The index and hit of the shape that the ray hits first, nearer than `far`, ignoring the shape `except`.
     ///
     /// Of shapes at equal distance, within the rounding error, a front face wins, then the first in the scene.
     pub fn nearest(&self, shapes: &[Shape], ray: &Ray, far: f64, except: Option<u32>) -> Option<(u32, Meeting)> {

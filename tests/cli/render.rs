@@ -255,7 +255,7 @@ fn a_picture_that_rests_on_few_samples_is_said_to() {
         let light = stats["outliers"]["light"].as_f64().unwrap();
         assert_eq!(light > 0.5, arguments.contains("brdf"), "{arguments}: {stats}");
         assert_eq!(
-            stderr(&output).contains("is speckled: 1 of "),
+            stderr(&output).contains("has fireflies: 1 of "),
             speckled,
             "{arguments}: {stats}"
         );

@@ -32,7 +32,7 @@ pub fn lines(noise: &Noise) -> Vec<String> {
         ),
     ];
     if noise.lights.is_empty() && noise.materials.is_empty() {
-        lines.push("    shares     not measured: passes sample lists of the many lights, and no light alone has the noise of its choice".to_owned());
+        lines.push("    shares     not measured: passes sample lists of the many lights, and no light alone shows the noise of choosing it".to_owned());
     } else {
         lines.extend(shares("lights", &noise.lights));
         lines.extend(shares("materials", &noise.materials));
@@ -120,11 +120,11 @@ fn verdict(now: &Price, cheapest: &Price, all: &[Price], what: Of) -> String {
         some => format!("; not told apart from it: {}", some.join("; ")),
     };
     if now.arguments == cheapest.arguments {
-        return format!("the settings of now are the cheapest{with}");
+        return format!("the current settings are the cheapest{with}");
     }
     if now.ties(cheapest, what) {
         let name = &cheapest.name;
-        return format!("nothing is seen to be cheaper than the settings of now ({name} came first{with})");
+        return format!("no setting is measurably cheaper than the current ones ({name} came first{with})");
     }
     let times = now.of(what).0 / cheapest.of(what).0;
     format!(

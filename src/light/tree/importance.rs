@@ -15,13 +15,13 @@ pub struct Probes {
     phong: bool,
     place: [[f32; WIDE]; 3],
     normal: [[f32; WIDE]; 3],
-    /// Axis of a Phong lobe.
+    /// Axis of a lobe.
     mirror: [[f32; WIDE]; 3],
     exponent: [f32; WIDE],
 }
 
 impl Probes {
-    /// No points yet; `phong` tells the BRDF model.
+    /// No points yet; `phong`: whether they have lobes (Phong surfaces and conductors).
     pub fn new(phong: bool) -> Self {
         Self {
             phong,
@@ -29,8 +29,7 @@ impl Probes {
         }
     }
 
-    /// Adds a point, unless there are [`WIDE`]: its position in tree units, its normal, and for Phong the axis of its lobe and the
-    /// exponent.
+    /// Adds a point, unless there are [`WIDE`]: its position in tree units, its normal, and of a lobe the axis and the exponent.
     pub fn push(&mut self, place: [f32; 3], normal: [f32; 3], mirror: [f32; 3], exponent: f32) {
         for at in self.points..WIDE {
             for k in 0..3 {

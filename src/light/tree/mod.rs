@@ -44,7 +44,7 @@ const LEAF: u32 = 1 << 31;
 /// Minimum share of power: a light with 0 would never be sampled.
 const LEAST_POWER: f32 = 1e-30;
 
-/// Minimum variance: without it, a position divides by 0 at itself. A length of 1e-12 in tree units.
+/// Minimum variance: without it, the importance at the mean position divides by 0. A length of 1e-12 in tree units.
 const LEAST_VARIANCE: f32 = 1e-24;
 
 /// A tree over lights. Lengths should be at most some thousands, so that their powers fit `f32`.

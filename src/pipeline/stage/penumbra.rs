@@ -18,8 +18,8 @@ use crate::shape::Ball;
 /// Maximum number of lights that can be marked: the bits of a mark.
 pub const MARKS: usize = 32;
 
-/// Rays per point and light, evenly spaced around the rim. A straight edge that hides part of the disk, but less than a hundredth
-/// from one side, may pass between two of them.
+/// Rays per point and light, evenly spaced around the rim. A straight edge that hides less than 2 % of the
+/// disk may lie outside all of them.
 const RAYS: u32 = 8;
 
 /// Where the rays go within the light's cone, as the first of two random numbers: 15/16 of the solid angle are closer to the axis.

@@ -144,7 +144,7 @@ pub fn shading_point<L: TraceLane, T: Tracer, const COMPILED_IN: u32>(
     if has(COMPILED_IN, Effect::Lens) {
         p = p + ray.origin;
     }
-    // The normal of a triangle is as long as its area; for small triangles its square would be denormal.
+    // The normal of a triangle is twice its area long; for small triangles its square would be denormal.
     let mut ng = if T::UNIT_NORMALS { hit.ng } else { hit.ng.unit() };
     if surfaces.spheres.any() {
         // A sphere smaller than the spacing of floats can be hit at its exact center.

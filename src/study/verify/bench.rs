@@ -153,7 +153,7 @@ impl<'a> Bench<'a> {
         Ok(prepared)
     }
 
-    /// The estimators; the best is last.
+    /// The estimators, `mis` last.
     pub fn estimators(&self) -> Vec<EstimatorKind> {
         let mut all = EstimatorKind::ALL.to_vec();
         all.sort_by_key(|&estimator| estimator == EstimatorKind::Mis);
@@ -175,7 +175,7 @@ impl<'a> Bench<'a> {
                 sampler: SamplerKind::Sobol,
                 ..self.settings
             };
-            // The first pass also warms up caches, so passes are added until a render takes 0.4 % of the budget.
+            // The first pass also warms up caches, so passes are multiplied until a render takes 0.4 % of the budget.
             let (mut passes, mut before) = (2, 0.0);
             costs.push(loop {
                 let started = Instant::now();

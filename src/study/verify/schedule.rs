@@ -88,7 +88,7 @@ pub fn replicate(
     while rounds.count() < LEAST_REPLICATES || (rounds.count() < MOST_REPLICATES && bench.until(0.99) > longest) {
         let started = Instant::now();
         rounds.render(bench, grid)?;
-        // Weight the last few rounds: the load of the machine varies.
+        // The longest of the last few rounds, as the load of the machine varies: an old one counts 20 % less each round.
         longest = started.elapsed().as_secs_f64().max(0.8 * longest);
     }
     Ok((rounds.series, rounds.other))

@@ -3,8 +3,8 @@
 use crate::reference::probe::{Found, Probe, Way};
 use crate::scene::{FilmSize, Scene, Surface};
 
-/// Finds silhouettes from passes of the probe: pixels that saw emitters of different radiance, or both an emitter and none, and
-/// their neighbours; also the pixels around the centre of every emitting sphere, which may be too small for a probe to hit.
+/// Finds silhouettes from passes of the probe: pixels in whose 3 x 3 neighbourhood camera rays met
+/// different emitted radiance. Also the pixels around the centre of each emitting sphere, which may be too small for a probe to hit.
 pub fn find(scene: &Scene, probe: &Probe<'_>, film: FilmSize, passes: &[Vec<Found>]) -> Vec<bool> {
     let (width, height) = (film.width as usize, film.height as usize);
     let mut extremes = vec![(f64::INFINITY, 0.0_f64); width * height];

@@ -226,7 +226,7 @@ mod tests {
     use super::*;
     use crate::scene::{FilmSize, Scene};
 
-    /// With few samples `uniform` may miss a light that fills a hundredth of a thousandth of all directions, with many it does
+    /// With few samples `uniform` may miss a light that fills 1e-5 of all directions, with many it does
     /// not; `light` always finds it.
     #[test]
     fn what_is_seldom_hit_may_be_missing() {

@@ -112,7 +112,7 @@ enum Cause {
 /// by more than `tolerance`, relative. Uses scalar kernels, whose rays equal those of all widths up to the tie.
 ///
 /// Renders that only differ in what scalar kernels have in common must have a tie in some sample. Renders by two intersectors are
-/// compared sample by sample, and every difference needs its cause ([`cause`]).
+/// compared sample by sample, and every difference needs its cause.
 ///
 /// # Errors
 /// Where a render cannot start.

@@ -1,7 +1,7 @@
 //! A hierarchy over many spheres, to cull those that rays from some points to one target cannot hit.
 //!
 //! Spheres are in the order of a space-filling curve, and every eight of them in a row are a node, as are every eight nodes: there
-//! are no pointers. A walk tests eight boxes at a time. On uniformly strewn spheres it looks at little more than it keeps.
+//! are no pointers. A walk tests eight boxes at a time.
 
 use super::columns::Columns;
 use super::cull::{Bounds, Plane};
@@ -20,7 +20,7 @@ const DIGITS: u32 = 21;
 #[derive(Clone, Debug, Default)]
 pub struct BallTree {
     /// Center and radius, in order.
-    pub balls: Columns<4>,
+    balls: Columns<4>,
     /// For each sphere in order, its index in the scene.
     numbers: Vec<u32>,
     /// Boxes of nodes, the smallest nodes first: the low corner, the high corner, and the largest sum of absolute coordinates.

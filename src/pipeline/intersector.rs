@@ -14,7 +14,8 @@ pub const IN_LINE: usize = 128;
 /// one and spheres by a hierarchy.
 const IN_SHAFT: usize = 512;
 
-/// And up to this many spheres: at 4096 lights a sample took 0.82 of the time with Embree, at 65 536 1.24 (docs/many-lights.md).
+/// And up to this many spheres: at 4096 lights a sample took 0.56 of the time with Embree, at 16 384 1.03 (`light`, 8 lanes with AVX2,
+/// ab65d87, Intel Xeon; docs/many-lights.md).
 const BALLS_IN_SHAFT: usize = 16_384;
 
 /// The intersector, and whether occluders are culled.

@@ -6,6 +6,7 @@ use std::env;
 use std::ffi::{CStr, CString, c_char, c_void};
 use std::path::{Path, PathBuf};
 use std::ptr::{self, NonNull};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::ffi::{self, Functions};
 use super::library::{Embree, embree};
@@ -16,6 +17,9 @@ const OLDEST: isize = 40300;
 
 /// More build threads than any machine benefits from; bounds Embree's per-thread allocations.
 const MAX_THREADS: usize = 1024;
+
+/// Whether this process has opened a device.
+static OPENED: AtomicBool = AtomicBool::new(false);
 
 /// The environment variable with additional settings in Embree's syntax.
 const SETTINGS: &str = "OCTOLUX_EMBREE";
@@ -122,13 +126,20 @@ impl EmbreeError {
 }
 
 impl Device {
-    /// Opens a device whose builds use `threads` threads (at most 1024; 0 leaves the number to Embree). Queries always run on the
-    /// caller's thread. The environment variable `OCTOLUX_EMBREE` may add settings in Embree's syntax, such as `isa=avx2`.
+    /// Opens a device whose builds use `threads` threads (at most 1024; 0 leaves the number to Embree). Only the first device of a
+    /// process builds with a single thread; later ones use at least two. Queries always run on the caller's thread. The environment variable `OCTOLUX_EMBREE` may add settings in Embree's syntax, such as `isa=avx2`.
     ///
     /// # Errors
     /// [`EmbreeError::Missing`] without a library, [`EmbreeError::TooOld`] before version 4.3, [`EmbreeError::NoDevice`] if Embree
     /// fails.
     pub fn new(threads: usize) -> Result<Self, EmbreeError> {
+        // Under a limit of one thread, a worker of oneTBB that an earlier device started yields in a loop for as long as the device
+        // lives: 17 ms of processor time in 20 (Embree 4.4.0 from Python's wheel), a quarter of the time of this project's tests.
+        let threads = if OPENED.swap(true, Ordering::Relaxed) && threads == 1 {
+            2
+        } else {
+            threads
+        };
         // Affinity stays off: pinned build threads would compete with rayon's threads for cores.
         let more = env::var(SETTINGS).unwrap_or_default();
         Self::configured(

@@ -10,7 +10,7 @@ folder=$(mktemp -d)
 trap 'rm -r "$folder"' EXIT
 collected() {
   valgrind --tool=callgrind --callgrind-out-file=/dev/null target/release/octolux render "$scene" --size 96x64 --spp "$1" \
-    --threads 1 --lanes 8 -q -o "$folder/x.npy" $2 2>&1 | sed -n 's/.*Collected : //p'
+    --threads 1 --lanes 8 --estimator mis -q -o "$folder/x.npy" $2 2>&1 | sed -n 's/.*Collected : //p'
 }
 per_sample() {
   few=$(collected 16 "$1")

@@ -192,6 +192,11 @@ def check(truth, what):
     print(f"  {what}")
 
 
+def check_quiet(truth, what):
+    if not truth:
+        raise SystemExit(f"error: {what}")
+
+
 def middle(browser, u=0.5, v=0.5):
     """A point of the picture on the page."""
     return browser.ask(f"""(() => {{ const s = octolux.stage, p = s.place(s.cells(1)[0]), b = s.canvas.getBoundingClientRect();
@@ -254,10 +259,37 @@ def main():
         counts = [len(told["asked"]), len(drawn), sum(asked["found"]["occluded"] for asked in drawn)]
         shown = browser.ask("[octolux.samples.asked, octolux.samples.drawn.length, octolux.samples.blocked]")
         check(shown == counts and counts[0] >= 5, f"{counts[0]} directions, {counts[1]} drawn, {counts[2]} blocked, as --replay says")
+        rows = browser.ask("[...document.querySelectorAll('#directions tbody tr')].map(row => row.cells[1].textContent)")
+        check(rows == [f"sphere {asked['sphere'] + 1}" for asked in told["asked"]], "a line of numbers for each direction")
+        lobes = [asked for asked in told["asked"] if asked["lobe"] and any(asked["lobe"])]
+        missed = bool(lobes) and not any(asked["found"] for asked in lobes)
+        check(browser.ask("octolux.samples.missed.length") == missed, "a direction of the lobe that meets no light is drawn once")
         browser.ask("(() => { const c = document.getElementById('sample-count'); c.value = 6; c.oninput(); })()")
         browser.until("octolux.samples.sample.replays.length === 64")
         check(browser.ask("octolux.samples.asked") == 64 * counts[0], "64 passes of them")
         shot("sample")
+        # Every pass of a drawing has met the surface of the first one: an edge has two, with a hemisphere each.
+        browser.ask("(() => { const c = document.getElementById('sample-count'); c.value = 5; c.oninput(); })()")
+        edges = 0
+        for row in range(50, 128, 3):
+            browser.ask(f"octolux.samples.sample = null, octolux.samples.open(70, {row}, 0)")
+            browser.until("octolux.samples.sample?.replays.length === 32")
+            normals, shown = browser.ask("[octolux.samples.sample.replays.map(r => r.point?.n ?? null), octolux.samples.shown.map(r => r.point.n)]")
+            first = next((n for n in normals if n), None)
+            near = [n for n in normals if n and sum(a * b for a, b in zip(n, first)) > 0.9]
+            check_quiet(shown == near, f"row {row}: of one surface")
+            edges += len(near) < sum(n is not None for n in normals)
+        check(edges > 0, f"of {edges} pixels with an edge one side is drawn")
+        browser.ask("(() => { const c = document.getElementById('estimator'); c.value = 'product'; c.onchange(); })()")
+        browser.until("octolux.status.estimator === 'product' && octolux.status.state === 'done'")
+        browser.ask("octolux.samples.sample = null, octolux.samples.open(42, 92, 0)")
+        browser.until("octolux.samples.sample?.estimator === 'product'")
+        arcs = browser.ask("octolux.samples.rings().map(({ wr, cap, theta, around }) => [theta, cap.cos])")
+        check(browser.ask("octolux.samples.point.model") == "phong" and arcs, f"{len(arcs)} rings of product")
+        browser.until("/ring/.test(document.getElementById('legend').textContent)")
+        shot("sample-product")
+        browser.ask("(() => { const c = document.getElementById('estimator'); c.value = 'mis'; c.onchange(); })()")
+        browser.until("octolux.status.estimator === 'mis' && octolux.status.state === 'done'")
         browser.key("Escape")
 
         print("camera")
@@ -297,8 +329,22 @@ def main():
         time.sleep(0.3)
         shot("race-dark")
         check(browser.ask(FITS), "nothing is wider than the screen")
+        check(browser.ask("octolux.status.race.rims > 0"), "pixels at the rims of lights are not counted")
         browser.press("[data-close=race]")
         browser.until("octolux.status.race === null")
+        browser.key("r")
+        browser.ask("(() => { document.getElementById('race-by').value = 'oracle'; document.getElementById('race-seconds').value = 0.5; })()")
+        browser.press("#race-start")
+        browser.until("octolux.status.race?.reference.by === 'oracle' && octolux.status.race.reference.ready")
+        browser.until("octolux.status.race.racers.every(r => r.curve.length > 2)")
+        check(browser.ask("octolux.status.race.reference.noise > 0"), "the oracle renders a reference and knows its noise")
+        shot("race-oracle")
+        browser.ask("octolux.camera.orbit(0.1, 0)")
+        browser.until("octolux.status.race === null && /camera/.test(document.getElementById('message').textContent)")
+        check(True, "a race that a turned camera ends says so")
+        browser.press("#camera-reset")
+        browser.press("[data-close=race]")
+        browser.until("octolux.status.state === 'done' && !octolux.status.turned")
 
         print("scene")
         browser.key("s")
@@ -312,6 +358,15 @@ def main():
         path.write_text(text)
         browser.until("document.getElementById('scene-error').hidden && octolux.status.state === 'done'")
         check(True, "and goes when it is mended")
+        browser.ask("(() => { const r = document.querySelector('#lights input'); r.value = 2; r.oninput(); })()")
+        browser.until("octolux.status.gains[0] === 4 && octolux.status.state === 'done'")
+        browser.call("Page.reload")
+        browser.until("window.octolux?.status && document.querySelector('#lights input')?.value === '2'")
+        check(True, "a page that comes later knows a light that was changed")
+        browser.press("#lights-reset")
+        browser.until("octolux.status.gains.every(gain => gain === 1) && octolux.status.state === 'done'")
+        browser.until("document.querySelector('#lights input').value === '0'")
+        browser.key("s")
         shot("scene-dark")
 
         print("phone")

@@ -161,6 +161,7 @@ fn direction(scene: &Scene, asked: &Asked) -> Vec<String> {
         cos_theta,
         shape,
         brdf_pdf,
+        pdf,
         distance,
         ld,
         occluded,
@@ -169,8 +170,9 @@ fn direction(scene: &Scene, asked: &Asked) -> Vec<String> {
         "           by {}: wi {wi:?}, cos {cos_theta:?}",
         asked.technique
     ));
+    let divided_by = pdf.map_or_else(String::new, |pdf| format!(", divided by {pdf:?} per sr"));
     lines.push(format!(
-        "           f_cos / rho {shape:?}, BRDF pdf {brdf_pdf:?} per sr"
+        "           f_cos / rho {shape:?}, BRDF pdf {brdf_pdf:?} per sr{divided_by}"
     ));
     let (name, verdict) = match (asked.light, occluded) {
         (Some(_), true) => ("ld", "occluded"),

@@ -36,6 +36,12 @@ pub struct Tile {
 }
 
 impl Tile {
+    /// Sets how many passes each pixel takes part in; ends the measurement of noise.
+    pub fn set_goals(&mut self, goal: impl Fn([u32; 2]) -> u32) {
+        self.goals = self.pixels().map(goal).collect();
+        self.squares = TileSum::default();
+    }
+
     /// Column and row of each pixel, in blocks of 4 x 2, so that eight neighbours form a packet.
     pub fn pixels(&self) -> impl Iterator<Item = [u32; 2]> + Clone {
         let [left, top] = self.corner;
@@ -297,13 +303,8 @@ impl Film {
     /// Parallel: to be called in the pool of a render.
     pub fn set_goals(&mut self, goals: &[u32]) {
         let width = self.size.width as usize;
-        self.tiles.par_iter_mut().for_each(|tile| {
-            tile.goals = tile
-                .pixels()
-                .map(|[x, y]| goals[y as usize * width + x as usize])
-                .collect();
-            tile.squares = TileSum::default();
-        });
+        let goal = |[x, y]: [u32; 2]| goals[y as usize * width + x as usize];
+        self.tiles.par_iter_mut().for_each(|tile| tile.set_goals(goal));
     }
 
     /// Maximum samples of a pixel, once goals are set.

@@ -27,32 +27,33 @@ pub type Partly = Vec<Vec<u32>>;
 
 /// Which lights are partially visible around each pixel.
 pub fn partly(prepared: &Prepared) -> Partly {
-    let size = prepared.settings.film;
-    let mut film = Film::new(size);
-    let own_ray = |at: u32| at.is_multiple_of(CELL);
-    let goal = |y: u32| (0..size.width).map(move |x| if own_ray(x) && own_ray(y) { u32::MAX } else { 0 });
-    let goals: Vec<u32> = (0..size.height).flat_map(goal).collect();
-    prepared.pool.install(|| film.set_goals(&goals));
-    let of_tile = |tile: &Tile| {
-        let Some(find_penumbrae) = prepared.plan.find_penumbrae else {
-            return Vec::new();
-        };
-        let marks = look(prepared, tile, |chunk, scratch| {
-            find_penumbrae(chunk, scratch);
-            std::mem::take(&mut scratch.partly)
-        });
-        if marks.iter().all(|&mark| mark == 0) {
-            return Vec::new();
-        }
-        let mut of_cell = [[0; 16]; 16];
-        for (&[x, y], mark) in tile.offsets().iter().zip(marks) {
-            of_cell[(y / CELL) as usize][(x / CELL) as usize] |= mark;
-        }
-        let mark = |&[x, y]: &[u32; 2]| of_cell[(y / CELL) as usize][(x / CELL) as usize];
-        tile.offsets().iter().map(mark).collect()
+    let mut film = Film::new(prepared.settings.film);
+    let tiles = film.tiles_mut().par_iter_mut();
+    prepared
+        .pool
+        .install(|| tiles.map(|tile| partly_of(prepared, tile)).collect())
+}
+
+/// The marks of the pixels of one tile; empty if no pixel is marked. They depend on no other tile.
+pub fn partly_of(prepared: &Prepared, tile: &mut Tile) -> Vec<u32> {
+    let Some(find_penumbrae) = prepared.plan.find_penumbrae else {
+        return Vec::new();
     };
-    let tiles = film.tiles();
-    prepared.pool.install(|| tiles.par_iter().map(of_tile).collect())
+    let own_ray = |at: u32| at.is_multiple_of(CELL);
+    tile.set_goals(|[x, y]| if own_ray(x) && own_ray(y) { u32::MAX } else { 0 });
+    let marks = look(prepared, tile, |chunk, scratch| {
+        find_penumbrae(chunk, scratch);
+        std::mem::take(&mut scratch.partly)
+    });
+    if marks.iter().all(|&mark| mark == 0) {
+        return Vec::new();
+    }
+    let mut of_cell = [[0; 16]; 16];
+    for (&[x, y], mark) in tile.offsets().iter().zip(marks) {
+        of_cell[(y / CELL) as usize][(x / CELL) as usize] |= mark;
+    }
+    let mark = |&[x, y]: &[u32; 2]| of_cell[(y / CELL) as usize][(x / CELL) as usize];
+    tile.offsets().iter().map(mark).collect()
 }
 
 /// What the ray through a pixel hit.
@@ -253,6 +254,27 @@ emission = [10.0, 10.0, 10.0]
             }
         }
         all
+    }
+
+    #[test]
+    fn a_sample_of_a_film_that_was_not_surveyed_is_that_of_the_render() {
+        let settings = Settings {
+            lanes: Some(Lanes::One),
+            ..Settings::default()
+        };
+        let (fresh, surveyed) = (prepared(settings), prepared(settings));
+        let marks = marks(&surveyed);
+        assert!(surveyed.partly().is_some());
+        let mut split = 0;
+        for (i, &mark) in marks.iter().enumerate().step_by(7) {
+            let [x, y] = [i as u32 % 48, i as u32 / 48];
+            let [a, b] = [&fresh, &surveyed].map(|one| one.replay([x, y, SPLIT_FROM]).unwrap().unwrap());
+            assert_eq!(a.radiance, b.radiance, "{x},{y}");
+            assert_eq!(a.asked.len(), b.asked.len(), "{x},{y}");
+            split += usize::from(mark == 1 && a.asked.len() == 2);
+        }
+        assert!(split > 5, "{split} points see the light in part");
+        assert!(!fresh.has_surveyed(), "a sample surveys its tile alone");
     }
 
     /// Where the ray through a pixel center hits the floor.

@@ -10,7 +10,8 @@ use super::settings::Settings;
 use super::stage::Scratch;
 use super::world::World;
 use crate::embree::{Device, EmbreeError, layout_canary};
-use crate::film::Film;
+use crate::film::allocation::Kind;
+use crate::film::{Film, Tile};
 use crate::scene::{Effects, Features, Scene};
 use crate::settings::{AccelKind, Lanes};
 
@@ -58,6 +59,8 @@ pub struct Prepared {
     pub(super) scratch: Arc<Mutex<Vec<Scratch>>>,
     /// Where lights are partially visible; computed on first use.
     partly: Arc<OnceLock<Partly>>,
+    /// The same of the tile that was replayed last, by its number.
+    replayed: Arc<Mutex<Option<(u32, Vec<u32>)>>>,
     features: Features,
     machine: Machine,
     scene_hash: Arc<str>,
@@ -107,6 +110,7 @@ impl Prepared {
             pool: Arc::new(rayon::ThreadPoolBuilder::new().num_threads(settings.threads).build()?),
             scratch: Arc::default(),
             partly: Arc::default(),
+            replayed: Arc::default(),
             scene_hash: scene.hash().into(),
             build_time: begin.elapsed(),
             embree_version: device.version().into(),
@@ -132,6 +136,35 @@ impl Prepared {
     pub(super) fn partly(&self) -> Option<&Partly> {
         self.plan.find_penumbrae?;
         Some(self.partly.get_or_init(|| outlook::partly(self)))
+    }
+
+    /// The lights that a pixel of this tile sees partially: as a render has found them, or from a survey of the tile alone.
+    fn mark(&self, tile: &mut Tile, pixel: [u32; 2]) -> Option<u32> {
+        let number = tile.number();
+        let mut replayed = self.replayed.lock().unwrap_or_else(PoisonError::into_inner);
+        if replayed.as_ref().is_none_or(|(of, _)| *of != number) {
+            let marks = match self.partly.get() {
+                Some(all) => all[number as usize].clone(),
+                None => outlook::partly_of(self, tile),
+            };
+            *replayed = Some((number, marks));
+        }
+        let (_, marks) = replayed.as_ref()?;
+        let found = tile.pixels().zip(marks).find(|(at, _)| *at == pixel);
+        found.map(|(_, &mark)| mark)
+    }
+
+    /// The pixels, row by row, in which a light ends before something else, or which touch such a pixel: of them a few samples tell
+    /// little, by any estimator. An environment that emits is a light too. Takes one ray a pixel.
+    pub fn rims(&self) -> Vec<bool> {
+        let kinds = outlook::kinds(self);
+        kinds.into_iter().map(|kind| kind == Kind::Rim).collect()
+    }
+
+    /// Whether the whole film was surveyed for lights that are partially visible.
+    #[cfg(test)]
+    pub(super) fn has_surveyed(&self) -> bool {
+        self.partly.get().is_some()
     }
 
     /// The same scene with another seed. All tables are shared.
@@ -265,20 +298,13 @@ impl Prepared {
                 remedy: "prepare the scene with Lanes::One",
             });
         }
-        let tile = Film::new(self.settings.film).pixel(x, y);
-        let Some(tile) = tile else {
+        let mut film = Film::new(self.settings.film);
+        let Some(tile) = film.pixel(x, y) else {
             return Ok(None);
         };
-        let partly = if pass >= outlook::SPLIT_FROM {
-            self.partly()
-        } else {
-            None
-        };
-        let marks = partly.map_or(&[][..], |partly| &partly[tile.number() as usize]);
-        let mark = Film::new(self.settings.film).tiles()[tile.number() as usize]
-            .pixels()
-            .zip(marks)
-            .find_map(|(pixel, &mark)| (pixel == [x, y]).then_some(mark));
+        let splits = self.plan.find_penumbrae.is_some() && pass >= outlook::SPLIT_FROM;
+        let whole_tile = &mut film.tiles_mut()[tile.number() as usize];
+        let mark = splits.then(|| self.mark(whole_tile, [x, y])).flatten();
         let partly = mark.as_slice();
         Ok(Some(replay(
             &self.plan,

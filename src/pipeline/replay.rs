@@ -262,8 +262,6 @@ fn directions<M: Told>(sample: &Sample, point: &ShadingPoint<f32, M::Of<f32>>, a
         ..
     } = *sample;
     let (world, numbers, tile) = (chunk.world, chunk.numbers, chunk.tile);
-    let told =
-        |wi: Vec3<f32>, distance: f32, ld: Vec3<f32>, occluded: bool| found(world, point, (wi, distance), ld, occluded);
     let (mix, warp) = of_spheres::<M>(settings.estimator);
     let split =
         |i: usize| warp == Warp::DiskOrCone && i < MARKS && chunk.partly.iter().any(|lights| lights >> i & 1 == 1);
@@ -321,8 +319,13 @@ fn directions<M: Told>(sample: &Sample, point: &ShadingPoint<f32, M::Of<f32>>, a
             found: sampled.filter(|sampled| sampled.active).map(|sampled| {
                 let shadow = ray(point.p, sampled.wi, sampled.distance, light.sphere);
                 let occluded = tracer.occluded(&shadow);
+                let towards = (sampled.wi, sampled.distance);
+                let found = found(world, point, towards, Some(light.le), sampled.ld, occluded);
                 let share = if split(i) { 0.5 } else { 1.0 };
-                told(sampled.wi, sampled.distance, sampled.ld * share, occluded)
+                Found {
+                    ld: found.ld.map(|ld| ld * share),
+                    ..found
+                }
             }),
         }
     };
@@ -362,7 +365,7 @@ fn directions<M: Told>(sample: &Sample, point: &ShadingPoint<f32, M::Of<f32>>, a
                 true => surface(()).le.is_some(),
                 false => environment(),
             };
-            told(sampled.wi, hit.t, sampled.throughput, !lit)
+            found(world, point, (sampled.wi, hit.t), Some([1.0; 3]), sampled.throughput, !lit)
         }),
     };
     let mut all = vec![asked];

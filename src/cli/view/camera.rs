@@ -5,6 +5,7 @@ use std::sync::Arc;
 use serde_json::{Value, json};
 
 use super::message::View;
+use crate::cli::names;
 use octolux::scene::{Camera, Environment, Fov, InvalidScene, Lens, Scene, Surface};
 
 /// The user's changes.
@@ -64,16 +65,17 @@ pub fn lights(scene: &Scene) -> Vec<Value> {
         _ => None,
     };
     let spheres = scene.spheres().iter().enumerate();
-    let spheres = spheres.filter_map(|(at, sphere)| one(format!("sphere {}", at + 1), &sphere.surface));
+    let spheres = spheres.filter_map(|(at, sphere)| one(names::sphere(scene, at), &sphere.surface));
     let meshes = scene.meshes().iter().enumerate();
-    let meshes = meshes.filter_map(|(at, mesh)| one(format!("mesh {}", at + 1), &mesh.surface));
+    let meshes = meshes.filter(|(_, mesh)| mesh.surface.emits());
+    let meshes = meshes.filter_map(|(at, mesh)| one(names::mesh(scene, at), &mesh.surface));
     let sky = match scene.environment() {
         Some(Environment::Constant(le)) => Some(json!({ "name": "environment", "radiance": le.to_array() })),
         _ => None,
     };
     let others = scene.lights().iter().enumerate().filter(|(_, light)| light.emits());
     let others =
-        others.map(|(at, light)| json!({ "name": format!("light {}", at + 1), "radiance": light.power().to_array() }));
+        others.map(|(at, light)| json!({ "name": names::light(scene, at), "radiance": light.power().to_array() }));
     spheres.chain(meshes).chain(sky).chain(others).collect()
 }
 

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use super::board::{Board, Layer, Look};
 use super::camera::Changes;
 use super::desk::{Desk, Shown};
-use super::message::{Ask, Choice};
+use super::message::{Ask, By, Choice};
 use super::race::Race;
 use super::said;
 use crate::cli::options::Options;
@@ -197,9 +197,10 @@ impl Engine {
                 self.playing = true;
                 self.begin(true);
             }
-            Order::Ask(page, Ask::Race { racers }) => {
+            Order::Ask(page, Ask::Race { racers, by, seconds }) => {
                 self.playing = true;
-                if let Err(error) = self.race(&racers) {
+                let limit = seconds.map_or(self.setup.reference_time, Duration::from_secs_f64);
+                if let Err(error) = self.race(&racers, by, limit) {
                     self.board.answer(page, said("error", &error));
                     self.begin(false);
                 }
@@ -291,16 +292,16 @@ impl Engine {
         self.fresh();
     }
 
-    fn race(&mut self, choices: &[Choice]) -> Result<(), String> {
+    fn race(&mut self, choices: &[Choice], by: Option<By>, limit: Duration) -> Result<(), String> {
         let shown = self.desk.shown().ok_or("nothing is rendered yet")?;
         let prepared = shown.prepared.first().ok_or("nothing is rendered yet")?;
         let FilmSize { width, height } = self.film();
         // A picture of the scene as in the file is no reference for changed cameras or lights.
-        let own = self.changes == Changes::default();
-        let reference = self.setup.reference.clone().filter(|_| own);
+        let given = by.is_none() && self.changes == Changes::default();
+        let reference = self.setup.reference.clone().filter(|_| given);
         let reference = reference.filter(|picture| (picture.width, picture.height) == (width, height));
-        let race = Race::new(prepared, choices, reference, self.setup.reference_time);
-        let race = race.map_err(|error| error.to_string())?;
+        let reference = reference.ok_or((by.unwrap_or(By::Mis), limit));
+        let race = Race::new(&shown.scene, prepared, choices, reference)?;
         self.board.watch(race.progress());
         self.desk.put(Shown {
             scene: shown.scene,

@@ -38,6 +38,12 @@ pub enum Ask {
     Race {
         /// Two to [`MOST_RACERS`].
         racers: Vec<Choice>,
+        /// What renders the reference; `None` takes the given picture if there is one, else [`By::Mis`].
+        #[serde(default)]
+        by: Option<By>,
+        /// For how many seconds; `None` as the command line says.
+        #[serde(default)]
+        seconds: Option<f64>,
     },
     /// Return to one picture.
     EndRace,
@@ -103,6 +109,16 @@ pub struct Choice {
     pub adaptive: bool,
 }
 
+/// What renders the reference of a race.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum By {
+    /// Two renders by `mis`.
+    Mis,
+    /// The f64 oracle.
+    Oracle,
+}
+
 impl Ask {
     /// Parses a message.
     ///
@@ -111,7 +127,10 @@ impl Ask {
     pub fn read(text: &str) -> Result<Self, String> {
         let ask: Self = serde_json::from_str(text).map_err(|error| format!("not understood: {error}"))?;
         match &ask {
-            Self::Race { racers } if !(2..=MOST_RACERS).contains(&racers.len()) => {
+            Self::Race {
+                seconds: Some(seconds), ..
+            } if !(0.1..=3600.0).contains(seconds) => Err("a reference takes 0.1 to 3600 seconds".to_owned()),
+            Self::Race { racers, .. } if !(2..=MOST_RACERS).contains(&racers.len()) => {
                 Err(format!("a race has 2 to {MOST_RACERS} settings"))
             }
             Self::Sample { count, .. } if !(1..=MOST_SAMPLES).contains(count) => {
@@ -157,6 +176,8 @@ mod tests {
             r#"{"do":"write","exposure":1e9}"#,
             r#"{"do":"write","exposure":0,"path":"/etc/passwd"}"#,
             r#"{"do":"race","racers":[]}"#,
+            r#"{"do":"race","racers":[],"by":"me"}"#,
+            r#"{"do":"race","racers":[],"seconds":0}"#,
             r#"{"do":"lights","gains":[-1]}"#,
         ] {
             assert!(Ask::read(bad).is_err(), "{bad}");

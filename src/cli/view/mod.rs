@@ -13,6 +13,7 @@ mod gate;
 mod http;
 mod message;
 mod race;
+mod reference;
 mod socket;
 mod tev;
 mod watch;

@@ -6,13 +6,13 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 
 use super::board::{Layer, REFERENCE};
-use super::message::Choice;
-use super::write::complete_block;
+use super::message::{By, Choice};
+use super::reference::{Oracle, Ready, Twins, counted};
 use octolux::film::Picture;
 use octolux::pipeline::{Prepared, Progress, Settings, SetupError};
 use octolux::run::{Goal, MOST_SPP, Run};
-use octolux::settings::{EstimatorKind, SamplerKind};
-use octolux::study::error::{Errors, relmse_of_reference};
+use octolux::scene::Scene;
+use octolux::study::error::Errors;
 
 /// How long a racer renders per turn.
 const TURN: Duration = Duration::from_millis(40);
@@ -34,32 +34,31 @@ struct Racer {
 
 /// The reference of a race.
 enum Reference {
-    /// Two renders with other seeds, whose difference measures the noise of their mean.
-    Underway([Box<Run>; 2]),
-    /// A picture, with the share of every relMSE that is its own noise, if known.
-    Ready(Arc<Layer>, Option<f64>),
+    Twins(Twins),
+    Oracle(Oracle),
+    Ready(Ready),
 }
 
 /// A race.
 pub struct Race {
     racers: Vec<Racer>,
     reference: Reference,
-    /// Seconds of rendering for the reference.
-    limit: f64,
+    /// The pixels whose errors count: not the rims of lights. There a sample is a light's whole radiance or nothing, by every estimator.
+    /// One rim of a bright light in a dark pixel, which the reference missed, would be greater than all other errors together.
+    counts: Vec<bool>,
 }
 
 impl Race {
-    /// A race of `choices`, against `reference` if that is a picture of the same scene, otherwise against one that is rendered
-    /// first, for `limit`.
+    /// A race of `choices`, against `reference`: a picture of the same scene, or what renders one first and how long.
     ///
     /// # Errors
     /// A setting without a kernel.
     pub fn new(
+        scene: &Arc<Scene>,
         prepared: &Prepared,
         choices: &[Choice],
-        reference: Option<Picture>,
-        limit: Duration,
-    ) -> Result<Self, SetupError> {
+        reference: Result<Picture, (By, Duration)>,
+    ) -> Result<Self, String> {
         let settings = prepared.settings();
         let racer = |choice: &Choice| {
             let settings = Settings {
@@ -79,28 +78,19 @@ impl Race {
                 curve: Vec::new(),
             })
         };
-        let racers = choices.iter().map(racer).collect::<Result<_, SetupError>>()?;
+        let racers = choices.iter().map(racer).collect::<Result<_, SetupError>>();
+        let racers = racers.map_err(|error| error.to_string())?;
         let reference = match reference {
-            Some(picture) => Reference::Ready(Arc::new(Layer::new(REFERENCE, picture)), None),
-            None => {
-                let settings = Settings {
-                    estimator: EstimatorKind::Mis,
-                    sampler: SamplerKind::Sobol,
-                    ..settings
-                };
-                let prepared = prepared.with_settings(settings)?;
-                // Seeds different from those of the racers.
-                let run = |turn: u32| {
-                    let seed = settings.seed ^ 0x5eed_0000 ^ turn;
-                    Box::new(prepared.with_seed(seed).passes(MOST_SPP))
-                };
-                Reference::Underway([run(1), run(2)])
+            Ok(picture) => Reference::Ready(Ready::given(picture)),
+            Err((By::Mis, limit)) => {
+                Reference::Twins(Twins::new(prepared, limit).map_err(|error| error.to_string())?)
             }
+            Err((By::Oracle, limit)) => Reference::Oracle(Oracle::new(scene, &settings, limit)?),
         };
         Ok(Self {
             racers,
             reference,
-            limit: limit.as_secs_f64(),
+            counts: prepared.rims().into_iter().map(|rim| !rim).collect(),
         })
     }
 
@@ -113,8 +103,8 @@ impl Race {
     pub fn progress(&self) -> Vec<Arc<Progress>> {
         let racers = self.racers.iter().map(|racer| racer.run.progress().clone());
         let of_reference: &[Box<Run>] = match &self.reference {
-            Reference::Underway(runs) => runs,
-            Reference::Ready(..) => &[],
+            Reference::Twins(twins) => twins.runs(),
+            Reference::Oracle(_) | Reference::Ready(_) => &[],
         };
         racers
             .chain(of_reference.iter().map(|run| run.progress().clone()))
@@ -124,18 +114,20 @@ impl Race {
     /// Steps the racer with the least render time; returns whether there is more to do.
     pub fn step(&mut self) -> bool {
         let pause = Some(Instant::now() + TURN);
-        if let Reference::Underway(runs) = &mut self.reference {
-            let spent: Duration = runs.iter().map(|run| run.render_time()).sum();
-            let behind = usize::from(runs[1].render_time() < runs[0].render_time());
-            if spent.as_secs_f64() < self.limit || runs.iter().any(|run| run.passes() == 0) {
-                return runs[behind].step_until(pause).is_more();
-            }
-            runs.iter_mut().for_each(|run| complete_block(run));
-            if runs.iter().any(|run| run.progress().stop_requested()) {
-                return false;
-            }
-            let (picture, noise) = mean_and_noise(&runs[0].picture(), &runs[1].picture());
-            self.reference = Reference::Ready(Arc::new(Layer::new(REFERENCE, picture)), Some(noise));
+        let done = match &mut self.reference {
+            Reference::Ready(_) => None,
+            Reference::Twins(twins) => match twins.step(pause, &self.counts) {
+                None => return true,
+                Some(None) => return false,
+                Some(done) => done,
+            },
+            Reference::Oracle(oracle) => match oracle.step(&self.counts) {
+                None => return true,
+                done => done,
+            },
+        };
+        if let Some(ready) = done {
+            self.reference = Reference::Ready(ready);
         }
         let racing = self.racers.iter_mut().filter(|racer| !racer.ended);
         let Some(racer) = racing.min_by_key(|racer| racer.run.render_time()) else {
@@ -147,21 +139,20 @@ impl Race {
 
     /// The current pictures; records the errors.
     pub fn look(&mut self) -> Vec<Arc<Layer>> {
-        let mut layers = Vec::new();
-        match &self.reference {
-            Reference::Ready(layer, _) => layers.push(layer.clone()),
-            Reference::Underway(runs) => {
-                layers.push(Arc::new(Layer::new(REFERENCE, runs[0].picture())));
-                return layers;
-            }
-        }
-        let reference = layers[0].clone();
+        let underway = |picture| vec![Arc::new(Layer::new(REFERENCE, picture))];
+        let reference = match &self.reference {
+            Reference::Ready(ready) => ready.layer.clone(),
+            Reference::Twins(twins) => return underway(twins.picture()),
+            Reference::Oracle(oracle) => return underway(oracle.picture()),
+        };
+        let mut layers = vec![reference.clone()];
+        let truth = counted(&reference.picture.pixels, &self.counts);
         for (id, racer) in self.racers.iter_mut().enumerate() {
             let picture = racer.run.picture();
             let spent = racer.run.render_time().as_secs_f64();
             let is_new = racer.curve.last().is_none_or(|last| spent >= NOTED * last[0]);
             if is_new && racer.run.spread().0 > 0 {
-                let error = Errors::between(&picture.pixels, &reference.picture.pixels).relmse;
+                let error = Errors::between(&counted(&picture.pixels, &self.counts), &truth).relmse;
                 racer.curve.push([spent, error]);
             }
             layers.push(Arc::new(Layer::new(id as u8, picture)));
@@ -187,48 +178,12 @@ impl Race {
             })
         };
         let reference = match &self.reference {
-            Reference::Underway(runs) => {
-                let spent: Duration = runs.iter().map(|run| run.render_time()).sum();
-                json!({ "ready": false, "seconds": spent.as_secs_f64(), "of": self.limit })
-            }
-            Reference::Ready(_, noise) => json!({ "ready": true, "noise": noise }),
+            Reference::Twins(twins) => twins.told(),
+            Reference::Oracle(oracle) => oracle.told(),
+            Reference::Ready(ready) => json!({ "ready": true, "noise": ready.noise, "by": ready.by }),
         };
-        json!({ "racers": self.racers.iter().map(racer).collect::<Vec<_>>(), "reference": reference })
-    }
-}
-
-/// The mean of two independent pictures, and its own noise as a share of relMSE: half of their difference estimates its
-/// standard error.
-fn mean_and_noise(a: &Picture, b: &Picture) -> (Picture, f64) {
-    let both = a.pixels.iter().zip(&b.pixels);
-    let mean = both
-        .clone()
-        .map(|(a, b)| [0, 1, 2].map(|c| 0.5 * (a[c] + b[c])))
-        .collect();
-    let stderr: Vec<[f32; 3]> = both.map(|(a, b)| [0, 1, 2].map(|c| 0.5 * (a[c] - b[c]))).collect();
-    let mean = Picture {
-        width: a.width,
-        height: a.height,
-        pixels: mean,
-    };
-    let noise = relmse_of_reference(&mean.pixels, &stderr);
-    (mean, noise)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_noise_of_a_mean_is_known_in_closed_form() {
-        let picture = |value: f32| Picture {
-            width: 2,
-            height: 1,
-            pixels: vec![[value; 3]; 2],
-        };
-        let (mean, noise) = mean_and_noise(&picture(1.5), &picture(0.5));
-        assert_eq!(mean.pixels, picture(1.0).pixels);
-        // A difference of 1 between the two: their mean has a variance of 1/4.
-        assert!((noise - 0.25 / 1.0001).abs() < 1e-12);
+        let rims = self.counts.iter().filter(|counts| !**counts).count();
+        let racers: Vec<Value> = self.racers.iter().map(racer).collect();
+        json!({ "racers": racers, "reference": reference, "rims": rims })
     }
 }

@@ -34,6 +34,9 @@ pub struct Found {
     pub shape: f32,
     /// Density of BRDF sampling in this direction.
     pub brdf_pdf: f32,
+    /// The density that the estimate divides by, per steradian: `le f_cos / ld`. Of estimators that mix two techniques it is what their
+    /// weights amount to. `None` for lights that are no spheres, whose radiance may depend on the direction.
+    pub pdf: Option<f32>,
     /// Distance to the light.
     pub distance: f32,
     /// The unoccluded contribution; for `uniform` and `brdf`, the throughput.

@@ -68,7 +68,7 @@ fn of_kind<B: Brdf<f32>, K: LightKind>(
                 found: sampled.filter(|sampled| sampled.active).map(|sampled| {
                     let shadow = ray(point.p, sampled.wi, sampled.distance, light.id());
                     let occluded = tracer.occluded(&shadow);
-                    found(world, point, (sampled.wi, sampled.distance), sampled.ld, occluded)
+                    found(world, point, (sampled.wi, sampled.distance), None, sampled.ld, occluded)
                 }),
             });
         }

@@ -84,7 +84,7 @@ pub(super) fn directions<M: Told>(
             found: sampled.filter(|sampled| sampled.active).map(|sampled| {
                 let shadow = ray(point.p, sampled.wi, sampled.distance, light.sphere);
                 let occluded = tracer.occluded(&shadow);
-                found(world, point, (sampled.wi, sampled.distance), sampled.ld, occluded)
+                found(world, point, (sampled.wi, sampled.distance), Some(light.le), sampled.ld, occluded)
             }),
         });
     }
@@ -109,7 +109,7 @@ pub(super) fn directions<M: Told>(
                     .shape
                     .over(lobe.pdf)
                     .colour(point.bsdf.rho(), Vec3::splat([1.0; 3]));
-                found(world, point, (wi, hit.t), throughput, !lit)
+                found(world, point, (wi, hit.t), Some([1.0; 3]), throughput, !lit)
             }),
         });
     }

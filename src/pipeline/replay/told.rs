@@ -68,17 +68,20 @@ pub fn technique<B: Brdf<f32>>(warp: Warp, point: &ShadingPoint<f32, B>, light: 
     }
 }
 
-/// Evaluates a sampled direction.
+/// Evaluates a sampled direction; `le` is the radiance of the light, 1 if `ld` is a throughput, `None` if unknown.
 pub fn found<B: Brdf<f32>>(
     world: &World,
     point: &ShadingPoint<f32, B>,
     (wi, distance): (Vec3<f32>, f32),
+    le: Option<[f32; 3]>,
     ld: Vec3<f32>,
     occluded: bool,
 ) -> Found {
     let cos_theta = point.bsdf.normal().dot(wi);
     let lobe = point.bsdf.eval(wi, cos_theta);
+    let f_cos = lobe.shape.colour(point.bsdf.rho(), Vec3::splat([1.0; 3])).lane(0);
     Found {
+        pdf: le.and_then(|le| pdf(le, f_cos, ld.lane(0))),
         wi: wi.lane(0),
         cos_theta,
         shape: lobe.shape.colour(Vec3::splat([1.0; 3]), Vec3::splat([1.0; 3])).x,
@@ -87,4 +90,11 @@ pub fn found<B: Brdf<f32>>(
         ld: ld.lane(0),
         occluded,
     }
+}
+
+/// `le f_cos / ld`, from the channel with the most light.
+fn pdf(le: [f32; 3], f_cos: [f32; 3], ld: [f32; 3]) -> Option<f32> {
+    let most = (0..3).max_by(|&a, &b| ld[a].total_cmp(&ld[b]))?;
+    let pdf = f64::from(le[most]) * f64::from(f_cos[most]) / f64::from(ld[most]);
+    pdf.is_finite().then_some(pdf as f32)
 }

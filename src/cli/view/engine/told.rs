@@ -23,6 +23,8 @@ impl Engine {
             "outputs": names(&self.setup.outputs),
             "lights": camera::lights(&self.file),
             "notes": self.file.notes(),
+            "reference": self.setup.reference.is_some(),
+            "reference_seconds": self.setup.reference_time.as_secs_f64(),
             "version": octolux::about::VERSION,
         });
         self.board.tell(Topic::Hello, hello.to_string());

@@ -210,6 +210,20 @@ export class Stage {
     const margin = 0.5 / this.zoom;
     this.middle = this.middle.map(m => this.zoom <= 1 ? 0.5 : Math.min(Math.max(m, margin), 1 - margin));
   }
+  /** A frame around a pixel of the film, in every cell. */
+  mark(x, y, count) {
+    const { context } = this;
+    for (const cell of this.cells(count)) {
+      const { x: left, y: top, scale } = this.place(cell), side = Math.max(scale, 9 * this.ratio);
+      const at = [left + (x + 0.5) * scale - side / 2, top + (y + 0.5) * scale - side / 2, side, side];
+      context.save();
+      context.beginPath(); context.rect(cell.x, cell.y, cell.w, cell.h); context.clip();
+      for (const [colour, width] of [["#000", 4], ["#fff", 2]]) {
+        context.strokeStyle = colour; context.lineWidth = width * this.ratio; context.strokeRect(...at);
+      }
+      context.restore();
+    }
+  }
   draw(layers, tone, reference) {
     const { context, canvas } = this;
     context.clearRect(0, 0, canvas.width, canvas.height);

@@ -1,7 +1,11 @@
 // The race: what takes part, the curves of error against time, and who leads.
 
 const MOST = 4;
-const FIRST = [["light", "sobol"], ["brdf", "sobol"], ["mis", "sobol"], ["mis", "independent"]];
+const FIRST = [["light", "sobol"], ["brdf", "sobol"], ["mis", "sobol"], ["product", "sobol"]];
+/** What a reference is called. */
+const REFERENCES = { file: "the given file", mis: "two renders by mis", oracle: "the f64 oracle, slow" };
+/** An error as people write it. */
+export const amount = x => x >= 0.001 && x < 1e4 ? String(+x.toPrecision(3)) : x.toExponential(1);
 export const colour = index => getComputedStyle(document.documentElement).getPropertyValue(`--c${index}`).trim();
 export const name = racer => `${racer.estimator}, ${racer.adaptive ? "adaptive " : ""}${racer.sampler}`;
 const $ = id => document.getElementById(id);
@@ -10,11 +14,25 @@ export class RacePanel {
   constructor(start) {
     this.choices = FIRST.map(([estimator, sampler]) => ({ estimator, sampler, adaptive: false }));
     $("race-add").onclick = () => { this.choices.push({ ...this.choices.at(-1) }); this.draw(); };
-    $("race-start").onclick = () => { $("race-choices").open = false; start(this.choices); };
+    $("race-start").onclick = () => {
+      $("race-choices").open = false;
+      const by = $("race-by").value, seconds = Number($("race-seconds").value);
+      start({ racers: this.choices, ...(by === "file" ? {} : { by, seconds: Math.max(0.1, Math.min(3600, seconds || 10)) }) });
+    };
+    $("race-by").onchange = () => { $("race-seconds-label").hidden = $("race-by").value === "file"; };
     new ResizeObserver(() => this.curves()).observe($("curves"));
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.curves());
   }
-  known(hello) { this.hello = hello; this.draw(); }
+  known(hello) {
+    const again = this.hello;
+    this.hello = hello;
+    if (!again) {
+      $("race-by").replaceChildren(...Object.entries(REFERENCES).filter(([by]) => by !== "file" || hello.reference).map(([by, text]) => new Option(text, by)));
+      $("race-seconds").value = hello.reference_seconds;
+      $("race-by").onchange();
+    }
+    this.draw();
+  }
   /** The rows of settings. */
   draw() {
     const setup = $("race-setup");
@@ -49,12 +67,14 @@ export class RacePanel {
     $("race-running").hidden = !race;
     $("race-start").textContent = race ? "Start again" : "Start";
     if (!race) { if (had) $("race-choices").open = true; return; }
-    const { reference, racers } = race;
+    const { reference, racers, rims } = race;
+    const far = `${reference.seconds?.toFixed(1)} of ${+reference.of?.toPrecision(3)} s`;
     $("race-says").textContent = !reference.ready
-      ? `Rendering the reference first: ${reference.seconds.toFixed(1)} of ${reference.of.toFixed(0)} s, two pictures of other seeds.`
-      : "Each racer has rendered for the same time." + (reference.noise == null ? "" :
-        " Errors at the dashed line are the reference's own noise.");
-    this.standings(racers);
+      ? `First the reference: ${reference.by === "oracle" ? `the f64 oracle, ${reference.samples} spp` : "two pictures by mis, of other seeds"}, ${far}.`
+      : `Each racer has rendered for the same time. Errors are against ${{ file: "the given file", mis: "two pictures by mis", oracle: "the f64 oracle" }[reference.by]}`
+        + (reference.noise == null ? "." : "; the dashed line is its own noise, as far as it can tell.") + (rims ? ` Not counted: ${rims} pixels at the rims of lights.` : "");
+    for (const id of ["race-views", "curves", "standings"]) $(id).hidden = !reference.ready;
+    if (reference.ready) this.standings(racers);
     this.curves();
   }
   standings(racers) {
@@ -65,7 +85,7 @@ export class RacePanel {
       // Monte Carlo errors fall as one over the time: the factor in error is one in time.
       const factor = last && best ? last[1] / best[1] : NaN;
       const cells = ["", name(racer), racer.least === racer.most ? racer.least : `${racer.least}–${racer.most}`,
-        last ? last[1].toExponential(2) : "–", !last ? "–" : factor <= 1 ? "leads" : `${factor.toFixed(factor < 10 ? 1 : 0)} ×`];
+        last ? amount(last[1]) : "–", !last ? "–" : factor <= 1 ? "leads" : `${factor < 10 ? factor.toFixed(1) : +factor.toPrecision(2)} ×`];
       row.append(...cells.map(text => Object.assign(document.createElement("td"), { textContent: text })));
       return row;
     }));

@@ -8,9 +8,18 @@ const unit = a => { const l = Math.hypot(...a); return a.map(x => x / l); };
 const mix = (a, s, b, t) => a.map((x, i) => s * x + t * b[i]);
 
 /** How the techniques are called and coloured. */
-const TECHNIQUES = { cone: ["towards a light's cone", 0], cap: ["a light's cap by the cosine", 3], brdf: ["the BRDF's lobe", 1], lobe: ["the lobe inside a light's cap", 1], sphere: ["the whole sphere", 2] };
+const TECHNIQUES = { cone: ["uniform in a light's cone", 0], cap: ["a light's cap by the cosine", 3], brdf: ["the BRDF's lobe", 1], lobe: ["the lobe inside a light's cap", 1], sphere: ["the whole sphere", 2] };
 /** Others by their own name. */
 const technique = name => TECHNIQUES[name] ?? [name, 3];
+const figure = x => x === 0 ? "0" : Math.abs(x) >= 1e-3 && Math.abs(x) < 1e5 ? String(+x.toPrecision(3)) : x.toExponential(1);
+const some = (n, one, many = `${one}s`) => `${n} ${n === 1 ? one : many}`;
+/** Rows of the table: a scene may have hundreds of lights. */
+const MOST_ROWS = 24;
+/** Passes whose normal is farther from the first one's have met another side of an edge, and a drawing has one hemisphere. */
+const NEAR = 0.9;
+
+/** What is drawn as a lobe. Of models with microfacets none is: theirs is no power of a cosine. */
+const LOBES = { diffuse: "cosine lobe", phong: "Phong lobe" };
 
 export class SamplePanel {
   constructor(ask) {
@@ -47,8 +56,17 @@ export class SamplePanel {
   take(sample) {
     this.sample = sample;
     const { replays } = sample;
-    this.point = replays.find(r => r.point)?.point;
-    this.drawn = replays.flatMap(r => r.asked).filter(a => a.found);
+    const first = replays.find(r => r.point);
+    this.point = first?.point;
+    // The passes on the surface of the first one.
+    this.shown = replays.filter(r => r.point && dot(r.point.n, this.point.n) > NEAR);
+    this.models = [...new Map(this.shown.map(r => [r.point.model, r])).values()];
+    this.drawn = this.shown.flatMap(r => r.asked).filter(a => a.found);
+    // A direction of the lobe is one for all lights of a pass: it is drawn once, if it meets none.
+    this.missed = this.shown.flatMap(r => {
+      const lobes = r.asked.filter(a => a.lobe && a.lobe.some(x => x)), met = lobes.some(a => a.found);
+      return lobes.length && !met ? [lobes[0].lobe] : [];
+    });
     // Rays to lights that are told one by one are drawn with them.
     const told = this.drawn.map(a => a.found.wi);
     this.rays = sample.rays.filter(ray => !told.some(wi => dot(wi, ray) > 1 - 1e-6));
@@ -57,16 +75,38 @@ export class SamplePanel {
     $("sample-title").textContent = `Pixel ${sample.x}, ${sample.y}`;
     const passes = replays.length === 1 ? `Pass ${sample.pass}` : `Passes ${sample.pass} to ${sample.pass + replays.length - 1}`;
     const radiance = replays.reduce((sum, r) => mix(sum, 1, r.radiance, 1 / replays.length), [0, 0, 0]);
-    const far = this.drawn.some(a => a.light == null) ? "meet no light" : "are blocked";
-    const untold = replays.some(r => r.meshes_untold);
-    const light = `Radiance ${radiance.map(x => x.toPrecision(3)).join(", ")}.`;
-    const spheres = !this.asked && untold ? "" : `of ${this.asked} directions${untold ? " to other lights" : ""} ${this.drawn.length} can bring light, and ${this.blocked} of these ${far}. `;
-    const others = untold ? `${this.rays.length} rays were traced in all, also to large meshes; whether they arrived is in the radiance. ` : "";
-    $("sample-says").textContent = this.point ? `${passes}, ${sample.estimator}: ${spheres}${others}${light}`
-      : `${passes}: the ray meets nothing that reflects. ${light}`;
+    const untold = replays.some(r => r.meshes_untold), asked = this.shown.reduce((n, r) => n + r.asked.length, 0);
+    const lone = this.drawn.some(a => a.light == null), could = this.drawn.length, blocked = this.blocked;
+    const says = [];
+    if (!this.point) says.push("The ray meets nothing that reflects.");
+    else if (asked && lone) says.push(`${some(asked, "direction")}: ${could - blocked || "none"} ${could - blocked > 1 ? "meet" : "meets"} a light.`);
+    else if (asked) says.push(`${some(asked, "direction")}${untold ? " to lights that are told one by one" : ""}: ${could ? `${could} could bring light, ${blocked || "none"} of them blocked` : "none could bring light"}.`);
+    if (this.missed.length && !lone) says.push(this.missed.length === 1 ? "The direction of the lobe meets no light." : `${this.missed.length} directions of the lobe meet no light.`);
+    if (untold) says.push(`${some(this.rays.length, "ray was", "rays were")} traced in all, also to large meshes; whether they arrived is in the radiance.`);
+    const other = this.point ? replays.length - this.shown.length : 0;
+    if (other) says.push(`${some(other, "pass", "passes")} met another surface and ${other === 1 ? "is" : "are"} not drawn.`);
+    says.push(`Radiance ${radiance.map(figure).join(", ")}${replays.length > 1 ? ", the mean of all passes" : ""}.`);
+    $("sample-says").textContent = `${passes} by ${sample.estimator}, ${sample.sampler}. ${says.join(" ")}`;
+    this.table(replays[0], sample.pass);
     $("sample-text").textContent = sample.text;
     this.legend();
     this.draw();
+  }
+  /** The directions of the first pass, in numbers. */
+  table(replay, pass) {
+    const rows = replay.asked.slice(0, MOST_ROWS).map(a => {
+      const to = a.sphere != null ? `sphere ${a.sphere + 1}` : a.kind ? `${a.kind}` : "any light", f = a.found;
+      const end = f ? (f.occluded ? (a.light == null ? "no light" : "blocked") : "arrives") : a.lobe ? (a.lobe.some(x => x) ? "misses it" : "below ground") : "cannot";
+      const numbers = f ? [figure(f.cos_theta), f.pdf == null ? "–" : figure(f.pdf), f.ld.map(x => figure(+x.toPrecision(2))).join(" ")] : ["", "", ""];
+      const row = document.createElement("tr");
+      row.style.setProperty("--of", f || a.lobe ? `var(--c${technique(a.technique)[1]})` : "transparent");
+      row.append(...["", to, a.technique, ...numbers, end].map(text => Object.assign(document.createElement("td"), { textContent: text })));
+      return row;
+    });
+    $("directions").hidden = !rows.length;
+    $("directions").tBodies[0].replaceChildren(...rows);
+    const more = replay.asked.length - rows.length;
+    $("directions").caption.textContent = `Pass ${pass}${more > 0 ? `, the first ${rows.length} of ${replay.asked.length} directions` : ""}`;
   }
   legend() {
     const entry = (of, text, kind = "") => {
@@ -77,10 +117,14 @@ export class SamplePanel {
     };
     const used = [...new Set(this.drawn.map(a => a.technique))];
     const items = used.map(t => entry(`var(--c${technique(t)[1]})`, technique(t)[0]));
+    if (this.missed.length) items.push(entry("var(--c1)", "the lobe, meets no light", "blocked"));
     if (this.rays.length) items.push(entry("var(--c2)", "towards a mesh or the environment"));
     if (this.blocked) items.push(entry("var(--quiet)", this.drawn.some(a => a.light == null) ? "hollow: meets no light" : "hollow: blocked", "blocked"));
-    if (this.point) items.push(entry("var(--ink)", "n, wo", "line"), entry("var(--accent)", this.point.model === "diffuse" ? "lobe (cosine)" : this.point.model === "phong" ? "lobe" : this.point.model, "line"));
-    if (this.sample.caps.length && this.point) items.push(entry("var(--good)", "lights' caps", "line"));
+    if (this.rings().length) items.push(entry("var(--c1)", "the ring drawn in the first pass, thick in the cap", "line"));
+    const lobes = this.models.filter(r => r.point.model in LOBES).map(r => LOBES[r.point.model]);
+    if (this.point) items.push(entry("var(--ink)", "n, wo", "line"));
+    if (lobes.length) items.push(entry("var(--accent)", lobes.join(" and "), "line"));
+    if (this.sample.caps.length && this.point) items.push(entry("var(--good)", "lights' caps, by the number of the sphere", "line"));
     $("legend").replaceChildren(...items);
   }
   draw() {
@@ -129,12 +173,28 @@ export class SamplePanel {
       line(of("--line"), 1);
     }
     this.caps(local, path, line, context, of, see);
-    this.lobe(local, wo, n, path, line, context, of);
+    for (const { point, direction } of this.models) this.lobe(local, direction.map(x => -x), unit(point.n), point, path, line, context, of);
+    for (const { wr, around, cap, theta } of this.rings()) {
+      // The nearest and the farthest ring that meet the cap, and the one that was drawn.
+      const ring = angle => (path(Array.from({ length: 181 }, (_, i) => local(around(angle, i / 180 * 2 * Math.PI)))), angle);
+      const apart = Math.acos(Math.max(-1, Math.min(1, dot(wr, cap.to)))), tau = Math.acos(cap.cos);
+      context.setLineDash([2, 4]);
+      for (const angle of [apart - tau, apart + tau]) if (angle > 0 && angle < Math.PI / 2) { ring(angle); line(of("--quiet"), 1); }
+      context.setLineDash([]);
+      ring(theta); line(of("--c1"), 1, 0.6);
+      const turns = Array.from({ length: 721 }, (_, i) => around(theta, i / 720 * 2 * Math.PI));
+      context.lineWidth = 4; context.strokeStyle = of("--c1");
+      for (let i = 0; i < 720; i++) if (dot(turns[i], cap.to) >= cap.cos && dot(turns[i + 1], cap.to) >= cap.cos) {
+        path([local(turns[i]), local(turns[i + 1])]); context.stroke();
+      }
+    }
     const arrow = (w, label, colour, reach = 1) => {
       const p = local(w), from = see([0, 0, 0]), to = see(p.map(x => reach * x));
       context.beginPath(); context.moveTo(from[0], from[1]); context.lineTo(to[0], to[1]); line(colour, 2.4);
       context.fillStyle = colour; context.font = "italic 600 1.05rem Georgia, serif"; context.textAlign = "center";
       const end = see(p.map(x => (reach + 0.13) * x));
+      // What lies behind a letter would make it hard to read.
+      context.strokeStyle = of("--ground"); context.lineWidth = 4; context.strokeText(label, end[0], end[1] + 5);
       context.fillText(label, end[0], end[1] + 5);
     };
     arrow(n, "n", of("--ink"), 1.08);
@@ -143,6 +203,14 @@ export class SamplePanel {
     const many = this.drawn.length > 24;
     const marks = this.drawn.map(a => ({ a, p: local(a.found.wi) })).map(m => ({ ...m, at: see(m.p) })).sort((l, r) => l.at[2] - r.at[2]);
     const origin = see([0, 0, 0]);
+    const thin = this.missed.length > 24;
+    for (const wi of this.missed) {
+      const at = see(local(wi));
+      context.beginPath(); context.moveTo(origin[0], origin[1]); context.lineTo(at[0], at[1]);
+      context.setLineDash([2, 5]); line(of("--c1"), thin ? 0.8 : 1.6, thin ? 0.35 : 1); context.setLineDash([]);
+      context.beginPath(); context.arc(at[0], at[1], thin ? 2.6 : 5, 0, 7);
+      context.fillStyle = of("--ground"); context.fill(); line(of("--c1"), thin ? 1 : 2, thin ? 0.5 : 1);
+    }
     for (const { a, p, at } of marks) {
       const colour = of(`--c${technique(a.technique)[1]}`), blocked = a.found.occluded;
       context.globalAlpha = p[2] < 0 ? 0.35 : 1;
@@ -178,6 +246,10 @@ export class SamplePanel {
       path(above, true);
       context.globalAlpha = 0.25; context.fillStyle = of("--good"); context.fill(); context.globalAlpha = 1;
       line(of("--good"), 1.8);
+      const top = rim.map(see).reduce((a, b) => b[1] < a[1] ? b : a);
+      context.font = "600 .8rem system-ui, sans-serif"; context.textAlign = "center";
+      context.strokeStyle = of("--ground"); context.lineWidth = 3; context.strokeText(cap.sphere + 1, top[0], top[1] - 11);
+      context.fillStyle = of("--good"); context.fillText(cap.sphere + 1, top[0], top[1] - 11);
       // A small light is a point of the hemisphere: a ring shows where.
       const spot = see(axis);
       if (Math.hypot(...see(rim[0]).map((x, i) => i < 2 ? x - spot[i] : 0)) < 5) {
@@ -186,10 +258,9 @@ export class SamplePanel {
     }
   }
   /** The density of the BRDF's sampling over its greatest, as a radius: slices through its axis. */
-  lobe(local, wo, n, path, line, context, of) {
-    // Of models with microfacets no lobe is drawn: theirs is no power of a cosine.
-    if (!["diffuse", "phong"].includes(this.point.model)) return;
-    const alpha = this.point.alpha, phong = alpha > 1;
+  lobe(local, wo, n, { model, alpha }, path, line, context, of) {
+    if (!(model in LOBES)) return;
+    const phong = model === "phong";
     const axis = local(phong ? mix(n, 2 * dot(wo, n), wo, -1) : n);
     const a = unit(cross(axis, Math.abs(axis[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0])), b = cross(axis, a);
     // Where the lobe has fallen to a thousandth.
@@ -204,5 +275,17 @@ export class SamplePanel {
       context.globalAlpha = 0.05; context.fillStyle = of("--accent"); context.fill(); context.globalAlpha = 1;
       line(of("--accent"), 1.3, 0.75);
     }
+  }
+  /** The rings of a Phong lobe that `product` drew in the first pass, each with the cap that it crosses. */
+  rings() {
+    const first = this.shown[0];
+    if (!first || first.point.model !== "phong") return [];
+    const n = unit(first.point.n), wo = first.direction.map(x => -x), wr = unit(mix(n, 2 * dot(wo, n), wo, -1));
+    const a = unit(cross(wr, Math.abs(wr[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0])), b = cross(wr, a);
+    const around = (angle, turn) => mix(wr, Math.cos(angle), mix(a, Math.cos(turn), b, Math.sin(turn)), Math.sin(angle));
+    return first.asked.filter(ask => ask.found && ask.technique === "lobe").flatMap(ask => {
+      const cap = this.sample.caps.find(c => c.sphere === ask.sphere);
+      return cap ? [{ wr, around, cap, theta: Math.acos(Math.max(-1, Math.min(1, dot(wr, ask.found.wi)))) }] : [];
+    });
   }
 }

@@ -1,7 +1,7 @@
 // The page: what comes over the WebSocket, what the user does, and what is shown.
 import { Layer, Stage, Tone } from "./picture.js";
 import { Camera } from "./camera.js";
-import { RacePanel, name as racerName } from "./race.js";
+import { RacePanel, amount, name as racerName } from "./race.js";
 import { SamplePanel } from "./sample.js";
 
 const $ = id => document.getElementById(id);
@@ -54,7 +54,12 @@ const HEAR = {
     lights();
   },
   status(message) {
+    const raced = Boolean(status?.race), races_now = Boolean(message.race);
     status = message;
+    if (races_now && !raced) panel("race", true);
+    if (raced && !races_now && !ending) say("The race has ended, because the camera, a light or the scene has changed. Start begins another one.", "note");
+    if (!races_now) ending = false;
+    dim(message.gains);
     stage.film = { width: status.width, height: status.height };
     $("estimator").value = status.estimator;
     $("sampler").value = status.sampler;
@@ -114,6 +119,10 @@ function redraw(then) {
     stage.draw(shown, tone, errors && status?.race ? layers.get(REFERENCE) : null);
     labels(shown);
     pointer();
+    document.body.classList.toggle("legend", tone.mode === "false" || Boolean(errors && status?.race));
+    // The pixel whose sample is open.
+    const { at } = samples;
+    if (at && !$("sample-panel").hidden) stage.mark(at.x, at.y, shown.length);
     const done = after;
     after = [];
     done.forEach(f => f());
@@ -162,21 +171,22 @@ const short = x => Number.isFinite(x) ? (x !== 0 && (Math.abs(x) < 1e-3 || x >= 
 function pointer() {
   $("zoom").textContent = stage.zoom === 1 ? "" : `${stage.zoom.toFixed(stage.zoom < 10 ? 1 : 0)} ×`;
   const shown = visible(), layer = over && shown[over.index];
-  if (!over?.inside || !layer?.width) return void ($("pixel").textContent = "");
+  if (!over?.inside || !layer?.width) return $("pixel").replaceChildren();
   const same = layer.width === status?.width && layer.height === status?.height;
   const x = same ? over.x : Math.floor(over.x * layer.width / stage.film.width), y = same ? over.y : Math.floor(over.y * layer.height / stage.film.height);
   const found = exact && exact.x === over.x && exact.y === over.y ? exact.values.find(v => v.layer === layer.id)?.value : null;
   const value = found ?? layer.at(x, y), racer = status?.race?.racers[layer.id] ?? status?.picture;
-  let text = `${over.x}, ${over.y}: ${value.map(short).join("  ")}`;
+  const where = [`pixel ${over.x}, ${over.y}`], what = [`radiance ${value.map(short).join("  ")}`];
   const sure = exact && exact.x === over.x && exact.y === over.y ? exact.standard_error : null;
-  if (sure != null && !status?.race) text += `  ± ${sure.toPrecision(2)}`;
-  if (racer && layer.id !== REFERENCE) text += `  ${racer.least === racer.most ? racer.least : `${racer.least}–${racer.most}`} samples`;
+  if (sure != null && !status?.race) what.push(`± ${short(+sure.toPrecision(2))}`);
+  if (status?.race) where.push(layer.id === REFERENCE ? "reference" : racerName(status.race.racers[layer.id]));
+  if (racer && layer.id !== REFERENCE) where.push(`${racer.least === racer.most ? racer.least : `${racer.least}–${racer.most}`} samples`);
   const truth = status?.race && layer.id !== REFERENCE && layers.get(REFERENCE);
   if (truth?.width) {
     const error = value.reduce((sum, v, c) => { const r = truth.at(x, y)[c]; return sum + (v - r) ** 2 / (r * r + 1e-4) / 3; }, 0);
-    text += `  error² ${error.toExponential(1)}`;
+    what.push(`rel. error² ${amount(error)}`);
   }
-  $("pixel").textContent = text;
+  $("pixel").replaceChildren(...[where.join(" · "), what.join(" ")].map(text => Object.assign(document.createElement("div"), { textContent: text, title: text })));
 }
 let resting = 0;
 function hover(event) {
@@ -200,17 +210,19 @@ $("message").onclick = () => { if (!getSelection().toString()) $("message").hidd
 
 const camera = new Camera(view => ask({ do: "camera", ...view }));
 const samples = new SamplePanel(ask);
-const races = new RacePanel(choices => {
+const races = new RacePanel(race => {
   errors = false; choose("look"); press("race-error", false);
-  ask({ do: "race", racers: choices });
+  ask({ do: "race", ...race });
 });
+let ending = false;
 
 function panel(which, open) {
   const section = $(`${which}-panel`);
   section.hidden = open === undefined ? !section.hidden : !open;
   const any = ["race", "sample", "scene"].some(name => !$(`${name}-panel`).hidden);
   $("side").hidden = !any;
-  if (which === "race" && section.hidden && status?.race) ask({ do: "end-race" });
+  if (which === "race" && section.hidden && status?.race) { ending = true; ask({ do: "end-race" }); }
+  if (which === "sample") redraw();
   if (!section.hidden && open !== true) section.scrollIntoView({ block: "nearest" });
 }
 for (const button of document.querySelectorAll("[data-close]")) button.onclick = () => panel(button.dataset.close, false);
@@ -229,23 +241,41 @@ $("race-divider").onclick = () => arrange(true);
 const errorMap = () => { errors = !errors; press("race-error", errors); layers.forEach(layer => { layer.stale = true; }); redraw(); };
 $("race-error").onclick = errorMap;
 
+let gains = [], touched = -Infinity;
+const factor = gain => `× ${+gain.toPrecision(3)}`;
+/** Sets the sliders to what the server looks at, unless one is being moved. */
+function dim(told) {
+  $("lights-reset").disabled = told.every(gain => gain === 1);
+  if (performance.now() - touched < 600) return;
+  gains = hello.lights.map((_, i) => told[i] ?? 1);
+  document.querySelectorAll("#lights input").forEach((range, i) => {
+    range.value = gains[i] > 0 ? Math.log2(gains[i]) : -6;
+    range.nextSibling.textContent = factor(gains[i]);
+  });
+}
+$("lights-reset").onclick = () => { touched = -Infinity; ask({ do: "lights", gains: hello.lights.map(() => 1) }); };
 function lights() {
-  const gains = hello.lights.map(() => 1);
+  gains = hello.lights.map(() => 1);
   let sent = 0;
   $("lights").replaceChildren(...hello.lights.slice(0, 24).map((light, i) => {
     const row = document.createElement("label"), range = document.createElement("input"), says = document.createElement("output");
     Object.assign(range, { type: "range", min: -6, max: 6, step: 0.25, value: 0 });
-    says.textContent = "× 1";
+    says.textContent = factor(1);
+    range.setAttribute("aria-label", `${light.name}, as a factor`);
+    row.title = `radiance ${light.radiance.join(", ")}`;
     range.oninput = () => {
       gains[i] = range.value <= -6 ? 0 : 2 ** range.value;
-      says.textContent = `× ${+gains[i].toPrecision(3)}`;
+      says.textContent = factor(gains[i]);
+      touched = performance.now();
       clearTimeout(sent);
       sent = setTimeout(() => ask({ do: "lights", gains }), 40);
     };
     row.append(light.name, range, says);
     return row;
   }));
-  if (hello.lights.length) $("lights").prepend(Object.assign(document.createElement("h3"), { textContent: "Lights" }));
+  const more = hello.lights.length - 24;
+  if (more > 0) $("lights").append(Object.assign(document.createElement("p"), { textContent: `and ${more} more, without a slider` }));
+  $("lights-head").hidden = !hello.lights.length;
 }
 
 // ---- What the user does

@@ -365,7 +365,14 @@ fn directions<M: Told>(sample: &Sample, point: &ShadingPoint<f32, M::Of<f32>>, a
                 true => surface(()).le.is_some(),
                 false => environment(),
             };
-            found(world, point, (sampled.wi, hit.t), Some([1.0; 3]), sampled.throughput, !lit)
+            found(
+                world,
+                point,
+                (sampled.wi, hit.t),
+                Some([1.0; 3]),
+                sampled.throughput,
+                !lit,
+            )
         }),
     };
     let mut all = vec![asked];

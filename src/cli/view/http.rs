@@ -21,12 +21,13 @@ const PATIENCE: Duration = Duration::from_secs(5);
 const LINGER: Duration = Duration::from_millis(500);
 
 /// The files of the page: name, content type, text.
-const FILES: [(&str, &str, &str); 8] = [
+const FILES: [(&str, &str, &str); 9] = [
     ("", "text/html; charset=utf-8", include_str!("page/index.html")),
     ("view.css", "text/css; charset=utf-8", include_str!("page/view.css")),
     ("view.js", JAVASCRIPT, include_str!("page/view.js")),
     ("picture.js", JAVASCRIPT, include_str!("page/picture.js")),
     ("camera.js", JAVASCRIPT, include_str!("page/camera.js")),
+    ("lights.js", JAVASCRIPT, include_str!("page/lights.js")),
     ("race.js", JAVASCRIPT, include_str!("page/race.js")),
     ("sample.js", JAVASCRIPT, include_str!("page/sample.js")),
     ("icon.svg", "image/svg+xml", include_str!("page/icon.svg")),

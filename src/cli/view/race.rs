@@ -82,9 +82,7 @@ impl Race {
         let racers = racers.map_err(|error| error.to_string())?;
         let reference = match reference {
             Ok(picture) => Reference::Ready(Ready::given(picture)),
-            Err((By::Mis, limit)) => {
-                Reference::Twins(Twins::new(prepared, limit).map_err(|error| error.to_string())?)
-            }
+            Err((By::Mis, limit)) => Reference::Twins(Twins::new(prepared, limit).map_err(|error| error.to_string())?),
             Err((By::Oracle, limit)) => Reference::Oracle(Oracle::new(scene, &settings, limit)?),
         };
         Ok(Self {

@@ -84,7 +84,14 @@ pub(super) fn directions<M: Told>(
             found: sampled.filter(|sampled| sampled.active).map(|sampled| {
                 let shadow = ray(point.p, sampled.wi, sampled.distance, light.sphere);
                 let occluded = tracer.occluded(&shadow);
-                found(world, point, (sampled.wi, sampled.distance), Some(light.le), sampled.ld, occluded)
+                found(
+                    world,
+                    point,
+                    (sampled.wi, sampled.distance),
+                    Some(light.le),
+                    sampled.ld,
+                    occluded,
+                )
             }),
         });
     }

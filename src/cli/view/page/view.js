@@ -3,6 +3,7 @@ import { Layer, Stage, Tone } from "./picture.js";
 import { Camera } from "./camera.js";
 import { RacePanel, amount, name as racerName } from "./race.js";
 import { SamplePanel } from "./sample.js";
+import { Lights } from "./lights.js";
 
 const $ = id => document.getElementById(id);
 const REFERENCE = 255;
@@ -51,7 +52,7 @@ const HEAR = {
       $(id).replaceChildren(...options.map(option => new Option(option)));
     $("write").title = `Write ${hello.outputs.join(" and ")} (W)`;
     races.known(hello);
-    lights();
+    lights.known(hello.lights);
   },
   status(message) {
     const raced = Boolean(status?.race), races_now = Boolean(message.race);
@@ -59,7 +60,7 @@ const HEAR = {
     if (races_now && !raced) panel("race", true);
     if (raced && !races_now && !ending) say("The race has ended, because the camera, a light or the scene has changed. Start begins another one.", "note");
     if (!races_now) ending = false;
-    dim(message.gains);
+    lights.take(message.gains);
     stage.film = { width: status.width, height: status.height };
     $("estimator").value = status.estimator;
     $("sampler").value = status.sampler;
@@ -209,7 +210,7 @@ $("message").onclick = () => { if (!getSelection().toString()) $("message").hidd
 // ---- Panels
 
 const camera = new Camera(view => ask({ do: "camera", ...view }));
-const samples = new SamplePanel(ask);
+const samples = new SamplePanel(ask), lights = new Lights(ask);
 const races = new RacePanel(race => {
   errors = false; choose("look"); press("race-error", false);
   ask({ do: "race", ...race });
@@ -240,43 +241,6 @@ $("race-grid").onclick = () => arrange(false);
 $("race-divider").onclick = () => arrange(true);
 const errorMap = () => { errors = !errors; press("race-error", errors); layers.forEach(layer => { layer.stale = true; }); redraw(); };
 $("race-error").onclick = errorMap;
-
-let gains = [], touched = -Infinity;
-const factor = gain => `× ${+gain.toPrecision(3)}`;
-/** Sets the sliders to what the server looks at, unless one is being moved. */
-function dim(told) {
-  $("lights-reset").disabled = told.every(gain => gain === 1);
-  if (performance.now() - touched < 600) return;
-  gains = hello.lights.map((_, i) => told[i] ?? 1);
-  document.querySelectorAll("#lights input").forEach((range, i) => {
-    range.value = gains[i] > 0 ? Math.log2(gains[i]) : -6;
-    range.nextSibling.textContent = factor(gains[i]);
-  });
-}
-$("lights-reset").onclick = () => { touched = -Infinity; ask({ do: "lights", gains: hello.lights.map(() => 1) }); };
-function lights() {
-  gains = hello.lights.map(() => 1);
-  let sent = 0;
-  $("lights").replaceChildren(...hello.lights.slice(0, 24).map((light, i) => {
-    const row = document.createElement("label"), range = document.createElement("input"), says = document.createElement("output");
-    Object.assign(range, { type: "range", min: -6, max: 6, step: 0.25, value: 0 });
-    says.textContent = factor(1);
-    range.setAttribute("aria-label", `${light.name}, as a factor`);
-    row.title = `radiance ${light.radiance.join(", ")}`;
-    range.oninput = () => {
-      gains[i] = range.value <= -6 ? 0 : 2 ** range.value;
-      says.textContent = factor(gains[i]);
-      touched = performance.now();
-      clearTimeout(sent);
-      sent = setTimeout(() => ask({ do: "lights", gains }), 40);
-    };
-    row.append(light.name, range, says);
-    return row;
-  }));
-  const more = hello.lights.length - 24;
-  if (more > 0) $("lights").append(Object.assign(document.createElement("p"), { textContent: `and ${more} more, without a slider` }));
-  $("lights-head").hidden = !hello.lights.length;
-}
 
 // ---- What the user does
 

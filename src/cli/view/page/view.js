@@ -179,7 +179,7 @@ function pointer() {
   const value = found ?? layer.at(x, y), racer = status?.race?.racers[layer.id] ?? status?.picture;
   const where = [`pixel ${over.x}, ${over.y}`], what = [`radiance ${value.map(short).join("  ")}`];
   const sure = exact && exact.x === over.x && exact.y === over.y ? exact.standard_error : null;
-  if (sure != null && !status?.race) what.push(`± ${short(+sure.toPrecision(2))}`);
+  if (sure != null && !status?.race) what.push(`± ${sure.toPrecision(2)}`);
   if (status?.race) where.push(layer.id === REFERENCE ? "reference" : racerName(status.race.racers[layer.id]));
   if (racer && layer.id !== REFERENCE) where.push(`${racer.least === racer.most ? racer.least : `${racer.least}–${racer.most}`} samples`);
   const truth = status?.race && layer.id !== REFERENCE && layers.get(REFERENCE);

@@ -3,10 +3,11 @@
 
     benches/estimators.py scenes/*.toml > table.md
     benches/estimators.py --size 384x256 --seeds 8 --lanes 8 scenes/veach-mis.toml
+    benches/estimators.py --size own --seeds 2 --only mis,product,mis2-balance,mis2-power scenes/*.toml
 
 Needs `cargo build --release` and NumPy. An estimator's error is the variance between seeds over r^2 + 1e-4, the mean over pixels and
 channels, with r a render of `mis` with 16 times the samples: it sees no bias, which `verify` and the tests look for. Its time is the least
-user time of its renders, start and files included as for all. What takes more than a hundred times the error of `product` at equal time
+processor time of its renders, start and files included as for all. What takes more than a hundred times the error of `product` at equal time
 is shown as >100.
 """
 
@@ -23,23 +24,27 @@ NAMES = ["mis", "product", "light", "projected", "brdf", "mis2-balance", "mis2-p
 parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
 parser.add_argument("scenes", nargs="+")
 parser.add_argument("--octolux", default=HERE.parent / "target/release/octolux")
-parser.add_argument("--size", default="192x128")
+parser.add_argument("--size", default="192x128", help="WxH, or own: the scene's")
 parser.add_argument("--spp", type=int, default=64)
 parser.add_argument("--seeds", type=int, default=4)
 parser.add_argument("--lanes", default="8")
+parser.add_argument("--only", default=",".join(NAMES), help="estimators, mis and product among them")
 args = parser.parse_args()
+NAMES = args.only.split(",")
+size = [] if args.size == "own" else ["--size", args.size]
 
 
 def render(scene, name, spp, seed, folder):
-    """The picture and the user seconds."""
+    """The picture and the seconds of the processor."""
     out = os.path.join(folder, "picture.npy")
-    words = [args.octolux, "render", scene, "--estimator", name, "--size", args.size, "--spp", spp, "--seed", seed, "--lanes", args.lanes]
+    words = [args.octolux, "render", scene, "--estimator", name, *size, "--spp", spp, "--seed", seed, "--lanes", args.lanes]
     words += ["--threads", 1, "--quiet", "-o", out]
     process = subprocess.Popen([str(word) for word in words])
     _, status, used = os.wait4(process.pid, 0)
     if status != 0:
         raise SystemExit(f"{scene}, {name}: exit status {status}")
-    return np.load(out).astype(np.float64), used.ru_utime
+    # Of short runs the system tells the sum exactly, and guesses how much was in the program.
+    return np.load(out).astype(np.float64), used.ru_utime + used.ru_stime
 
 
 def ratio(x):

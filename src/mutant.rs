@@ -44,6 +44,13 @@
 //! | `ArcTakenAsPi` | the whole ring is sampled, not its arc inside the light | rings |
 //! | `FarRingForgotten` | the lobe's part beyond the light's farthest ring is sampled too | rings |
 //! | `MassBetweenRingsForgotten` | a lobe's part is counted up to its edge, not to the farthest ring | rings |
+//! | `DiskWithoutItsSlant` | the disk of a light counts as if it was overhead | weight |
+//! | `DiskDenserInTheMiddle` | directions to a light's disk denser towards its axis | density |
+//! | `OpenLightOverhead` | a light that nothing can block counts as if it was overhead | oracle |
+//! | `SecondForAll` | every point has a second direction, those that see a light wholly with full weight | oracle |
+//! | `RouletteWeightForgotten` | one sample in 256 of a lobe's tail, with the weight of one | rings |
+//! | `TailAlwaysTaken` | all samples of a lobe's tail, with the weight of 256 | rings |
+//! | `StageTakesAllTails` | the same in the stage of a render alone | tails |
 //! | `ExpectedOnceEach` | a light of a list is weighted as if it were in every list | lists |
 //! | `WayDownForgotten` | the probability of a light within its cluster is missing from its density | lists |
 //! | `ColorsShareLists` | the two colors of a tile have the same lists | separate lists |
@@ -58,7 +65,7 @@
 //! | `HalfDecidesForItself` | a half of the replicates of `--target-error` stops by its own pictures | target |
 //!
 //! The checks: "density" is the chi-square test of directions against densities, "weight" recomputes samples in `f64`, "lists"
-//! compares lists of lights with all lights, "separate lists" their noise, "rings" lobes inside lights with quadrature, "ggx" tests
+//! compares lists of lights with all lights, "separate lists" their noise, "rings" lobes inside lights with quadrature, "tails" a picture of a lobe's tail, "ggx" tests
 //! rough surfaces, "numbers" the independence of random numbers, "closed form" and "exact" are the scenes of `scenes/tests`,
 //! "oracle" is the agreement of estimators and oracle, "lanes" compares the bits of eight lanes and one, "accelerators" brute force
 //! and Embree, "acne" tests self-shadowing, "large plates" lights larger than their distance, "study" and "target" themselves.
@@ -83,6 +90,9 @@ macro_rules! mutate {
 }
 
 #[cfg(test)]
+mod checks;
+
+#[cfg(test)]
 pub(crate) use tests::{Mutant, is};
 
 #[cfg(test)]
@@ -91,16 +101,9 @@ mod tests {
     use std::process::Command;
     use std::sync::LazyLock;
 
-    use octolux::estimator::density::{Average, ConeOnly};
-    use octolux::lane::F32x8;
-    use octolux::pipeline::Settings;
-    use octolux::proof::{
-        self, Family, accelerators, agreement, caps, closed_forms, costs, environments, ggx, many_lights, pictures,
-        rings, samplers, strategies, triangles, weights,
-    };
-    use octolux::scene::{EstimatorKind, FilmSize, SamplerKind};
-    use octolux::settings::AccelKind;
-    use octolux::study::selftest::{Effort, panels, places};
+    use octolux::proof;
+
+    use super::checks::CHECKS;
 
     const VARIABLE: &str = "OCTOLUX_MUTANT";
 
@@ -150,6 +153,13 @@ mod tests {
         FarRingForgotten "rings",
         BothHalvesWhole "oracle",
         MassBetweenRingsForgotten "rings",
+        DiskWithoutItsSlant "weight",
+        DiskDenserInTheMiddle "density",
+        OpenLightOverhead "oracle",
+        SecondForAll "oracle",
+        RouletteWeightForgotten "rings",
+        TailAlwaysTaken "rings",
+        StageTakesAllTails "tails",
         ShadowsSkipped "exact",
         OnePassOff "exact",
         LaneShift "lanes",
@@ -184,139 +194,6 @@ mod tests {
             )
         });
         *ACTIVE == Some(mutant)
-    }
-
-    /// The checks of the proof, reduced to a second in total.
-    const CHECKS: [(&str, fn()); 16] = [
-        ("density", density),
-        ("weight", weight),
-        ("rings", rings::both),
-        ("ggx", rough),
-        ("numbers", || samplers::numbers_of_a_sample(1 << 13)),
-        ("closed form", closed_form),
-        ("exact", closed_forms::noise_free_scenes),
-        ("oracle", oracle),
-        ("lanes", lanes),
-        ("accelerators", accelerators_agree),
-        ("acne", acne),
-        ("lists", || {
-            many_lights::agree(Family::new("lists"), (500, 40), 4, 16, 4)
-        }),
-        ("separate lists", many_lights::apart),
-        ("large plates", large_plates),
-        ("study", costs::nothing_is_harmful),
-        ("target", target_error),
-    ];
-
-    fn target_error() {
-        costs::target_errors_are_those_of_the_mean();
-        crate::run::halves::tests::pictures_are_not_too_dark();
-    }
-
-    fn density() {
-        const LIGHTS: [proof::places::Place; 5] = [
-            (0.1, 1.5, 0.3, 0.0),
-            (0.5, 1.0, 0.0, 1.3),
-            (0.5, 1.0, 0.0, 1.8),
-            (0.5, 30.0, 0.3, 0.0),
-            (0.01, 1.0, 0.0, 1.5608),
-        ];
-        let mut family = Family::new("density");
-        strategies::lobes::<F32x8>(&mut family, &[1.0, 1.5, 300.0], 1 << 14);
-        strategies::mixtures::<F32x8, _>(Average, &mut family, &LIGHTS, 1, 1 << 14);
-        strategies::mixtures::<F32x8, _>(ConeOnly, &mut family, &LIGHTS, 2, 1 << 14);
-        triangles::directions::<F32x8>(&mut family, 3, 1 << 12);
-        environments::directions::<F32x8>(&mut family, 4, 1 << 12);
-        family.judge();
-    }
-
-    fn weight() {
-        weights::samples_of_lights();
-        caps::every_sample_is_the_answer();
-        weights::samples_of_points();
-        weights::nothing_is_dropped();
-    }
-
-    fn rough() {
-        let mut family = Family::new("ggx");
-        ggx::directions::<F32x8>(&mut family, &[0.01, 0.5], 1 << 14);
-        family.judge();
-        ggx::every_sample_is_the_answer();
-    }
-
-    fn accelerators_agree() {
-        accelerators::random_scenes("random", &[2.0], 6, 1);
-        accelerators::a_lamp_through_a_table();
-        let normals = proof::runs::leaning_normals();
-        let base = proof::runs::settings(12, 9, EstimatorKind::Light);
-        let (count, files) = accelerators::compare(&normals, base, 4, "leaning-normals");
-        assert_eq!(count, 0, "normals that lean: {}", files.join(", "));
-    }
-
-    fn closed_form() {
-        closed_forms::test_scenes(
-            "closed-form",
-            (SamplerKind::Sobol, AccelKind::Embree),
-            10,
-            |scene, estimator| {
-                let tiny = matches!(scene.name(), "sphere-tiny" | "square-tiny" | "sun-narrow");
-                let hopeless = tiny && matches!(estimator, EstimatorKind::Uniform | EstimatorKind::Brdf);
-                (!hopeless).then_some(64)
-            },
-        );
-    }
-
-    fn acne() {
-        let lost = ["mesh", "far floor"].map(|name| {
-            places::moved_about(name, &[-6, 0, 5], &[0.0, 1.0, 10.0], Effort { divisor: 2 }).expect("it renders")
-        });
-        assert_eq!(lost, [0, 0]);
-    }
-
-    fn large_plates() {
-        let sigmas = panels::large(Effort { divisor: 32 }).expect("they render");
-        assert!(sigmas < 5.5, "{sigmas}");
-    }
-
-    fn oracle() {
-        let film = FilmSize { width: 12, height: 9 };
-        agreement::agree(
-            &proof::runs::leaning_normals(),
-            "oracle-normals",
-            film,
-            10,
-            [64, 16, 64, 16],
-            256,
-        );
-        agreement::agree(
-            &proof::runs::load("large-lights.toml"),
-            "oracle",
-            film,
-            10,
-            [256, 64, 128, 64],
-            256,
-        );
-    }
-
-    fn lanes() {
-        for name in ["tests/two-lights.toml", "large-lights.toml"] {
-            let scene = proof::runs::load(name);
-            for estimator in EstimatorKind::ALL {
-                for (width, height) in [(1, 7), (9, 1), (17, 18)] {
-                    let eight = proof::runs::settings(width, height, estimator);
-                    pictures::both(
-                        &scene,
-                        eight,
-                        Settings {
-                            lanes: Some(crate::settings::Lanes::One),
-                            ..eight
-                        },
-                        5,
-                        &format!("{width}x{height}"),
-                    );
-                }
-            }
-        }
     }
 
     /// Also what a mutant's process runs; it then prints the names of the failed checks.

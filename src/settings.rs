@@ -22,7 +22,8 @@ pub enum EstimatorKind {
     /// As `light`; sphere lights on diffuse surfaces in proportion to the cosine as well.
     Projected,
     /// Sphere lights in proportion to the reflected light: on Phong surfaces the lobe inside the light, on diffuse ones the cosine, or
-    /// the cone where the horizon cuts the light. Other lights as `mis`.
+    /// the cone where the horizon cuts the light. Constant environments by the BRDF, suns on diffuse surfaces by their disk, all else by
+    /// two directions as `mis2-power`.
     Product,
 }
 

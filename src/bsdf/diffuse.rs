@@ -32,6 +32,7 @@ pub fn eval<L: Lane>(cos_theta: L) -> Lobe<L> {
 
 impl<L: Lane> Brdf<L> for Diffuse<L> {
     type Tint = L;
+    const EVEN: bool = true;
 
     #[inline(always)]
     fn normal(&self) -> Vec3<L> {

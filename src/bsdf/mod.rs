@@ -30,6 +30,9 @@ pub trait Brdf<L: Lane>: Copy {
     /// The type of values before colors: a single number if all reflection has the color of the material.
     type Tint: Tint<L>;
 
+    /// Whether `f` is the same for all directions.
+    const EVEN: bool = false;
+
     /// The unit shading normal.
     fn normal(&self) -> Vec3<L>;
 

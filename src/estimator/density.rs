@@ -8,6 +8,7 @@
 //! | `Average` | one of `p` or of `q`, with equal probability | `2 f / (p + q)` |
 //! | `Balance` | one of `p` and one of `q` | `f / (p + q)` |
 //! | `Power` | one of `p` and one of `q` | `f p / (p^2 + q^2)` or `f q / (p^2 + q^2)` |
+//! | `Lobe` | one of `q` | `f / q` |
 //!
 //! Veach and Guibas 1995, "Optimally Combining Sampling Techniques for Monte Carlo Rendering": the balance heuristic, the power
 //! heuristic with exponent 2, and the one-sample model. The average density of the course assignment (README) is the balance heuristic of the one-sample
@@ -28,6 +29,8 @@ pub enum Mix {
     Balance,
     /// One sample of each technique, power heuristic.
     Power,
+    /// BRDF sampling only: `product` where the light is the same from all directions.
+    Lobe,
 }
 
 impl Mix {
@@ -41,6 +44,12 @@ impl Mix {
     #[inline(always)]
     pub const fn both(self) -> bool {
         matches!(self, Self::Balance | Self::Power)
+    }
+
+    /// Directions per light and pass.
+    #[inline(always)]
+    pub const fn times(self) -> u32 {
+        if self.both() { 2 } else { 1 }
     }
 
     /// Whether one bit of a light's random pair chooses the technique, so that the direction uses the remaining bits.
@@ -71,6 +80,7 @@ impl Mix {
                 lobe.shape.scaled(twice).over(omega.mul_add(lobe.pdf, L::one()))
             }
             Self::Balance => lobe.shape.scaled(omega).over(omega.mul_add(lobe.pdf, L::one())),
+            Self::Lobe => lobe.shape.over(lobe.pdf).kept(lobe.pdf.gt(L::zero())),
             Self::Power => {
                 // `f_cos / own / (1 + (other / own)^2)`: if the square overflows, the result is 0, which is the limit.
                 let ratio = omega * lobe.pdf;

@@ -3,7 +3,7 @@
 //! Spheres have more: their sampling depends on the BRDF model ([`super::per_light::Directions`]). A large mesh samples one
 //! triangle per point ([`super::per_triangle`]).
 
-use super::density::Density;
+use super::density::{Density, Mix};
 use super::per_light::Contribution;
 use super::{ShadingPoint, per_delta, per_environment, per_sun, per_triangle};
 use crate::bsdf::Brdf;
@@ -24,6 +24,13 @@ pub trait LightKind {
 
     /// Data computed per point before sampling.
     type View<L: Lane>;
+
+    /// What `product` does at points with a BRDF, if not what it does with most: the technique that samples in proportion to the
+    /// reflected light, if one does, or a heuristic for both.
+    #[inline(always)]
+    fn product<L: Lane, M: Brdf<L>>() -> Option<Mix> {
+        None
+    }
 
     /// The skip id of its shadow rays.
     fn id(&self) -> u32 {
@@ -100,6 +107,14 @@ impl<B: EnvironmentLight> LightKind for B {
     type Spread<L: Lane> = ();
     type View<L: Lane> = ();
 
+    /// Where the radiance is the same from everywhere, a sample of the BRDF varies by its visibility alone. Against both techniques
+    /// `lamps` has 1.25 times the error in 0.67 of the time, `ggx` 1.10 in 0.87. Under pictures the balance heuristic has 3 % less error
+    /// than the power heuristic (`sky`; 192 x 128, 64 samples a pixel, 10 seeds).
+    #[inline(always)]
+    fn product<L: Lane, M: Brdf<L>>() -> Option<Mix> {
+        Some(if B::EVEN { Mix::Lobe } else { Mix::Balance })
+    }
+
     fn bounds(&self) -> Reach {
         Reach::Everywhere
     }
@@ -131,6 +146,12 @@ impl<B: EnvironmentLight> LightKind for B {
 impl LightKind for Sun {
     type Spread<L: Lane> = ();
     type View<L: Lane> = ();
+
+    /// Within a disk only the cosine varies. Both techniques have the same error on `lamps`, to 3 digits.
+    #[inline(always)]
+    fn product<L: Lane, M: Brdf<L>>() -> Option<Mix> {
+        M::EVEN.then_some(Mix::Light)
+    }
 
     fn bounds(&self) -> Reach {
         self.reach()

@@ -38,7 +38,8 @@ pub fn clears<L: Lane>(n: Vec3<L>, view: &View<L>) -> L::Mask {
 pub fn share<L: Lane>(n: Vec3<L>, view: &View<L>) -> L {
     let inverse = L::one() / view.distance;
     let sine = view.radius * inverse;
-    sine * sine * (n.dot(view.to_center) * inverse)
+    let high = n.dot(view.to_center) * inverse;
+    sine * sine * mutate!(high, OpenLightOverhead => L::one())
 }
 
 /// Samples a direction from `u` and `v` in [0, 1), where the light [clears] the plane with the unit normal `n`.
@@ -46,13 +47,14 @@ pub fn share<L: Lane>(n: Vec3<L>, view: &View<L>) -> L {
 pub fn draw<L: Lane>(n: Vec3<L>, cone: &Cone<L>, u: L, v: L) -> OnDisk<L> {
     let (one, omc) = (L::one(), cone.one_minus_cos_max);
     let squared_sine = omc * (L::splat(2.0) - omc);
-    let radius = (u * squared_sine).sqrt();
+    let inner = mutate!(u, DiskDenserInTheMiddle => u * u);
+    let radius = (inner * squared_sine).sqrt();
     let (sin_phi, cos_phi) = sin_cos_turn(v);
     let frame = Frame::about(cone.axis);
     let aside = frame.tangent * (radius * cos_phi) + frame.bitangent * (radius * sin_phi);
     let high = n.dot(cone.axis);
     let below = (one - omc).mul_add(high, n.dot(aside));
-    let squared = squared_sine * (one - u);
+    let squared = squared_sine * (one - inner);
     let height = below.mul_add(below, squared).sqrt();
     let both = height + below;
     let rise = squared.div_or_zero(both, both.gt(L::zero()));
@@ -60,6 +62,6 @@ pub fn draw<L: Lane>(n: Vec3<L>, cone: &Cone<L>, u: L, v: L) -> OnDisk<L> {
         wi: cone.axis.mul_add(one - omc, n.mul_add(rise, aside)),
         cos_theta: height,
         t: omc - high * rise,
-        share: squared_sine * high,
+        share: squared_sine * mutate!(high, DiskWithoutItsSlant => L::one()),
     }
 }

@@ -15,6 +15,8 @@ use crate::texels::Texels;
 
 /// Light from the environment.
 pub trait EnvironmentLight {
+    /// Whether the radiance is the same from all directions.
+    const EVEN: bool = false;
     /// Samples unit directions for points with the unit normal `n`; inactive lanes are undefined.
     fn draw<L: Lane>(&self, n: Vec3<L>, numbers: Pair<L::Bits>, active: L::Mask) -> Vec3<L>;
     /// Radiance from unit directions above the surface, and the reciprocal density of [`Self::draw`] in steradians. Both are 0
@@ -50,6 +52,8 @@ pub struct Constant {
 }
 
 impl EnvironmentLight for Constant {
+    const EVEN: bool = true;
+
     /// Uniform over the hemisphere above the surface; other directions cannot contribute.
     #[inline(always)]
     fn draw<L: Lane>(&self, n: Vec3<L>, numbers: Pair<L::Bits>, _: L::Mask) -> Vec3<L> {

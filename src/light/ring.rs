@@ -93,7 +93,11 @@ impl<L: Lane> Rings<L> {
     #[inline(always)]
     pub fn weighed_in_tail(self, beside_tail: L::Mask) -> Self {
         Self {
-            mass: L::select(beside_tail, self.mass, self.mass * L::splat(RARE)),
+            mass: L::select(
+                beside_tail,
+                self.mass,
+                self.mass * L::splat(mutate!(RARE, RouletteWeightForgotten => 1.0)),
+            ),
             ..self
         }
     }

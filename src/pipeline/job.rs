@@ -120,6 +120,7 @@ impl Job<'_> {
             pass_order: &self.numbers.by_technique(range.clone()),
             order: self.plan.order,
             mix: self.plan.mix,
+            product: self.plan.product,
             answers: self.plan.answers,
             partly: match self.partly {
                 Some(partly) if self.numbers.first() + range.start >= SPLIT_FROM => &partly[tile.number() as usize],

@@ -91,13 +91,16 @@ pub fn find_penumbrae(estimator: EstimatorKind, needs: Effects) -> Option<Kernel
     calls.then(Kernel::of::<Penumbra>)
 }
 
-/// How an estimator combines light sampling and BRDF sampling. `product` uses this for all lights except spheres, which use
-/// [`Suited::Product`].
+/// How an estimator combines light sampling and BRDF sampling. `product` uses this where it has no technique in proportion to the
+/// product: for spheres that is told by [`Suited::Product`], for other lights by
+/// [`LightKind::product`](crate::estimator::kind::LightKind::product). Against the one-sample model of `mis` two directions have 3.4
+/// times less error in 1.7 times the time on `mesh-light`, 3.3 and 1.7 on `ggx`. The balance heuristic has 14 % more error on
+/// `mesh-light`, 4 % less on `ggx`, and the same on `lamps` and `still-life` (192 x 128, 64 samples a pixel, 6 to 10 seeds).
 pub const fn mix(estimator: EstimatorKind) -> Mix {
     match estimator {
-        EstimatorKind::Mis | EstimatorKind::Product => Mix::Average,
+        EstimatorKind::Mis => Mix::Average,
         EstimatorKind::Mis2Balance => Mix::Balance,
-        EstimatorKind::Mis2Power => Mix::Power,
+        EstimatorKind::Mis2Power | EstimatorKind::Product => Mix::Power,
         _ => Mix::Light,
     }
 }
@@ -111,7 +114,7 @@ pub(super) trait Suited: Model {
     type Mis: Directions<Self>;
     /// The density of `projected`. Lobes not proportional to the cosine fall back to cone sampling.
     type Projected: Directions<Self> + per_light::Directions<f32, Self::Of<f32>>;
-    /// The density of `product`. Lobes that cannot be sampled in part fall back to the mixture of `mis`.
+    /// The density of `product`. Lobes that cannot be sampled in part fall back to both techniques.
     type Product: Directions<Self> + per_light::Directions<f32, Self::Of<f32>>;
 }
 

@@ -183,6 +183,7 @@ fn look<T>(prepared: &Prepared, tile: &Tile, of: impl Fn(&mut Chunk, &mut Scratc
         pass_order: &[0],
         order: plan.order,
         mix: plan.mix,
+        product: plan.product,
         answers: plan.answers,
         partly: &[],
         sum: &mut sum,

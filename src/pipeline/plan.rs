@@ -10,7 +10,7 @@ use crate::embree::{Device, Packets};
 use crate::estimator::density::Mix;
 use crate::lane::has_avx512;
 use crate::scene::{Effect, Effects, Features};
-use crate::settings::{AccelKind, Lanes};
+use crate::settings::{AccelKind, EstimatorKind, Lanes};
 
 /// From this many shapes on, with Embree, packets hold all passes of a few pixels. Whole renders of a mesh of a million triangles
 /// then take 0.88 of the time (`brdf`: 0.77), of `knot` with 11 207 shapes 0.93, of 100 000 spheres 0.92. But `many-spheres` with
@@ -122,6 +122,8 @@ pub struct Plan {
     pub answers: Answers,
     /// Which techniques sample each light, and how they are weighted.
     pub mix: Mix,
+    /// Whether each pair of light and BRDF may choose another mix: see [`Chunk::mix_of`](super::stage::Chunk::mix_of).
+    pub product: bool,
     /// Length of the list of lights, if a pass samples only some of the lights.
     pub lists: Option<u32>,
     /// Effects compiled into the stages: a superset of what the scene requires.
@@ -201,6 +203,7 @@ impl Plan {
                 find_penumbrae: None,
                 answers: Answers::of(accel, lanes),
                 mix: Mix::default(),
+                product: false,
                 lists: None,
                 held: Effects::default(),
             });
@@ -233,6 +236,7 @@ impl Plan {
                 .map(|row| row.run(lanes)),
             answers: Answers::of(accel, lanes),
             mix: kernels::mix(estimator),
+            product: estimator == EstimatorKind::Product,
             lists,
             held,
         })

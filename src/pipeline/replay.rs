@@ -117,6 +117,7 @@ pub(super) fn replay(
         pass_order: &[0],
         order: plan.order,
         mix: plan.mix,
+        product: plan.product,
         answers: plan.answers,
         partly,
         sum: &mut sum,

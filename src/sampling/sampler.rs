@@ -29,7 +29,7 @@ impl<B: Bits> Pair<B> {
     /// Whether one of [`RARE`] events occurs, by the bits that [`Self::unit`] leaves over: independent of its numbers.
     #[inline(always)]
     pub fn rare(self) -> B::Mask {
-        self.0.shl(24).eq(B::splat(0))
+        mutate!(self.0.shl(24).eq(B::splat(0)), TailAlwaysTaken => crate::lane::Mask::splat(true))
     }
 
     /// Both numbers shifted by one half, each separately.

@@ -9,10 +9,11 @@ use octolux::estimator::{ShadingPoint, per_light, product};
 use octolux::lane::{Bits, F32x8, Lane, Mask, Word};
 use octolux::light::{Cone, Rings, SphereLight};
 use octolux::sampling::{PassBlock, TechniqueSample};
-use octolux::scene::SamplerKind;
+use octolux::scene::{Camera, EstimatorKind, FilmSize, Fov, Material, Mesh, SamplerKind, Scene, Sphere, Surface};
 
 use super::Family;
 use super::places::{RHO, point, wide};
+use super::runs::{Runs, settings};
 use super::stats::{chi_square, integrate};
 
 /// A lobe of this exponent at the origin, and a light of this sine whose axis is so many radians from the lobe's.
@@ -285,6 +286,29 @@ pub fn a_tail_brings_what_all_its_samples_would() {
     }
 }
 
+/// A picture that shows nothing but a lobe's tail, at `e^-38` to `e^-42` of its peak, of a light that makes up for it: `product` is as
+/// bright as `light`, which thins nothing out.
+///
+/// Of 2.4e6 samples one in 256 counts: a standard error of 1.0 %, and 12 % between it and the bound.
+pub fn a_tail_in_a_picture_is_as_bright_as_by_light_sampling() {
+    let film = FilmSize { width: 48, height: 48 };
+    let mut scene = Scene::builder(Camera::new([0.0, 3.0, 3.0], [0.0; 3], Fov::X(1.0)), film);
+    let plate = scene.material(Material::phong("plate", [0.5; 3], 300.0));
+    let corners = [[-1.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 0.0, -1.0]];
+    scene.mesh(Mesh::quadrilateral(corners, plate));
+    // 0.505 from the mirror direction (0, 1, -1), upwards.
+    let elevation = PI / 4.0 + 0.505;
+    let center = [0.0, 3.0 * elevation.sin(), -3.0 * elevation.cos()];
+    scene.sphere(Sphere::new(center, 0.03, Surface::emission([1e13; 3])));
+    let scene = scene.build().expect("a plate and a lamp");
+    let [product, light] = [EstimatorKind::Product, EstimatorKind::Light]
+        .map(|estimator| Runs::new(&scene, settings(48, 48, estimator), 256, 1, 4).estimates(1, 1)[1].mean);
+    assert!(
+        light > 0.0 && (product / light - 1.0).abs() < 0.12,
+        "{product:e} instead of {light:e}"
+    );
+}
+
 const ROWS: usize = 16;
 const COLUMNS: usize = 12;
 
@@ -339,6 +363,7 @@ pub fn both() {
         of_sine(sine);
     }
     from_inside_it_is_the_lobe();
+    a_tail_brings_what_all_its_samples_would();
     let mut family = Family::rarely("rings", 1e-6);
     directions::<F32x8>(&mut family, 83, 1 << 15);
     family.judge();

@@ -48,6 +48,7 @@ pub fn weight_over_f(mix: Mix, p: f64, q: f64, by_brdf: bool) -> f64 {
         Mix::Average => 2.0 / (p + q),
         Mix::Balance => 1.0 / (p + q),
         Mix::Power => (if by_brdf { q } else { p }) / (p * p + q * q),
+        Mix::Lobe => 1.0 / q,
     }
 }
 

@@ -20,6 +20,7 @@ fn replayed_passes_add_up_to_the_picture() {
         "large-lights.toml",
         "tests/two-lights.toml",
         "lamps.toml",
+        "ggx.toml",
     ] {
         let scene = scene(name);
         for estimator in EstimatorKind::ALL {

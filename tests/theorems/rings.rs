@@ -29,3 +29,9 @@ fn directions_are_uniform_in_the_lobe_inside_a_light() {
     rings::directions::<F32x8>(&mut family, 62, 1 << 17);
     family.judge();
 }
+
+/// The thinned tail in the stage of a render, whose loops are its own.
+#[test]
+fn a_tail_in_a_picture_is_as_bright_as_by_light_sampling() {
+    rings::a_tail_in_a_picture_is_as_bright_as_by_light_sampling();
+}

@@ -48,15 +48,16 @@ fn of_kind<B: Brdf<f32>, K: LightKind>(
 ) {
     let (tracer, chunk) = (sample.tracer, sample.chunk);
     let world = chunk.world;
+    let mix = chunk.mix_of::<f32, K, B>();
     let first = if K::DELTA { 0 } else { world.first(kind) };
-    let times = if K::DELTA { 1 } else { chunk.tosses() };
+    let times = if K::DELTA { 1 } else { mix.times() };
     for (i, light) in (first..).zip(lights) {
         for time in 0..times {
-            let technique_sample = each::technique_sample::<f32, K>(chunk, address, i, time);
+            let technique_sample = each::technique_sample::<f32, K>(chunk, address, mix, i, time);
             let view = light.seen_from(&light.spread(), point.p);
             let may = light.may_contribute(point, &view);
-            let sampled = light.sample(chunk.mix, point, &view, technique_sample, may);
-            let by_brdf = chunk.mix.by_brdf::<f32>(technique_sample.by_brdf_lanes);
+            let sampled = light.sample(mix, point, &view, technique_sample, may);
+            let by_brdf = mix.by_brdf::<f32>(technique_sample.by_brdf_lanes);
             all.push(Asked {
                 light: Some(i),
                 kind: Some(name),

@@ -1,7 +1,9 @@
 //! A chunk of work, and the addresses of its random numbers.
 
 use super::ask::Answers;
+use crate::bsdf::Brdf;
 use crate::estimator::density::Mix;
+use crate::estimator::kind::LightKind;
 use crate::film::{ChunkSum, Tile};
 use crate::lane::{Lane, Mask};
 use crate::pipeline::progress::Counters;
@@ -43,6 +45,8 @@ pub struct Chunk<'a> {
     pub order: Order,
     /// How light sampling and BRDF sampling are combined, for stages that read it at run time.
     pub mix: Mix,
+    /// Whether [`LightKind::product`] decides where it may.
+    pub product: bool,
     /// The request handler of the intersector.
     pub answers: Answers,
     /// For each pixel of the tile, the lights to which `product` traces two rays: a bit mask, lowest bit first; empty if there are
@@ -80,23 +84,32 @@ impl Chunk<'_> {
         }
     }
 
-    /// How often [`Self::technique_sample`] must be called per light.
+    /// How light sampling and BRDF sampling are combined for a kind of light at points with a BRDF.
     #[inline(always)]
-    pub fn tosses(&self) -> u32 {
-        if self.mix.both() { 2 } else { 1 }
+    pub fn mix_of<L: Lane, K: LightKind, M: Brdf<L>>(&self) -> Mix {
+        match K::product::<L, M>() {
+            Some(mix) if self.product => mix,
+            _ => self.mix,
+        }
     }
 
     /// Which points of a packet sample their BRDF for light `i`, and the random numbers: by one-sample MIS, or all points in the
-    /// second call. The BRDF-sampled direction is the same for all lights.
+    /// second call of [`Mix::times`]. Techniques that stand alone in `product` take the whole pair. The BRDF-sampled direction of the second call is the same for all lights.
     #[inline(always)]
-    pub fn technique_sample<L: Lane>(&self, address: &Address<L>, i: usize, time: u32) -> TechniqueSample<L::Bits> {
+    pub fn technique_sample<L: Lane>(
+        &self,
+        mix: Mix,
+        address: &Address<L>,
+        i: usize,
+        time: u32,
+    ) -> TechniqueSample<L::Bits> {
         let (numbers, key, pass) = (self.numbers, address.key, address.pass);
-        if !self.mix.both() {
+        if !mix.both() && !self.product {
             return numbers.technique_sample(key, pass, pairs::light(i), self.tile.number());
         }
         let pair = if time == 0 { pairs::light(i) } else { pairs::DIRECTION };
         TechniqueSample {
-            by_brdf_lanes: L::Mask::splat(time == 1),
+            by_brdf_lanes: L::Mask::splat(time == 1 || mix == Mix::Lobe),
             pair: numbers.pair(key, pass, pair),
         }
     }

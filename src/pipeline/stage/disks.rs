@@ -27,7 +27,7 @@ pub fn toward_disk<L: TraceLane>(
         if let Some(half) = light.half
             && second
         {
-            active = active & stream.partly::<L>(at, half.bit);
+            active = active & mutate!(stream.partly::<L>(at, half.bit), SecondForAll => L::Mask::splat(true));
             if active.none() {
                 continue;
             }

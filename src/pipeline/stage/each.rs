@@ -6,6 +6,7 @@ use std::slice;
 
 use super::{Ask, Chunk, Scratch, Stage, shadow};
 use crate::embree::TraceLane;
+use crate::estimator::density::Mix;
 use crate::estimator::kind::LightKind;
 use crate::lane::{Bits, Lane, Mask};
 use crate::light::{Environment, Reach};
@@ -71,11 +72,12 @@ impl<M: Model> Stage for PerDelta<M> {
 pub fn technique_sample<L: Lane, K: LightKind>(
     chunk: &Chunk,
     address: &Address<L>,
+    mix: Mix,
     i: usize,
     time: u32,
 ) -> TechniqueSample<L::Bits> {
     if !K::DELTA {
-        return chunk.technique_sample(address, i, time);
+        return chunk.technique_sample(mix, address, i, time);
     }
     let nothing = Bits::splat(0);
     TechniqueSample {
@@ -96,10 +98,11 @@ fn each<L: TraceLane, M: Model, K: LightKind>(chunk: &mut Chunk, scratch: &mut S
         ..
     } = scratch;
     let Some(stream) = M::stream(hits) else { return };
+    let mix = chunk.mix_of::<L, K, M::Of<L>>();
     let mut surveyed = false;
     for (i, light) in (first..).zip(lights) {
         let spread = light.spread::<L>();
-        let times = if K::DELTA { 1 } else { chunk.tosses() };
+        let times = if K::DELTA { 1 } else { mix.times() };
         for time in 0..times {
             for at in (0..stream.len()).step_by(L::N) {
                 let (active, point, address) = stream.packet::<L>(at);
@@ -108,8 +111,8 @@ fn each<L: TraceLane, M: Model, K: LightKind>(chunk: &mut Chunk, scratch: &mut S
                 if active.none() {
                     continue;
                 }
-                let technique_sample = technique_sample::<L, K>(chunk, &address, i, time);
-                let Some(found) = light.sample(chunk.mix, &point, &view, technique_sample, active) else {
+                let technique_sample = technique_sample::<L, K>(chunk, &address, mix, i, time);
+                let Some(found) = light.sample(mix, &point, &view, technique_sample, active) else {
                     continue;
                 };
                 queue.push(found.active, &QueuedRays::to_light(&point, &address, &found));

@@ -37,8 +37,8 @@ impl<M: Model> Stage for PerMesh<M> {
             let le = Vec3::splat(light.le);
             for at in (0..stream.len()).step_by(L::N) {
                 let (active, point, address) = stream.packet::<L>(at);
-                for time in 0..chunk.tosses() {
-                    let technique_sample = chunk.technique_sample(&address, i, time);
+                for time in 0..chunk.mix.times() {
+                    let technique_sample = chunk.technique_sample(chunk.mix, &address, i, time);
                     let by_brdf = if chunk.mix.mixed() {
                         technique_sample.by_brdf_lanes & active
                     } else {

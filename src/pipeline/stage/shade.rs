@@ -278,7 +278,7 @@ pub fn in_lobe<L: TraceLane>(
             let beside_tail = product::beside_tail(&point, &view);
             if (active & !beside_tail).any() {
                 let numbers = chunk.numbers.pair(address.key, address.pass, light.pair);
-                active = active & (beside_tail | numbers.rare());
+                active = active & (beside_tail | mutate!(numbers.rare(), StageTakesAllTails => L::Mask::splat(true)));
                 if active.none() {
                     continue;
                 }

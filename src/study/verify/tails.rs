@@ -60,7 +60,8 @@ impl Source {
             Self::Renderer(EstimatorKind::Brdf) => brdf,
             Self::Renderer(EstimatorKind::Mis) => both / 2.0,
             // In a cone the light's density is at least half the cosine's; a lobe inside a light samples proportionally to the
-            // contribution, within a factor of 2; meshes and the environment are sampled as in `mis`.
+            // contribution, within a factor of 2; of meshes and pictured environments there is a sample of both techniques. A constant
+            // environment is sampled by the BRDF alone, and a direction that is rare there brings no more than any other.
             Self::Renderer(EstimatorKind::Product) => both / 3.0,
             // The more probable technique, whose contribution is larger by 1.21 at most.
             Self::Renderer(EstimatorKind::Mis2Power) => (light * light + brdf * brdf) / light.max(brdf),

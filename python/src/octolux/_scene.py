@@ -15,6 +15,7 @@ from ._arrays import size as as_size
 from ._lamps import DirectionalLight, Lamp, PointLight, SpotLight, lamp
 from ._materials import Material, surface
 from ._rays import Floats, Hits
+from ._surfaces import Surfaces
 
 
 class Sphere:
@@ -128,7 +129,7 @@ class Scene:
     def _forget(self) -> None:
         self._built: _native.Scene | None = None
         self._prepared: dict[object, _native.Prepared] = {}
-        self._tables: tuple[Floats, Floats] | None = None
+        self._surfaces: Surfaces | None = None
         self._lights: list[Light] | None = None
         self.faults: dict[object, Any] = {}
         """What `check` found of known faults in this scene: the same for every estimator that is checked."""
@@ -217,7 +218,7 @@ class Scene:
         """All objects that emit, in the order of their numbers; lights without shape are `lamps`."""
         if self._lights is None:
             meshes, _ = self.built.counts
-            self._lights = [self._light(int(i), meshes) for i in np.flatnonzero(self.tables[1].any(axis=1))]
+            self._lights = [self._light(int(i), meshes) for i in np.flatnonzero(self.surfaces.Le.any(axis=1))]
         return self._lights
 
     @property
@@ -226,7 +227,7 @@ class Scene:
         return [lamp(told) for told in self.built.lamps]
 
     def _light(self, i: int, meshes: int) -> Light:
-        Le = self.tables[1][i]
+        Le = self.surfaces.Le[i]
         if i < meshes:
             vertices, faces, _ = self.built.mesh(i)
             return Light(i, Le, vertices=vertices, faces=faces)
@@ -234,13 +235,18 @@ class Scene:
         return Light(i, Le, center=np.array(center), radius=radius)
 
     @property
-    def tables(self) -> tuple[Floats, Floats]:
-        """Of each object `brdf_params (n + 1, 4)` and `Le (n + 1, 3)`; the last row, which is -1, is of nothing."""
-        if self._tables is None:
-            brdf, emitted = self.built.surfaces()
-            nothing = np.array([[0, 0, 0, 1]], np.float32)
-            self._tables = np.concatenate([brdf, nothing]), np.concatenate([emitted, np.zeros((1, 3), np.float32)])
-        return self._tables
+    def surfaces(self) -> Surfaces:
+        """What its objects reflect and emit."""
+        if self._surfaces is None:
+            self._surfaces = Surfaces(self.built)
+        return self._surfaces
+
+    def environment(self, directions: ArrayLike) -> NDArray[np.float64]:
+        """Give the radiance from beyond all objects, (n, 3), for unit directions (n, 3) that leave the scene.
+
+        It is that of the environment, 0 where there is none; the disk of a sun is left out.
+        """
+        return self.surfaces.environment(vectors("directions", directions))
 
     def prepared(
         self,
@@ -283,7 +289,7 @@ class Scene:
         found = np.empty(n, np.float32), np.empty((n, 3), np.float32), np.empty((n, 2), np.float32)
         which = np.empty(n, np.uint32), np.empty(n, np.uint32)
         self.prepared().intersect(rays, bool(coherent), *found, *which)
-        return Hits(rays[:2], self.tables, (*found, *which))
+        return Hits(rays[:2], self.surfaces, (*found, *which))
 
     def occluded(
         self, origins: ArrayLike, directions: ArrayLike, tmax: ArrayLike | None = None, *, coherent: bool = False

@@ -210,7 +210,8 @@ fn table(comparison: &Comparison) -> String {
         rows.push(("z of pixels", scores(z.pixels)));
         if z.pixels.max > 10.0 * z.blocks.max.max(1.0) {
             // A newcomer's first comparison had 16777208 here, of a pixel whose 64 samples had missed its light.
-            let why = "where few samples met light, standard errors of pixels are too small: blocks and the mean tell more";
+            let why =
+                "where few samples met light, standard errors of pixels are too small: blocks and the mean tell more";
             rows.push(("", why.to_owned()));
         }
         rows.push(("z of 8x8 blocks", scores(z.blocks)));

@@ -209,7 +209,7 @@ fn table(comparison: &Comparison) -> String {
         ));
         rows.push(("z of pixels", scores(z.pixels)));
         if z.pixels.max > 10.0 * z.blocks.max.max(1.0) {
-            // A newcomer's first comparison had 16777208 here, of a pixel whose 64 samples had missed its light.
+            // The README's comparison has 16777208 here, of a pixel whose radiance is 1e-23.
             let why =
                 "where few samples met light, standard errors of pixels are too small: blocks and the mean tell more";
             rows.push(("", why.to_owned()));

@@ -10,8 +10,9 @@ a second over the rounds, then ratios, each the median over rounds with the midd
 Python (`benches/layer.rs`) write into arrays that exist; `intersect` and `occluded` make theirs. embreex is asked for
 less: which triangle, and whether any; and it has the meshes of the scene without its spheres.
 
-The ratios to the queries below are also given in processor time: on a busy machine the system favours a process that
-has slept, as the other has while embreex worked in this one.
+Ratios are also given in processor time: on a busy machine the system favours a process that has slept, as the other
+has while embreex worked in this one. embreex works in one thread, so on cores that are free the ratio to it is this
+times the number of threads.
 """
 
 import argparse
@@ -107,9 +108,8 @@ def measure(scene: ol.Scene, other: object, rays: tuple, below: subprocess.Popen
         for way in others:
             low, middle, high = np.quantile(rates[mine] / rates[way], [0.25, 0.5, 0.75])
             print(f"  {mine} / {way}: {middle:.3f} ({low:.3f} to {high:.3f})")
-            if "below" in way:
-                low, middle, high = np.quantile(costs[way] / costs[mine], [0.25, 0.5, 0.75])
-                print(f"    by processor time {middle:.3f} ({low:.3f} to {high:.3f})")
+            low, middle, high = np.quantile(costs[way] / costs[mine], [0.25, 0.5, 0.75])
+            print(f"    by processor time {middle:.3f} ({low:.3f} to {high:.3f})")
 
 
 def spent(process: int) -> float:

@@ -111,7 +111,7 @@ def test_eye_rays_are_the_camera() -> None:
 
 
 def test_shuffled_rays_of_a_camera_have_the_answers_of_those_in_order() -> None:
-    """In a large scene they are sorted before they are traced: the bits are the same, also of rays that end or are none."""
+    """Neighbours do not change the bits of an answer, also among rays that end or are none."""
     n = 513
     x, z = np.meshgrid(np.linspace(-4, 4, n), np.linspace(-4, 4, n))
     y = 0.3 * np.sin(3 * x) * np.cos(4 * z)

@@ -55,11 +55,7 @@ pub fn prefix(complete: impl Fn(&Path) -> bool) -> Result<PathBuf, String> {
         let work = parent.join(format!("{NAME}.unfinished"));
         let filled = fill(&work, &prefix).map_err(|why| format!("{why}\nOr {ADVICE}"));
         remove(&work).and(filled)?;
-        // Cargo shows this again with every build until the script is run anew, so it says what is, not what is done.
-        println!(
-            "cargo::warning=no Embree 4 on this system: using that of {PACKAGE}, downloaded with pip into {}",
-            prefix.display()
-        );
+        // Not said by `cargo::warning`: Cargo repeats those with every command, and that it was downloaded is no warning.
     }
     Ok(prefix)
 }

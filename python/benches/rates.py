@@ -6,12 +6,17 @@
     python3 python/benches/rates.py scenes/veach-mis.toml scenes/knot.toml target/triangles-1000000.toml
 
 asks a million rays of the camera of each scene, in order and shuffled. A line each: least / median / most million rays
-a second over the rounds, then ratios, each the median over rounds with the middle half of them. The queries below Python
-(`benches/layer.rs`) write into arrays that exist; `intersect` and `occluded` make theirs. embreex is asked for less:
-which triangle, and whether any; and it has the meshes of the scene without its spheres.
+a second over the rounds, then ratios, each the median over rounds with the middle half of them. The queries below
+Python (`benches/layer.rs`) write into arrays that exist; `intersect` and `occluded` make theirs. embreex is asked for
+less: which triangle, and whether any; and it has the meshes of the scene without its spheres.
+
+Ratios are also given in processor time: on a busy machine the system favours a process that has slept, as the other
+has while embreex worked in this one. embreex works in one thread, so on cores that are free the ratio to it is this
+times the number of threads.
 """
 
 import argparse
+import os
 import subprocess
 import tempfile
 import time
@@ -30,7 +35,7 @@ def main() -> None:
     """Measure."""
     parser = argparse.ArgumentParser()
     parser.add_argument("scenes", nargs="+", type=Path)
-    parser.add_argument("--rounds", type=int, default=15)
+    parser.add_argument("--rounds", type=int, default=16)
     parser.add_argument("--layer", type=Path, default=LAYER, help="the program of benches/layer.rs")
     asked = parser.parse_args()
     for path in asked.scenes:
@@ -88,10 +93,14 @@ def measure(scene: ol.Scene, other: object, rays: tuple, below: subprocess.Popen
     }
     for ask in ways.values():
         ask()
-    rates = {way: np.empty(rounds) for way in ways}
+    rates, costs = ({way: np.empty(rounds) for way in ways} for _ in range(2))
     for i in range(rounds):
-        for way, ask in ways.items():
+        # Who comes after embreex finds the caches full of its memory: every other round goes backwards.
+        for way, ask in list(ways.items())[:: 1 - 2 * (i % 2)]:
+            process = below.pid if "below" in way else os.getpid()
+            before = spent(process)
             rates[way][i] = len(o) / 1e6 / ask()
+            costs[way][i] = spent(process) - before
     print(name)
     for way, rate in rates.items():
         print(f"  {way:14} {rate.min():7.2f} / {np.median(rate):7.2f} / {rate.max():7.2f} million rays a second")
@@ -99,6 +108,14 @@ def measure(scene: ol.Scene, other: object, rays: tuple, below: subprocess.Popen
         for way in others:
             low, middle, high = np.quantile(rates[mine] / rates[way], [0.25, 0.5, 0.75])
             print(f"  {mine} / {way}: {middle:.3f} ({low:.3f} to {high:.3f})")
+            low, middle, high = np.quantile(costs[way] / costs[mine], [0.25, 0.5, 0.75])
+            print(f"    by processor time {middle:.3f} ({low:.3f} to {high:.3f})")
+
+
+def spent(process: int) -> float:
+    """Give the processor seconds of all threads of a process."""
+    threads = Path(f"/proc/{process}/task").glob("*/schedstat")
+    return sum(int(thread.read_text().split()[0]) for thread in threads) / 1e9
 
 
 def timed(ask: Callable[[], object]) -> Callable[[], float]:

@@ -2,19 +2,22 @@
 
 use std::path::PathBuf;
 
-use glam::{DVec2, DVec3};
-use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2};
+use glam::{DMat3, DVec2, DVec3};
+use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2};
 use octolux::scene::{
     self, Bsdf, Camera, Environment, Features, FilmSize, Fov, Lens, Material, Mesh, SceneBuilder, Sphere, Surface,
+    Texture, Wrap,
 };
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 
 use crate::errors;
+use crate::picture::array;
 use crate::threads::detached;
 use crate::told::{self, Told};
 
 type Array2<'py, T> = Bound<'py, PyArray2<T>>;
+type Array3<'py, T> = Bound<'py, PyArray3<T>>;
 
 /// A scene in the making.
 #[pyclass(module = "octolux._native")]
@@ -142,19 +145,21 @@ pub fn load(py: Python<'_>, path: PathBuf) -> PyResult<Scene> {
         .map_err(|error| errors::unreadable(py, &error))
 }
 
-/// `rho` with the exponent, and the radiance. What four numbers cannot say, a blend or a rough surface, is not a number.
-fn row(scene: &scene::Scene, surface: Surface) -> ([f32; 4], [f32; 3]) {
+/// `rho` with the exponent, what a blend adds to it, and the radiance. What eight numbers cannot say, a rough surface, is not a number.
+fn row(scene: &scene::Scene, surface: Surface) -> ([f32; 4], [f32; 4], [f32; 3]) {
+    let with = |rho: DVec3, alpha: f64| [rho.x as f32, rho.y as f32, rho.z as f32, alpha as f32];
+    let none = with(DVec3::ZERO, 1.0);
     let material = match surface {
-        Surface::Emission(le) => return ([0.0, 0.0, 0.0, 1.0], le.as_vec3().to_array()),
+        Surface::Emission(le) => return (none, none, le.as_vec3().to_array()),
         Surface::Material(id) => scene.material(id),
     };
-    let with = |rho: DVec3, alpha: f64| [rho.x as f32, rho.y as f32, rho.z as f32, alpha as f32];
-    let brdf = match material.bsdf {
-        Bsdf::Diffuse { rho } => with(rho, 1.0),
-        Bsdf::Phong { rho, alpha } => with(rho, alpha),
-        Bsdf::Blend { .. } | Bsdf::Ggx { .. } | Bsdf::Conductor { .. } => [f32::NAN; 4],
+    let (brdf, blend) = match material.bsdf {
+        Bsdf::Diffuse { rho } => (with(rho, 1.0), none),
+        Bsdf::Phong { rho, alpha } => (with(rho, alpha), none),
+        Bsdf::Blend { rho, specular, alpha } => (with(rho, 1.0), with(specular, alpha)),
+        Bsdf::Ggx { .. } | Bsdf::Conductor { .. } => ([f32::NAN; 4], none),
     };
-    (brdf, [0.0; 3])
+    (brdf, blend, [0.0; 3])
 }
 
 #[pymethods]
@@ -229,12 +234,55 @@ impl Scene {
         (self.0.meshes().len(), self.0.spheres().len())
     }
 
-    /// Of each object the BRDF's parameters `(n, 4)` and the radiance `(n, 3)`.
-    fn surfaces<'py>(&self, py: Python<'py>) -> PyResult<(Array2<'py, f32>, Array2<'py, f32>)> {
-        let meshes = self.0.meshes().iter().map(|mesh| mesh.surface);
-        let surfaces = meshes.chain(self.0.spheres().iter().map(|sphere| sphere.surface));
-        let (brdf, le): (Vec<_>, Vec<_>) = surfaces.map(|surface| row(&self.0, surface)).unzip();
-        Ok((rows(py, &brdf)?, rows(py, &le)?))
+    /// Of each object the BRDF's parameters `(n, 4)`, those of a blend's other lobe `(n, 4)`, and the radiance `(n, 3)`.
+    #[allow(clippy::type_complexity)]
+    fn surfaces<'py>(&self, py: Python<'py>) -> PyResult<(Array2<'py, f32>, Array2<'py, f32>, Array2<'py, f32>)> {
+        let all: Vec<_> = self.of_objects().map(|surface| row(&self.0, surface)).collect();
+        let brdf: Vec<_> = all.iter().map(|row| row.0).collect();
+        let blend: Vec<_> = all.iter().map(|row| row.1).collect();
+        let le: Vec<_> = all.iter().map(|row| row.2).collect();
+        Ok((rows(py, &brdf)?, rows(py, &blend)?, rows(py, &le)?))
+    }
+
+    /// Objects with a texture; a mesh without texture coordinates shows none.
+    #[getter]
+    fn textured(&self) -> Vec<usize> {
+        let meshes = self.0.meshes();
+        let shows = |object: &usize| meshes.get(*object).is_none_or(|mesh| mesh.uvs.is_some());
+        let objects = self.of_objects().enumerate();
+        let textured = objects.filter(|(_, surface)| self.texture_of(*surface).is_some());
+        textured.map(|(object, _)| object).filter(shows).collect()
+    }
+
+    /// Texels of an object's texture, `(h, w, 3)` from the top, and whether it is clamped outside of the unit square.
+    fn texture<'py>(&self, py: Python<'py>, index: usize) -> PyResult<(Array3<'py, f32>, bool)> {
+        let texture = self
+            .of_objects()
+            .nth(index)
+            .and_then(|surface| self.texture_of(surface));
+        let texture = texture.ok_or_else(|| PyIndexError::new_err("no such texture"))?;
+        let texels: Vec<_> = texture.texels.iter().collect();
+        let clamped = texture.wrap == Wrap::Clamp;
+        Ok((array(py, texture.width, texture.height, &texels)?, clamped))
+    }
+
+    /// Texels of the environment, `(h, w, 3)` from the top, and the rows of the matrix that turns its directions to those of the scene.
+    #[allow(clippy::type_complexity)]
+    fn environment<'py>(&self, py: Python<'py>) -> PyResult<Option<(Array3<'py, f32>, [[f64; 3]; 3])>> {
+        let Some(environment) = self.0.environment() else {
+            return Ok(None);
+        };
+        Ok(Some(match environment {
+            Environment::Constant(le) => {
+                let texel = le.as_vec3().to_array();
+                (array(py, 1, 1, &[texel])?, DMat3::IDENTITY.to_cols_array_2d())
+            }
+            Environment::Picture(picture) => {
+                let texels: Vec<_> = picture.texels.iter().collect();
+                let to_scene = picture.to_scene.transpose().to_cols_array_2d();
+                (array(py, picture.width, picture.height, &texels)?, to_scene)
+            }
+        }))
     }
 
     /// Centre and radius of a sphere, by its place among the spheres.
@@ -277,6 +325,21 @@ impl Scene {
             .ok_or_else(|| PyIndexError::new_err("no such mesh"))?;
         let pairs = |uvs: &Vec<DVec2>| uvs.iter().map(|uv| uv.to_array()).collect::<Vec<_>>();
         mesh.uvs.as_ref().map(|uvs| rows(py, &pairs(uvs))).transpose()
+    }
+}
+
+impl Scene {
+    /// Surfaces in the order of objects.
+    fn of_objects(&self) -> impl Iterator<Item = Surface> {
+        let meshes = self.0.meshes().iter().map(|mesh| mesh.surface);
+        meshes.chain(self.0.spheres().iter().map(|sphere| sphere.surface))
+    }
+
+    fn texture_of(&self, surface: Surface) -> Option<&Texture> {
+        match surface {
+            Surface::Material(id) => self.0.material(id).texture.as_deref(),
+            Surface::Emission(_) => None,
+        }
     }
 }
 

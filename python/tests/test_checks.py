@@ -1,6 +1,7 @@
 """`check` passes the hand-out's three deliverables and finds twelve planted faults; reports depend on seeds alone."""
 
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from unittest import mock
 
 import handout
@@ -161,11 +162,8 @@ def test_estimates_that_are_none_are_reported(scene: ol.Scene) -> None:
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("textures", "textures"),
         ("knot", "interpolated normals"),
-        ("blend", "blends of two models"),
         ("one-sided", "one-sided surfaces"),
-        ("sky", "an environment"),
         ("terminator", "smooth terminators"),
         ("ggx", "rough surfaces (Ggx), metals (Conductor)"),
         ("lamps", "suns"),
@@ -177,6 +175,97 @@ def test_what_hits_do_not_tell_of_is_refused(name: str, words: str) -> None:
     with pytest.raises(ValueError, match="which hits do not tell of: check in a scene without") as refused:
         ol.check(lambda *_: 1 / 0, scene, passes=32)
     assert words in str(refused.value)
+
+
+def without_textures(scene: ol.Scene, hits: ol.Hits, wo: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Sample lights as if surfaces had one colour."""
+    hits._made["brdf_params"] = scene.surfaces.brdf[hits.object]
+    return handout.light_sampling(scene, hits, wo, rng)
+
+
+def both_lobes(scene: ol.Scene, hits: ol.Hits, wo: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Sample lights for the diffuse part of blends and for the other."""
+    gloss = hits[:]
+    gloss._made["brdf_params"] = hits.blend_params
+    return handout.light_sampling(scene, hits, wo, rng) + handout.light_sampling(scene, gloss, wo, rng)
+
+
+def under_the_sky(turned: np.ndarray) -> Callable:
+    """Sample the BRDF, and look up where directions end."""
+
+    def estimate(scene: ol.Scene, hits: ol.Hits, wo: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        cos = rng.random(len(hits)) ** (1 / (handout.alpha(hits) + 1))
+        wi = handout.about(handout.lobe_axis(hits, wo), cos, rng)
+        scale = np.maximum(handout.dot(hits.normal, wi), 0) / handout.brdf_pdf(hits, wo, wi)
+        free = ~scene.occluded(hits.point + handout.EPSILON * hits.normal, wi)
+        return handout.brdf(hits, wo, wi) * (scale * free)[:, None] * scene.environment(wi * turned)
+
+    return estimate
+
+
+@pytest.mark.parametrize(
+    ("name", "estimator", "right"),
+    [
+        ("textures", handout.light_sampling, True),
+        ("textures", without_textures, False),
+        ("blend", both_lobes, True),
+        ("blend", handout.light_sampling, False),
+    ],
+)
+def test_textures_and_blends_are_told_of(name: str, estimator: Callable, right: bool) -> None:
+    """An estimator that heeds them passes; one that does not is biased."""
+    scene = ol.load(REPOSITORY / f"scenes/{name}.toml")
+    report = ol.check(estimator, scene, passes=PASSES)
+    assert bool(report) == right, str(report)
+
+
+@pytest.mark.parametrize("turned", [(1, 1, 1), (-1, 1, 1), (1, -1, 1), (1, 1, -1)])
+def test_environments_are_told_of(tmp_path: Path, turned: tuple[int, int, int]) -> None:
+    """The sky is that of the oracle, turned as it is; a mirrored one is biased. It has no sun, which few samples find."""
+    texels = np.random.default_rng(5).random((4, 8, 3)) ** 2
+    ol.Image(texels.astype(np.float32)).save(tmp_path / "sky.exr")
+    (tmp_path / "scene.toml").write_text(
+        """
+        camera = { origin = [1, 2, 6], target = [0, 0, 0], up = [0, 1, 0], fov_x = 50 }
+        film = { width = 48, height = 32 }
+        environment = { file = "sky.exr", rotate_y = 20 }
+        materials.clay = { diffuse = [0.8, 0.7, 0.6] }
+        materials.gloss = { phong = [0.8, 0.8, 0.8], exponent = 20 }
+        spheres = [
+            { center = [-1.2, 0, 0], radius = 1, material = "clay" },
+            { center = [1.2, 0, 0], radius = 1, material = "gloss" },
+        ]
+        """
+    )
+    report = ol.check(under_the_sky(np.array(turned)), ol.load(tmp_path / "scene.toml"), passes=PASSES)
+    assert bool(report) == (turned == (1, 1, 1)), str(report)
+    assert not report.hints
+
+
+def test_textures_on_spheres_are_those_of_the_oracle(tmp_path: Path) -> None:
+    """A globe of four colours under a light at the eye: one quarter each, and the seam where longitude begins anew."""
+    ol.Image(np.array([[[0.9, 0.1, 0.2], [0.2, 0.8, 0.1]], [[0.1, 0.3, 0.9], [0.7, 0.7, 0.1]]], np.float32)).save(
+        tmp_path / "four.exr"
+    )
+    (tmp_path / "globe.toml").write_text(
+        """
+        camera = { origin = [1, 2, 6], target = [0, 0, 0], up = [0, 1, 0], fov_x = 30 }
+        film = { width = 48, height = 48 }
+        materials.globe = { diffuse = [1, 1, 1], texture = "four.exr" }
+        [[spheres]]
+        center = [0, 0, 0]
+        radius = 1
+        material = "globe"
+        [[spheres]]
+        center = [1, 4, 9]
+        radius = 1
+        emission = [30, 30, 30]
+        """
+    )
+    scene = ol.load(tmp_path / "globe.toml")
+    report = ol.check(handout.light_sampling, scene, passes=PASSES)
+    assert report and report.sees < 0.01, str(report)
+    assert not ol.check(without_textures, scene, passes=PASSES)
 
 
 @pytest.mark.parametrize("factor", [1.0, 1.02])

@@ -108,3 +108,43 @@ def test_eye_rays_are_the_camera() -> None:
     # 400 draws of a pixel that is half covered are off by 1/40; 6 of these.
     assert np.abs(mean - image).max() < 6 / 40 * image.max()
     assert image.max() > 0
+
+
+def test_shuffled_rays_of_a_camera_have_the_answers_of_those_in_order() -> None:
+    """Neighbours do not change the bits of an answer, also among rays that end or are none."""
+    n = 513
+    x, z = np.meshgrid(np.linspace(-4, 4, n), np.linspace(-4, 4, n))
+    y = 0.3 * np.sin(3 * x) * np.cos(4 * z)
+    corner = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
+    faces = [np.stack([corner, corner + 1, corner + n], 1), np.stack([corner + 1, corner + n + 1, corner + n], 1)]
+    scene = ol.Scene(size=(400, 300))
+    scene.set_camera((0, 3, 6), (0, 0, 0), fov_x=60)
+    scene.add_geometry(ol.Mesh(np.stack([x, y, z], -1).reshape(-1, 3), np.concatenate(faces), brdf_params=(1, 1, 1, 1)))
+    scene.add_geometry(ol.Sphere((0, 9, 0), 1, Le=(1, 1, 1)))
+    origins, directions = scene.eye_rays()
+    rng = np.random.default_rng(4)
+    directions[rng.integers(len(directions), size=50)] = np.nan
+    directions[rng.integers(len(directions), size=50)] = 0
+    ends = np.where(rng.random(len(directions)) < 0.5, np.inf, 7).astype(np.float32)
+    for tmax in (None, ends):
+        ordered = scene.intersect(origins, directions, tmax, coherent=True)
+        assert 0.3 < ordered.hit.mean() < 0.9
+        at = rng.permutation(len(origins))
+        shuffled = scene.intersect(origins[at], directions[at], None if tmax is None else tmax[at])
+        for name in ("t", "normal", "uv", "object", "primitive"):
+            one, other = getattr(ordered, name)[at], getattr(shuffled, name)
+            assert one.tobytes() == other.tobytes(), name
+
+
+def test_answers_that_someone_holds_are_not_written_again(ball: ol.Scene) -> None:
+    """A scene keeps the room of answers that nobody holds; one array of them is enough to hold it."""
+    o, d = ball.eye_rays((64, 48))
+    t = ball.intersect(o, d).t
+    before = t.copy()
+    assert not np.shares_memory(t, ball.intersect(o + 0.5, d).t)
+    assert t.tobytes() == before.tobytes() and np.isfinite(t).any()
+    chosen = ball.intersect(o, d)[3:9]
+    assert not np.shares_memory(chosen.normal, ball.intersect(o + 0.5, d).normal)
+    del t, chosen
+    place = ball.intersect(o, d).t.ctypes.data
+    assert place == ball.intersect(o, d).t.ctypes.data

@@ -35,10 +35,7 @@ FAR = 50.0
 
 BEYOND = {
     "smooth normals": "interpolated normals",
-    "textures": "textures",
-    "blend": "blends of two models",
     "one-sided": "one-sided surfaces",
-    "environment": "an environment",
     "smooth terminator": "smooth terminators",
     "ggx": "rough surfaces (Ggx)",
     "conductor": "metals (Conductor)",
@@ -201,11 +198,11 @@ def check(
     `size` is that of the picture, 48 pixels wide where nothing is said. It is divided into blocks whose means are
     compared channel by channel, as is the whole. `rate` is how often a right estimator may be called wrong, for all
     comparisons together. Blocks that too few samples lit are judged within the whole alone. `hints` runs estimators
-    with known faults where something is off; they know lights that are spheres. `efficiency` measures the variance of
-    Octolux's estimators too.
+    with known faults where something is off; they know lights that are spheres, and no `Blend`. `efficiency` measures
+    the variance of Octolux's estimators too.
 
-    An error of the estimator's own is passed on. Scenes with what `hits` do not tell of (textures, smooth normals,
-    ...) are refused.
+    The estimator owes all of the light: that of `scene.environment` too, and on a `Blend` both of its lobes. An error
+    of its own is passed on. Scenes with what `hits` do not tell of (smooth normals, ...) are refused.
     """
     if not callable(estimator):
         raise TypeError(f"an estimator is a function f(scene, hits, wo, rng), and this is {type(estimator).__name__}")
@@ -229,13 +226,19 @@ def check(
     flat = mean.reshape(-1, 3)
     truth, doubt = sums.blocks(flat) / sums.pixels, np.sqrt(sums.blocks(error.reshape(-1, 3) ** 2)) / sums.pixels
     report = _judge(sums, truth, doubt, spp, rate)
-    if not report.passed and hints and not scene.lamps and all(light.radius is not None for light in scene.lights):
+    if not report.passed and hints and _known_to(scene):
         _explain(report, scene, sums, seed)
     if efficiency:
         _efficiency(report, scene, sums, flat, seed)
     object.__setattr__(report, "picture", Image((sums.picture / sums.count).reshape(mean.shape)))
     object.__setattr__(report, "expected", Image(mean))
     return report
+
+
+def _known_to(scene: Scene) -> bool:
+    """Whether the estimators with known faults know all of the scene."""
+    more = {"blend", "environment"}.intersection(scene.built.effects)
+    return not more and not scene.lamps and all(light.radius is not None for light in scene.lights)
 
 
 def _small(size: tuple[int, int]) -> tuple[int, int]:
@@ -266,7 +269,7 @@ def _passes(
     while sums.count < passes if passes else sums.count < LEAST_PASSES or time.monotonic() - begun < seconds:
         origins, directions = scene.eye_rays(shape, rng)
         hits = scene.intersect(origins, directions, coherent=True)
-        values = hits.Le.astype(np.float64)
+        values = np.where(hits.hit[:, None], hits.Le, scene.environment(directions))
         lit = np.flatnonzero(hits.hit & ~hits.Le.any(axis=1))
         if len(lit):
             values[lit] = _estimates(estimator, scene, hits[lit], -directions[lit], rng)

@@ -5,6 +5,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ._surfaces import Surfaces
+
 Floats = NDArray[np.float32]
 
 
@@ -18,16 +20,15 @@ class Hits:
       nothing is met;
     - `primitive (n,)` int32: the triangle of a mesh, 0 on spheres, -1 where nothing is met.
 
-    Further arrays are made when they are first asked for: `hit`, `point`, `brdf_params`, `Le`.
+    Further arrays are made when they are first asked for: `hit`, `point`, `brdf_params`,
+    `blend_params`, `Le`.
     """
 
-    __slots__ = ("_made", "_rays", "_tables", "normal", "object", "primitive", "t", "uv")
+    __slots__ = ("_made", "_rays", "_surfaces", "normal", "object", "primitive", "t", "uv")
 
-    def __init__(
-        self, rays: tuple[Floats, Floats], tables: tuple[Floats, Floats], found: tuple[NDArray[Any], ...]
-    ) -> None:
-        """Hold the answers to `rays`; `tables` have the surfaces of all objects."""
-        self._rays, self._tables = rays, tables
+    def __init__(self, rays: tuple[Floats, Floats], surfaces: Surfaces, found: tuple[NDArray[Any], ...]) -> None:
+        """Hold the answers to `rays`; `surfaces` are those of all objects."""
+        self._rays, self._surfaces = rays, surfaces
         self.t: Floats = found[0]
         self.normal: Floats = found[1]
         self.uv: Floats = found[2]
@@ -45,7 +46,7 @@ class Hits:
             raise TypeError("hits are chosen by a mask, a slice or an array of indices; one ray is hits[i:i+1]")
         origins, directions = self._rays
         found = (self.t, self.normal, self.uv, self.object, self.primitive)
-        return Hits((origins[which], directions[which]), self._tables, tuple(array[which] for array in found))
+        return Hits((origins[which], directions[which]), self._surfaces, tuple(array[which] for array in found))
 
     def __repr__(self) -> str:
         """Say how many rays meet something."""
@@ -67,15 +68,25 @@ class Hits:
     def brdf_params(self) -> Floats:
         """What the hand-out calls so, `(n, 4)` float32: reflectance and exponent, which is 1 on diffuse surfaces.
 
-        0, 0, 0, 1 on lights and where nothing is met. A texture is left out, and a `material` is NaN.
+        Textures are multiplied in. Of a `Blend` it is the diffuse part; a `Ggx` and a `Conductor` are NaN. 0, 0, 0, 1
+        on lights and where nothing is met.
         """
-        brdf: Floats = self._keep("brdf_params", lambda: self._tables[0][self.object])
+        brdf: Floats = self._keep("brdf_params", lambda: self._surfaces.reflectance(self))
         return brdf
+
+    @property
+    def blend_params(self) -> Floats:
+        """What a `Blend` adds to `brdf_params`, `(n, 4)` float32: the reflectance and exponent of its Phong lobe.
+
+        0, 0, 0, 1 on all other surfaces and where nothing is met.
+        """
+        blend: Floats = self._keep("blend_params", lambda: self._surfaces.blend[self.object])
+        return blend
 
     @property
     def Le(self) -> Floats:
         """Radiance that the surface emits, `(n, 3)` float32; 0 where nothing is met."""
-        emitted: Floats = self._keep("Le", lambda: self._tables[1][self.object])
+        emitted: Floats = self._keep("Le", lambda: self._surfaces.Le[self.object])
         return emitted
 
     def _points(self) -> Floats:

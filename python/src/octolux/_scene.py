@@ -2,6 +2,7 @@
 
 import math
 import os
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -15,6 +16,7 @@ from ._arrays import size as as_size
 from ._lamps import DirectionalLight, Lamp, PointLight, SpotLight, lamp
 from ._materials import Material, surface
 from ._rays import Floats, Hits
+from ._surfaces import Surfaces
 
 
 class Sphere:
@@ -107,6 +109,12 @@ _ORPHANS: list[object] = []
 
 _KEPT = 3
 
+_FEW = 1024
+"""Answers to fewer rays are arrays of their own."""
+
+_MOST_KEPT = 1 << 24
+"""Numbers that a scene keeps room for between queries: 64 MB, two million rays."""
+
 
 class Scene:
     """Geometry, a camera and a picture's size. What was added is checked when the scene is first rendered or asked."""
@@ -128,8 +136,9 @@ class Scene:
     def _forget(self) -> None:
         self._built: _native.Scene | None = None
         self._prepared: dict[object, _native.Prepared] = {}
-        self._tables: tuple[Floats, Floats] | None = None
+        self._surfaces: Surfaces | None = None
         self._lights: list[Light] | None = None
+        self._rooms: list[Floats] = []
         self.faults: dict[object, Any] = {}
         """What `check` found of known faults in this scene: the same for every estimator that is checked."""
         self._pid = os.getpid()
@@ -217,7 +226,7 @@ class Scene:
         """All objects that emit, in the order of their numbers; lights without shape are `lamps`."""
         if self._lights is None:
             meshes, _ = self.built.counts
-            self._lights = [self._light(int(i), meshes) for i in np.flatnonzero(self.tables[1].any(axis=1))]
+            self._lights = [self._light(int(i), meshes) for i in np.flatnonzero(self.surfaces.Le.any(axis=1))]
         return self._lights
 
     @property
@@ -226,7 +235,7 @@ class Scene:
         return [lamp(told) for told in self.built.lamps]
 
     def _light(self, i: int, meshes: int) -> Light:
-        Le = self.tables[1][i]
+        Le = self.surfaces.Le[i]
         if i < meshes:
             vertices, faces, _ = self.built.mesh(i)
             return Light(i, Le, vertices=vertices, faces=faces)
@@ -234,13 +243,18 @@ class Scene:
         return Light(i, Le, center=np.array(center), radius=radius)
 
     @property
-    def tables(self) -> tuple[Floats, Floats]:
-        """Of each object `brdf_params (n + 1, 4)` and `Le (n + 1, 3)`; the last row, which is -1, is of nothing."""
-        if self._tables is None:
-            brdf, emitted = self.built.surfaces()
-            nothing = np.array([[0, 0, 0, 1]], np.float32)
-            self._tables = np.concatenate([brdf, nothing]), np.concatenate([emitted, np.zeros((1, 3), np.float32)])
-        return self._tables
+    def surfaces(self) -> Surfaces:
+        """What its objects reflect and emit."""
+        if self._surfaces is None:
+            self._surfaces = Surfaces(self.built)
+        return self._surfaces
+
+    def environment(self, directions: ArrayLike) -> NDArray[np.float64]:
+        """Give the radiance from beyond all objects, (n, 3), for unit directions (n, 3) that leave the scene.
+
+        It is that of the environment, 0 where there is none; the disk of a sun is left out.
+        """
+        return self.surfaces.environment(vectors("directions", directions))
 
     def prepared(
         self,
@@ -279,11 +293,26 @@ class Scene:
         """
         rays = self._rays(origins, directions, tmax)
         n = len(rays[0])
-        # Not zeros: they would be written twice.
-        found = np.empty(n, np.float32), np.empty((n, 3), np.float32), np.empty((n, 2), np.float32)
-        which = np.empty(n, np.uint32), np.empty(n, np.uint32)
-        self.prepared().intersect(rays, bool(coherent), *found, *which)
-        return Hits(rays[:2], self.tables, (*found, *which))
+        found = self._room(n)
+        self.prepared().intersect(rays, bool(coherent), *found)
+        return Hits(rays[:2], self.surfaces, tuple(found))
+
+    def _room(self, n: int) -> list[NDArray[Any]]:
+        """Give arrays for the answers to `n` rays: room of earlier ones if nobody holds them any more, else new.
+
+        The system clears new pages, which took a fifth of the time of coherent rays.
+        """
+        if n < _FEW:
+            new = ((n,), np.float32), ((n, 3), np.float32), ((n, 2), np.float32), ((n,), np.uint32), ((n,), np.uint32)
+            return [np.empty(shape, dtype) for shape, dtype in new]
+        kept: Floats | None = self._rooms.pop() if self._rooms else None
+        # 2: nothing but `kept` and the argument of `getrefcount`, so no view of it is left.
+        if kept is None or len(kept) < 8 * n or sys.getrefcount(kept) > 2:
+            kept = np.empty(8 * n, np.float32)
+        if len(kept) <= _MOST_KEPT:
+            self._rooms = [kept]
+        t, normal, uv, object_, primitive = np.split(kept[: 8 * n], np.multiply((1, 4, 6, 7), n))
+        return [t, normal.reshape(n, 3), uv.reshape(n, 2), object_.view(np.uint32), primitive.view(np.uint32)]
 
     def occluded(
         self, origins: ArrayLike, directions: ArrayLike, tmax: ArrayLike | None = None, *, coherent: bool = False

@@ -110,7 +110,7 @@ impl Group {
         // Diagonal neighbors are one apart in `a` or `b`.
         let (a, b) = (x.wrapping_add(y) / 2, (x.wrapping_sub(y) as i32 >> 1) as u32);
         let place = ((a ^ b) & 1) | (a & 1) << 1 | (y & 2) << 1;
-        let square = (y / 4 % 4) << 2 | x / 4 % 4;
+        let square = (y / 4 % 4) * 4 + x / 4 % 4;
         let shift = mix(tile << 4 | square);
         Self {
             colour: (x ^ y) & 1,

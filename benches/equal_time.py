@@ -6,8 +6,8 @@
 Each way is options of `octolux render`, after variables of the environment if it needs any (OCTOLUX_RIVAL needs a build with `--features
 rival`: each point walks down the tree of lights by itself, N/2 times with `--lights N`, by `moments` or by pbrt's `bounds`). A round renders each
 way with two seeds. The relative error is half the squared difference of the two, over the squared mean of all pictures of the way: no
-reference, so no way is favoured. Pixels of more than four times the median, and their neighbors, are left out: they show lights, whose edges are
-noise of another kind. Seconds are of the processor, those of a render of one pass taken off: on a busy machine they mean more than those of a
+reference, so no way is favoured. Pixels of more than four times the median (or `--bright`), and their neighbors, are left out: they show lights, whose
+edges are noise of another kind. Seconds are of the processor, those of a render of one pass taken off: on a busy machine they mean more than those of a
 clock. Cells: median (least to most) over the rounds; ratios are round by round over the first way. The last
 column is the mean of the way's pictures over that of the first way's. Needs numpy.
 """
@@ -56,6 +56,7 @@ def main():
     parser.add_argument("--size", default="192x128")
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--seed", type=int, default=1, help="of the first round")
+    parser.add_argument("--bright", type=float, help="radiance from which a pixel shows a light [default: four times the median]")
     parser.add_argument("--octolux", default=str(target / "release" / "octolux"))
     split = sys.argv.index("--") if "--" in sys.argv else None
     args = parser.parse_args(sys.argv[1:split])
@@ -73,7 +74,7 @@ def main():
             rounds.append(row)
     # Pixels that show lights, and their neighbors.
     bright = np.mean([picture for row in rounds for way in row for picture in way[1:3]], axis=0).max(axis=2)
-    bright = bright > 4 * np.median(bright)
+    bright = bright > (args.bright or 4 * np.median(bright))
     for axis in (0, 1):
         bright = bright | np.roll(bright, 1, axis) | np.roll(bright, -1, axis)
     dull = ~bright

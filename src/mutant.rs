@@ -54,6 +54,7 @@
 //! | `ExpectedOnceEach` | a light of a list is weighted as if it were in every list | lists |
 //! | `WayDownForgotten` | the probability of a light within its cluster is missing from its density | lists |
 //! | `ColorsShareLists` | the two colors of a tile have the same lists | separate lists |
+//! | `GroupsShareLists` | the pixels of one color of a tile have one list | separate lists |
 //! | `PassesShareLists` | every pass has the list of the first | separate lists |
 //! | `BothHalvesWhole` | each of the two directions to a partly occluded light has full weight | oracle |
 //! | `OffsetTooShort` | shading points are offset by only 2 half-ulps | acne |
@@ -171,6 +172,7 @@ mod tests {
         ExpectedOnceEach "lists",
         WayDownForgotten "lists",
         ColorsShareLists "separate lists",
+        GroupsShareLists "separate lists",
         PassesShareLists "separate lists",
         OffsetTooShort "acne",
         OppositeForgotten "large plates",

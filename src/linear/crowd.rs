@@ -28,33 +28,62 @@ impl Candidates {
     }
 
     /// Replaces the spheres of `near` by those that segments from a ball to the target may hit.
-    ///
-    /// The segments lie in the convex hull of two balls. With `t` along the axis from one center to the other and the radius
-    /// `r(t)`, which changes by `s` per length, a sphere of radius `r` at the distance `h` from the nearest point of the axis meets
-    /// the hull only if `h √(1 - s²) <= r + r(t)`.
     pub fn narrow(&self, from: &Ball, near: &mut Self) {
         near.balls.clear();
-        let to: [f32; 3] = std::array::from_fn(|k| self.target.center[k] - from.center[k]);
+        match Cone::between(from, &self.target) {
+            None => near.balls.extend(&self.balls),
+            Some(cone) => {
+                for (at, lanes) in self.columns.packets::<F32x8>() {
+                    let kept = lanes & cone.meets::<F32x8>(&self.columns, at);
+                    near.balls.extend(kept.lanes().map(|lane| self.balls[at + lane]));
+                }
+            }
+        }
+    }
+}
+
+/// The convex hull of two balls. With `t` along the axis from one center to the other and the radius `r(t)`, which changes by `s` per
+/// length, a sphere of radius `r` at the distance `h` from the nearest point of the axis meets the hull only if
+/// `h √(1 - s²) <= r + r(t)`.
+pub(super) struct Cone {
+    origin: [f32; 3],
+    axis: [f32; 3],
+    length: f32,
+    radius: f32,
+    slope: f32,
+    cosine: f32,
+    /// For margins: the sum of absolute coordinates and radii.
+    size: f32,
+}
+
+impl Cone {
+    /// `None` if one ball is nearly inside the other.
+    pub fn between(from: &Ball, target: &Ball) -> Option<Self> {
+        let to: [f32; 3] = std::array::from_fn(|k| target.center[k] - from.center[k]);
         let length = to.iter().map(|x| x * x).sum::<f32>().sqrt();
-        let slope = (self.target.radius - from.radius) / length;
-        if !slope.is_finite() || slope.abs() > 0.9 {
-            near.balls.extend(&self.balls);
-            return;
-        }
-        let axis: Vec3<F32x8> = Vec3::splat(to.map(|x| x / length));
-        let origin: Vec3<F32x8> = Vec3::splat(from.center);
-        let splat = F32x8::splat;
-        let cosine = splat((1.0 - slope * slope).sqrt());
-        let size = norm1(from.center) + norm1(self.target.center) + from.radius + self.target.radius;
-        for (at, lanes) in self.columns.packets::<F32x8>() {
-            let center: Vec3<F32x8> = self.columns.get3(0, at);
-            let apart = center - origin;
-            let along = apart.dot(axis).max(F32x8::zero()).min(splat(length));
-            let h = (apart - axis * along).length();
-            let reach = along.mul_add(splat(slope), splat(from.radius)) + self.columns.get::<F32x8>(3, at);
-            let margin = splat(MARGIN) * (center.x.abs() + center.y.abs() + center.z.abs() + splat(size));
-            let kept = lanes & !(h * cosine).gt(reach + margin);
-            near.balls.extend(kept.lanes().map(|lane| self.balls[at + lane]));
-        }
+        let slope = (target.radius - from.radius) / length;
+        (slope.is_finite() && slope.abs() <= 0.9).then(|| Self {
+            origin: from.center,
+            axis: to.map(|x| x / length),
+            length,
+            radius: from.radius,
+            slope,
+            cosine: (1.0 - slope * slope).sqrt(),
+            size: norm1(from.center) + norm1(target.center) + from.radius + target.radius,
+        })
+    }
+
+    /// Spheres of a packet that may meet the hull; the columns are center and radius.
+    #[inline(always)]
+    pub fn meets<L: Lane>(&self, balls: &Columns<4>, at: usize) -> L::Mask {
+        let splat = L::splat;
+        let center: Vec3<L> = balls.get3(0, at);
+        let axis: Vec3<L> = Vec3::splat(self.axis);
+        let apart = center - Vec3::splat(self.origin);
+        let along = apart.dot(axis).max(L::zero()).min(splat(self.length));
+        let h = (apart - axis * along).length();
+        let reach = along.mul_add(splat(self.slope), splat(self.radius)) + balls.get::<L>(3, at);
+        let margin = splat(MARGIN) * (center.x.abs() + center.y.abs() + center.z.abs() + splat(self.size));
+        !(h * splat(self.cosine)).gt(reach + margin)
     }
 }

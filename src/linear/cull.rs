@@ -2,6 +2,8 @@
 //! hit is never culled. Each test processes one shape per lane: one by one, branch mispredictions cost more than the tests. The
 //! lane count does not change the results. Nothing here is inlined into kernels, so lanes that need AVX-512 use [`Lane::Plain`].
 
+use super::columns::Columns;
+use super::crowd::Cone;
 use super::shapes::{balls_behind, balls_outside};
 use super::{Candidates, LinearScene};
 use crate::lane::{Lane, Mask};
@@ -10,6 +12,9 @@ use crate::shape::{Ball, NO_SKIP_ID};
 
 /// Relative rounding margin of a plane: points nearer than this fraction of the largest number involved count for both sides.
 pub(super) const MARGIN: f32 = 1e-5;
+
+/// Up to this many spheres are tested against rays sooner than against planes.
+const WORTH_PLANES: usize = 3;
 
 pub(super) fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
@@ -124,26 +129,27 @@ impl LinearScene {
     /// plane could tell and [`Points`] has no measurement for it yet, the triangle is kept for [`Self::separated_by_plane`].
     #[inline(never)]
     pub fn in_shaft<L: Lane>(&self, points: &Points, light: &Ball, skip_id: u32, set: &mut Candidates) {
+        self.in_shaft_to::<L>(points, &Bounds::of_ball(light), light, skip_id, set);
+    }
+
+    /// Like [`Self::in_shaft`], to a box inside of the sphere `light`.
+    #[inline(never)]
+    pub fn in_shaft_to<L: Lane>(
+        &self,
+        points: &Points,
+        target: &Bounds,
+        light: &Ball,
+        skip_id: u32,
+        set: &mut Candidates,
+    ) {
         let shapes = &self.shapes;
-        let target = Bounds::of_ball(light);
-        let around = points.bounds.around(&target);
+        let around = points.bounds.around(target);
         let mut hull = [Plane::default(); 12];
-        let planes = hull_of(&points.bounds, &target, &mut hull);
+        let planes = hull_of(&points.bounds, target, &mut hull);
         set.clear();
         set.culled = true;
         for (at, lanes) in shapes.triangles.packets::<L>() {
-            let mut kept = lanes & !shapes.outside::<L>(at, &around);
-            if skip_id != NO_SKIP_ID {
-                kept = kept & !shapes.skip_id::<L>(at, skip_id);
-            }
-            let (low, high) = (L::load(&points.low[at..]), L::load(&points.high[at..]));
-            kept = kept & !shapes.separated_by_plane(at, light, low, high);
-            for plane in planes {
-                if kept.none() {
-                    break;
-                }
-                kept = kept & !self.shapes.behind::<L>(at, plane);
-            }
+            let kept = self.triangles_between::<L>(at, lanes, points, (light, skip_id), (&around, planes));
             self.take::<L>(at, kept, set);
         }
         if let Some(tree) = &self.tree {
@@ -157,16 +163,91 @@ impl LinearScene {
             return;
         }
         for (at, lanes) in shapes.balls.packets::<L>() {
-            let mut kept = lanes & !balls_outside::<L>(&shapes.balls, at, &around);
-            for plane in planes {
-                if kept.none() {
-                    break;
-                }
-                kept = kept & !balls_behind::<L>(&self.shapes.balls, at, plane);
-            }
+            let kept = balls_between::<L>(&shapes.balls, at, lanes, (&around, planes));
             let kept = kept.lanes().map(|lane| (at + lane) as u32);
             set.balls.extend(kept.filter(|&ball| ball != skip_id));
         }
+    }
+
+    /// Like [`Self::in_shaft`], among the shapes of `wide` alone: what was found between the same points and a box around the light,
+    /// with a hierarchy.
+    #[inline(never)]
+    pub fn in_shaft_of<L: Lane>(
+        &self,
+        points: &Points,
+        light: &Ball,
+        skip_id: u32,
+        wide: &Candidates,
+        set: &mut Candidates,
+    ) {
+        set.clear();
+        set.culled = true;
+        set.target = *light;
+        // Most spheres on the way to the box are outside of a cone to the light, which takes one test instead of twelve.
+        let cone = Cone::between(&points.around(), light);
+        for (at, mut lanes) in wide.columns.packets::<L>() {
+            if let Some(cone) = &cone {
+                lanes = lanes & cone.meets::<L>(&wide.columns, at);
+            }
+            set.balls.extend(lanes.lanes().map(|lane| (at + lane) as u32));
+        }
+        let mut hull = [Plane::default(); 12];
+        let target = Bounds::of_ball(light);
+        let around = points.bounds.around(&target);
+        let exactly = set.balls.len() > WORTH_PLANES || wide.triangles.len() + wide.lights.len() > 0;
+        let planes = if exactly {
+            hull_of(&points.bounds, &target, &mut hull)
+        } else {
+            &[]
+        };
+        // From places in `wide` to indices of spheres.
+        let mut count = 0;
+        for i in 0..set.balls.len() {
+            let at = set.balls[i] as usize;
+            if wide.balls[at] != skip_id && balls_between::<f32>(&wide.columns, at, true, (&around, planes)) {
+                set.balls[count] = wide.balls[at];
+                set.columns
+                    .push(std::array::from_fn(|column| wide.columns.get::<f32>(column, at)));
+                count += 1;
+            }
+        }
+        set.balls.truncate(count);
+        for list in [&wide.triangles, &wide.lights] {
+            for packet in list.chunk_by(|a, b| *a as usize / L::N == *b as usize / L::N) {
+                let at = packet[0] as usize / L::N * L::N;
+                let members = packet.iter().fold(0, |bits, &i| bits | 1 << (i as usize - at));
+                let lanes = L::Mask::from_bitmask(members);
+                let kept = self.triangles_between::<L>(at, lanes, points, (light, skip_id), (&around, planes));
+                self.take::<L>(at, kept, set);
+            }
+        }
+    }
+
+    /// The triangles of a packet that may lie between points and a light: none that is outside a box, behind a plane, or named by the
+    /// skip id.
+    #[inline(always)]
+    fn triangles_between<L: Lane>(
+        &self,
+        at: usize,
+        lanes: L::Mask,
+        points: &Points,
+        (light, skip_id): (&Ball, u32),
+        (around, planes): (&Bounds, &[Plane]),
+    ) -> L::Mask {
+        let shapes = &self.shapes;
+        let mut kept = lanes & !shapes.outside::<L>(at, around);
+        if skip_id != NO_SKIP_ID {
+            kept = kept & !shapes.skip_id::<L>(at, skip_id);
+        }
+        let (low, high) = (L::load(&points.low[at..]), L::load(&points.high[at..]));
+        kept = kept & !shapes.separated_by_plane(at, light, low, high);
+        for plane in planes {
+            if kept.none() {
+                break;
+            }
+            kept = kept & !shapes.behind::<L>(at, plane);
+        }
+        kept
     }
 
     /// Removes the triangles that have all points, as measured, and the light on one side.
@@ -223,7 +304,7 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    pub(super) fn of_ball(ball: &Ball) -> Self {
+    pub fn of_ball(ball: &Ball) -> Self {
         let reach = ball.radius * (1.0 + MARGIN);
         Self {
             low: ball.center.map(|c| c - reach),
@@ -231,7 +312,7 @@ impl Bounds {
         }
     }
 
-    pub(super) fn around(self, other: &Self) -> Self {
+    pub fn around(self, other: &Self) -> Self {
         Self {
             low: std::array::from_fn(|k| self.low[k].min(other.low[k])),
             high: std::array::from_fn(|k| self.high[k].max(other.high[k])),
@@ -246,6 +327,24 @@ impl Bounds {
         };
         outside(0, low.x, high.x) | outside(1, low.y, high.y) | outside(2, low.z, high.z)
     }
+}
+
+/// The spheres of a packet that are neither outside a box nor behind a plane.
+#[inline(always)]
+fn balls_between<L: Lane>(
+    balls: &Columns<4>,
+    at: usize,
+    lanes: L::Mask,
+    (around, planes): (&Bounds, &[Plane]),
+) -> L::Mask {
+    let mut kept = lanes & !balls_outside::<L>(balls, at, around);
+    for plane in planes {
+        if kept.none() {
+            break;
+        }
+        kept = kept & !balls_behind::<L>(balls, at, plane);
+    }
+    kept
 }
 
 /// The known sides of the convex hull of two boxes, at the front of `planes`.

@@ -3,8 +3,6 @@
 //! A push compacts the active lanes of a packet, so every packet read back is full except the last. Lanes are stored in ascending
 //! order, so the order of elements does not depend on the packet width.
 
-use std::ops::Range;
-
 use crate::lane::{Lane, Mask};
 use crate::math::Vec3;
 
@@ -99,12 +97,10 @@ impl<const K: usize> Columns<K> {
         self.len = 0;
     }
 
-    /// Replaces the contents of the first columns with the range `part` of those of `other`.
-    pub(super) fn copy(&mut self, other: &Self, part: Range<usize>, columns: usize) {
-        self.len = part.len();
-        for (own, others) in self.columns.0[..columns].iter_mut().zip(&other.columns.0) {
-            own[..part.len()].copy_from_slice(&others[part.clone()]);
-        }
+    /// Changes the number of elements; those behind the end stay.
+    #[inline(always)]
+    pub(super) fn end_at(&mut self, end: usize) {
+        self.len = end;
     }
 
     /// Repeats the last element of the first columns past the end, so that idle lanes of the last packet hold valid data.

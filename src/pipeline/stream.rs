@@ -1,7 +1,7 @@
 //! Streams of shading points that await lighting, one stream per BRDF model.
 
 use std::marker::PhantomData;
-use std::ops::{Deref, DerefMut, Range};
+use std::ops::{Deref, DerefMut};
 
 use super::columns::{Columns, Room};
 use super::model::Model;
@@ -143,12 +143,6 @@ impl<M: Model> ModelStream<M> {
         self.hits.0.pad(column::OWN + M::COLUMNS);
     }
 
-    /// Replaces the contents with a range of another stream, padded.
-    pub fn copy(&mut self, other: &Self, part: Range<usize>) {
-        self.hits.0.copy(&other.hits.0, part, column::OWN + M::COLUMNS);
-        self.pad();
-    }
-
     /// The packet that starts at point `at`; the stream must be [padded](Self::pad).
     #[inline(always)]
     pub fn packet<L: Lane>(&self, at: usize) -> Packet<L, M::Of<L>> {
@@ -175,6 +169,11 @@ impl HitStream {
     /// Number of points in the stream.
     pub fn len(&self) -> usize {
         self.0.len()
+    }
+
+    /// Lets the stream end before point `end`; later points stay where they are, and a later `end` brings them back.
+    pub fn end_at(&mut self, end: usize) {
+        self.0.end_at(end);
     }
 
     /// Empties the stream.

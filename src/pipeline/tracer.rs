@@ -10,7 +10,7 @@ use crate::lane::{Lane, Mask};
 use crate::linear::Candidates;
 use crate::linear::cull::{Bounds, Points};
 use crate::math::Vec3;
-use crate::shape::{Ball, Hit, Ray};
+use crate::shape::{Ball, Hit, NO_SKIP_ID, Ray};
 
 /// Traces the rays of a chunk.
 pub trait Tracer {
@@ -29,23 +29,43 @@ pub trait Tracer {
             bound_points::<L>(world, stream, points);
         }
     }
-    /// Culls occluders for rays from the points of a bounded stream into a sphere; the shape `skip_id` never occludes them. Returns
-    /// true if nothing can block them, so that no ray needs tracing.
+    /// Culls occluders for rays from the points of a bounded stream into a sphere; the shape `skip_id` never occludes them. `wide` is
+    /// what [`Self::face_box`] left for a box around the sphere. Returns true if nothing can block the rays, so that none needs tracing.
     #[inline(always)]
     fn face_ball<L: Lane>(
         world: &World,
         stream: &HitStream,
         points: &mut Points,
-        ball: &Ball,
-        skip_id: u32,
+        (ball, skip_id): (&Ball, u32),
+        wide: Option<&Candidates>,
         set: &mut Candidates,
     ) -> bool {
         // With few shapes the brute-force list exists whichever intersector traces.
-        if world.culls {
-            return cull::<L>(world, stream, points, ball, skip_id, set);
+        if !world.culls {
+            Self::keep_all(world, set);
+            return false;
         }
-        Self::keep_all(world, set);
-        false
+        match wide {
+            Some(wide) => world.line.in_shaft_of::<L::Plain>(points, ball, skip_id, wide, set),
+            None => world.line.in_shaft::<L::Plain>(points, ball, skip_id, set),
+        }
+        separate::<L>(world, stream, points, ball, set);
+        set.is_empty()
+    }
+    /// Culls occluders for rays from the points of a bounded stream into a box.
+    #[inline(always)]
+    fn face_box<L: Lane>(
+        world: &World,
+        stream: &HitStream,
+        points: &mut Points,
+        bounds: &Bounds,
+        set: &mut Candidates,
+    ) {
+        let ball = Ball::around(&[bounds.low, bounds.high]);
+        world
+            .line
+            .in_shaft_to::<L::Plain>(points, bounds, &ball, NO_SKIP_ID, set);
+        separate::<L>(world, stream, points, &ball, set);
     }
     /// Keeps all shapes, for arbitrary rays.
     fn keep_all(world: &World, set: &mut Candidates);
@@ -209,17 +229,9 @@ fn bound_points<L: Lane>(world: &World, stream: &HitStream, points: &mut Points)
     world.line.look::<L::Plain>(bounds, points);
 }
 
-/// Finds the shapes that may lie between the points of a stream and a sphere. Returns true if there are none.
+/// Removes the triangles that have all points of a stream and a sphere on one side.
 #[inline(always)]
-fn cull<L: Lane>(
-    world: &World,
-    stream: &HitStream,
-    points: &mut Points,
-    ball: &Ball,
-    skip_id: u32,
-    set: &mut Candidates,
-) -> bool {
-    world.line.in_shaft::<L::Plain>(points, ball, skip_id, set);
+fn separate<L: Lane>(world: &World, stream: &HitStream, points: &mut Points, ball: &Ball, set: &mut Candidates) {
     for &triangle in set.triangles() {
         if !points.measured(triangle) {
             let (normal, offset) = world.line.plane(triangle);
@@ -227,7 +239,6 @@ fn cull<L: Lane>(
         }
     }
     world.line.separated_by_plane(points, ball, set);
-    set.is_empty()
 }
 
 /// Minimum and maximum of `dot(normal, p) - offset` over the points of a stream.

@@ -247,6 +247,16 @@ fn a_hierarchy_of_spheres_changes_no_answer() {
             from_tree.len(),
             "of {number} spheres, from {corner:?} + {size}"
         );
+        // The same among what lies between the points and a box around the light, which holds other lights as well.
+        let around = Bounds {
+            low: light.center.map(|x| x - light.radius - 0.3),
+            high: light.center.map(|x| x + light.radius + 0.2),
+        };
+        let (mut wide, mut narrowed) = (Candidates::default(), Candidates::default());
+        let ball = Ball::around(&[around.low, around.high]);
+        sorted.in_shaft_to::<F32x8>(&survey, &around, &ball, NO_SKIP_ID, &mut wide);
+        sorted.in_shaft_of::<F32x8>(&survey, &light, skip_id, &wide, &mut narrowed);
+        assert!(narrowed.len() <= wide.len());
         kept += set.len();
         of += all.len();
         for _ in 0..8 {
@@ -274,7 +284,14 @@ fn a_hierarchy_of_spheres_changes_no_answer() {
             };
             let active = Mask::splat(true);
             let full = line.occluded(&all, active, &ray).to_bitmask();
-            for (candidates, line) in [(&set, &line), (&from_tree, &sorted), (&near, &sorted)] {
+            let sets = [
+                (&set, &line),
+                (&from_tree, &sorted),
+                (&near, &sorted),
+                (&wide, &sorted),
+                (&narrowed, &sorted),
+            ];
+            for (candidates, line) in sets {
                 let found = line.occluded(candidates, active, &ray).to_bitmask();
                 assert_eq!(found, full, "of {number} spheres, from {part:?} + {size}");
             }

@@ -5,7 +5,7 @@
 //! probability, and a list is better than as many independent choices.
 
 use super::cut::{Cut, inverses, rms};
-use super::importance::{Probes, WIDE};
+use super::importance::{Few, Probes, WIDE};
 use super::{LEAST_POWER, LightTree};
 
 /// Fraction of the lists that is distributed by power alone, which no importance or visibility estimate can exclude.
@@ -55,6 +55,8 @@ pub struct Table {
     probes: Probes,
     /// One over what each point receives from all lights: see [`inverses`].
     inverses: [f32; WIDE],
+    /// Those of the points that decide inside clusters.
+    few: Few,
 }
 
 impl Table {
@@ -76,6 +78,7 @@ impl Table {
             probes,
             ..Self::default()
         };
+        table.few = table.probes.few(&table.inverses);
         let weights = table.weights(tree, &cut, look);
         table.divide(tree, &weights, length);
         table
@@ -236,15 +239,13 @@ impl Table {
 
     /// The probability of the first of two children, in (0, 1).
     fn first_chance(&self, tree: &LightTree, link: u32) -> f64 {
-        let [a, b] = [link, link + 1].map(|number| {
-            let node = tree.node(number);
-            let brings = self.probes.importance(node);
-            (f64::from(node.power()), f64::from(rms(&brings, &self.inverses)))
-        });
-        let by_power = a.0 / (a.0 + b.0);
-        let sum = a.1 + b.1;
+        let nodes = [tree.node(link), tree.node(link + 1)];
+        let power = nodes.map(|node| f64::from(node.power()));
+        let by_power = power[0] / (power[0] + power[1]);
+        let share = self.few.shares(nodes).map(f64::from);
+        let sum = share[0] + share[1];
         let first = if sum > 0.0 && sum.is_finite() {
-            WITHIN * by_power + (1.0 - WITHIN) * a.1 / sum
+            WITHIN * by_power + (1.0 - WITHIN) * share[0] / sum
         } else {
             by_power
         };

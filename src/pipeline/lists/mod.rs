@@ -1,16 +1,17 @@
 //! Short lists of lights: with many lights, each pass samples only a few of them for the points of a tile.
 //!
-//! Points of one tile, BRDF model and pass share a list. A light then still serves a whole stream, and its shadow rays are
-//! coherent: different lights per lane make shadow rays incoherent (not measured here). The list, and the [`Table`] from which it is
-//! sampled, depend only on the scene, the film, the seed, the tile and the pass: not on lanes, threads, chunks or hits. The pixels
-//! of the two colors of a checkerboard have separate lists: in adaptive renders each color determines the sample counts of the
-//! other, so the two must be independent ([`allocation`](crate::film::allocation)).
+//! Points of one [`Group`] of a tile's pixels, BRDF model and pass share a list. The list, and the [`Table`] from which it is sampled,
+//! depend only on the scene, the film, the seed, the tile and the pass: not on lanes, threads, chunks or hits. The pixels of the two
+//! colors of a checkerboard have separate lists: in adaptive renders each color determines the sample counts of the other, so the two
+//! must be independent ([`allocation`](crate::film::allocation)).
 
+mod address;
 mod probe;
 
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
+pub use address::{Group, ListAddress};
 use probe::VisibilityProbe;
 
 use super::model::{self, Model};
@@ -19,13 +20,10 @@ use super::tracer::Tracer;
 use crate::film::{TILE, Tile};
 #[cfg(feature = "rival")]
 use crate::lane::Lane;
-use crate::lane::Word;
 use crate::light::tree::{Emitter, Pick, Table};
 use crate::light::{LightTree, SphereLight, TriangleLight};
 #[cfg(feature = "rival")]
 use crate::math::Vec3;
-use crate::sampling::PassBlock;
-use crate::sampling::hash::pcg4d;
 use crate::scene::FilmSize;
 
 /// Scale from world lengths to lengths of the tree: at most 2^11, so that third powers of long and short lengths fit into `f32`.
@@ -205,6 +203,11 @@ impl Lists {
         }
     }
 
+    /// Index of a light in the order of leaves.
+    pub fn place(&self, light: u32) -> u32 {
+        self.places[light as usize]
+    }
+
     /// Estimated number of times a light is in a list: see [`Table::guess`]. `None` if it emits nothing.
     pub fn guess(&self, table: &Table, light: u32) -> Option<f32> {
         let place = self.places[light as usize];
@@ -239,54 +242,6 @@ impl Lists {
     pub fn draw(&self, table: &Table, address: &ListAddress, list: &mut Vec<Pick>) {
         table.draw(&self.tree, |stratum| address.number(stratum), list);
     }
-}
-
-/// Identifies a list: everything its samples depend on besides the table.
-#[derive(Clone, Copy, Debug)]
-pub struct ListAddress {
-    seed: u32,
-    /// Key of the tile and the color.
-    group: u32,
-    /// Index of the list within the group.
-    index: u32,
-    /// Whether lists with consecutive indices are stratified together.
-    stratified: bool,
-}
-
-impl ListAddress {
-    /// The list of a tile's pixels of one color in a pass, counted from 0. With one-sample MIS two consecutive passes share a list,
-    /// because one of them samples BRDFs and needs none.
-    pub fn new(numbers: &PassBlock, tile: &Tile, colour: u32, pass: u32, tossed: bool) -> Self {
-        let stratified = numbers.one_coin();
-        let index = if stratified && tossed { pass / 2 } else { pass };
-        let (colour, index) = (
-            mutate!(colour, ColorsShareLists => 0),
-            mutate!(index, PassesShareLists => 0),
-        );
-        Self {
-            seed: numbers.seed(),
-            group: 2 * tile.number() + colour,
-            index,
-            stratified,
-        }
-    }
-
-    /// The number in [0, 1) of a stratum: a van der Corput sequence over the lists with digital shifts.
-    fn number(&self, stratum: u32) -> f64 {
-        let salt = if self.stratified { 0 } else { self.index.wrapping_add(1) };
-        let [a, b, ..] = pcg4d([self.group, self.seed, stratum, salt].map(Word));
-        let first = if self.stratified {
-            a.0 ^ self.index.reverse_bits()
-        } else {
-            a.0
-        };
-        (f64::from(first) + f64::from(b.0 >> 12) / f64::from(1 << 20)) / 4_294_967_296.0
-    }
-}
-
-/// The checkerboard color of a pixel.
-pub fn colour([x, y]: [u32; 2]) -> u32 {
-    (x ^ y) & 1
 }
 
 /// The table level of a pass.

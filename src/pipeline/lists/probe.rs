@@ -51,8 +51,10 @@ pub(super) fn find<T: Tracer>(chunk: &Chunk, lists: &Lists, kind: Kind) -> Probe
     let mut probes = Probes::new(matches!(kind, Kind::Phong | Kind::Conductor));
     let wanted = seen.len().min(WIDE);
     for i in 0..wanted {
-        // One per square of a whole tile, each at another place within its square.
-        let at = (WIDE * i + 7 * i % WIDE) * seen.len() / (WIDE * WIDE);
+        // One per square of a whole tile, and one in each of its columns and rows of pixels, the outermost as well: what a border sees
+        // and no probe does would make it noisier than the pixels inside.
+        let place = 4 * (3 - i % 4) + i / 4;
+        let at = (WIDE * i + place) * seen.len() / (WIDE * WIDE);
         let point = seen[if wanted < WIDE { i } else { at }];
         probes.push(
             point.place.map(|x| x * UNIT),

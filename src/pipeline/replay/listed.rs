@@ -9,7 +9,7 @@ use crate::estimator::{ShadingPoint, per_light};
 use crate::lane::Word;
 use crate::math::Vec3;
 use crate::pipeline::kernels;
-use crate::pipeline::lists::{ListAddress, colour};
+use crate::pipeline::lists::{Group, ListAddress};
 use crate::pipeline::stage::listed::counted;
 use crate::pipeline::stage::pairs;
 use crate::pipeline::stream::Address;
@@ -53,7 +53,7 @@ pub(super) fn directions<M: Told>(
         && numbers.by_brdf_lanes(address.key, address.pass, pairs::DIRECTION, tile.number());
     let mut list = Vec::new();
     if !(by_brdf_lanes && tossed) {
-        let address = ListAddress::new(numbers, tile, colour(sample.pixel), pass, tossed);
+        let address = ListAddress::new(numbers, tile, Group::of(tile, sample.pixel), pass, tossed);
         lists.draw(table, &address, &mut list);
     }
     let mut asked = Vec::new();

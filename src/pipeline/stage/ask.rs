@@ -13,7 +13,7 @@ use crate::lane::{F32x8, has_avx512};
 use crate::light::MeshLight;
 use crate::light::tree::Table;
 use crate::linear::Candidates;
-use crate::linear::cull::Points;
+use crate::linear::cull::{Bounds, Points};
 use crate::pipeline::lists::{Kind, Lists};
 use crate::pipeline::queue::{RayQueue, WideQueue};
 use crate::pipeline::stream::HitStream;
@@ -35,7 +35,16 @@ pub enum Ask<'a> {
         points: &'a mut Points,
         ball: Ball,
         skip_id: u32,
+        /// What [`Self::Bundle`] kept, if it was asked.
+        wide: Option<&'a Candidates>,
         open: &'a mut bool,
+        set: &'a mut Candidates,
+    },
+    /// Culls occluders for rays from the points of a bounded stream into a box, to be culled again for each light in it.
+    Bundle {
+        stream: &'a HitStream,
+        points: &'a mut Points,
+        bounds: Bounds,
         set: &'a mut Candidates,
     },
     /// Keeps all shapes, for arbitrary rays.
@@ -124,9 +133,16 @@ impl<T: Tracer> LaneWork for Answering<'_, '_, T> {
                 points,
                 ball,
                 skip_id,
+                wide,
                 open,
                 set,
-            } => *open = T::face_ball::<L>(chunk.world, stream, points, &ball, skip_id, set),
+            } => *open = T::face_ball::<L>(chunk.world, stream, points, (&ball, skip_id), wide, set),
+            Ask::Bundle {
+                stream,
+                points,
+                bounds,
+                set,
+            } => T::face_box::<L>(chunk.world, stream, points, &bounds, set),
             Ask::All { set } => T::keep_all(chunk.world, set),
             Ask::Visible { queue, set, light } => shadow::splat_unoccluded::<L, T>(chunk, queue, set, light),
             Ask::VisibleEach { queue, set } => shadow::visible_each::<L, T>(chunk, queue, set),

@@ -133,6 +133,7 @@ fn each<L: TraceLane, M: Model, K: LightKind>(chunk: &mut Chunk, scratch: &mut S
                     points,
                     ball,
                     skip_id: light.id(),
+                    wide: None,
                     open: &mut open,
                     set,
                 }),

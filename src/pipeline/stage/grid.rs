@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::chunk::{Chunk, Order};
 use crate::lane::Word;
-use crate::pipeline::lists::colour;
+use crate::pipeline::lists::Group;
 
 /// Maximum number of lanes of a packet. Columns are padded by this much, so that any packet is one load.
 const LANES: usize = 16;
@@ -52,7 +52,7 @@ impl Grid {
         // While noise is measured, pairs of passes have separate sums. With listed samples these indices must be listed too.
         let even = tile.goals().is_empty() && !(listed && tile.measures_noise());
         let [[left, top], [right, bottom]] = tile.corners();
-        let shape = even.then_some(Shape {
+        let shape = (even && chunk.order != Order::Lists).then_some(Shape {
             size: [right - left, bottom - top],
             film_width: chunk.film_width,
             passes: listed.then_some(chunk.pass_order.len()),
@@ -62,7 +62,7 @@ impl Grid {
             match chunk.order {
                 Order::Neighbours => self.neighbours(chunk),
                 Order::Passes => (0..tile.area()).for_each(|at| self.push(chunk, at)),
-                Order::Lists => by_colour(chunk).for_each(|at| self.push(chunk, at)),
+                Order::Lists => by_group(chunk).into_iter().for_each(|at| self.push(chunk, at)),
             }
             self.length = self.x.len();
             self.key.resize(self.length.next_multiple_of(LANES) + LANES, 0);
@@ -125,7 +125,7 @@ impl Grid {
             })
             .collect();
         let all: Vec<u32> = match chunk.order {
-            Order::Lists => by_colour(chunk).map(|at| at as u32).collect(),
+            Order::Lists => by_group(chunk).into_iter().map(|at| at as u32).collect(),
             _ => (0..goals.len() as u32).collect(),
         };
         // If all goals are even, the passes 2k and 2k + 1 have the same pixels, and the second is a copy.
@@ -230,12 +230,16 @@ impl Grid {
     }
 }
 
-/// The pixels of a tile, first those of one checkerboard color, then the others.
-fn by_colour<'a>(chunk: &Chunk<'a>) -> impl Iterator<Item = usize> + use<'a> {
-    // The corners of all tiles have the same color.
+/// The pixels of a tile, group by group.
+fn by_group(chunk: &Chunk) -> Vec<usize> {
     let offsets = chunk.tile.offsets();
-    let of = move |wanted: u32| (0..offsets.len()).filter(move |&at| colour(offsets[at]) == wanted);
-    of(0).chain(of(1))
+    let [left, top] = chunk.tile.corners()[0];
+    let mut order: Vec<usize> = (0..offsets.len()).collect();
+    order.sort_by_cached_key(|&at| {
+        let [x, y] = offsets[at];
+        Group::of(chunk.tile, [left + x, top + y]).rank()
+    });
+    order
 }
 
 /// Whether a pixel takes part in a pass, relative to the first of the block.

@@ -7,6 +7,7 @@
 //! for any `m`; only `n` must be exact. A BRDF ray is traced to the light that it hits, which need not be on any list.
 
 use std::marker::PhantomData;
+use std::ops::Range;
 
 use super::directions::Directions;
 use super::shade::{Light, Sink, may_meet, prepare, sample_light};
@@ -21,7 +22,7 @@ use crate::light::{SphereLight, TriangleLight};
 use crate::linear::Candidates;
 use crate::linear::cull::Points;
 use crate::math::Vec3;
-use crate::pipeline::lists::{ListAddress, Probed, colour};
+use crate::pipeline::lists::Probed;
 use crate::pipeline::queue::{QueuedRays, RayQueue, WideQueue};
 use crate::pipeline::stream::{HitStream, ModelStream};
 use crate::shape::Ball;
@@ -30,23 +31,29 @@ use crate::shape::Ball;
 pub struct PerListed<D, M>(PhantomData<(D, M)>);
 
 impl<D: Directions<M>, M: Probed> Stage for PerListed<D, M> {
+    /// Lights are the outer loop, for coherent shadow rays: a light is sampled for all groups of pixels and all passes of the chunk
+    /// that have it.
     #[inline(always)]
     fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
         let Scratch {
             hits,
-            parts,
-            list,
+            picks,
             queue,
             looks,
             points,
             set,
+            wide,
             rings,
             ..
         } = scratch;
-        let (Some(lists), Some(stream)) = (&chunk.world.lists, M::stream_mut(hits)) else {
+        let world = chunk.world;
+        let (Some(lists), Some(stream)) = (&world.lists, M::stream_mut(hits)) else {
             return;
         };
-        let part = M::filled(parts);
+        let all = 0..stream.len();
+        if all.is_empty() {
+            return;
+        }
         let of_spheres = D::of(chunk.mix);
         // Triangles may use MIS where spheres do not.
         let mix = if lists.has_triangles() {
@@ -54,14 +61,11 @@ impl<D: Directions<M>, M: Probed> Stage for PerListed<D, M> {
         } else {
             of_spheres.mix()
         };
-        prepare::<L, Mix, M>(mix, chunk, stream, 0..stream.len());
+        prepare::<L, Mix, M>(mix, chunk, stream, all.clone());
         let tossed = mix == Mix::Average && of_spheres.mix() == Mix::Average;
-        let mut at = 0;
-        while at < stream.len() {
-            let (shared, end) = segment(chunk, stream, at);
-            part.copy(stream, at..end);
-            at = end;
-            let pass = chunk.numbers.first() + shared.pass;
+        picks.divide(chunk, stream);
+        chunk.ask(Ask::Survey { stream, points });
+        for pass in picks.levels() {
             if lists.table(chunk.tile, M::KIND, pass).is_none() {
                 chunk.ask(Ask::Tabulate {
                     lists,
@@ -72,26 +76,43 @@ impl<D: Directions<M>, M: Probed> Stage for PerListed<D, M> {
             let Some(table) = lists.table(chunk.tile, M::KIND, pass) else {
                 return;
             };
-            if !(tossed && all_heads(part)) {
-                let address = ListAddress::new(chunk.numbers, chunk.tile, shared.colour, pass, tossed);
-                lists.draw(table, &address, list);
-                chunk.ask(Ask::Survey { stream: part, points });
-                for (i, pick) in list.iter().enumerate() {
+            picks.draw(chunk, (lists, table), (pass, tossed), |part| {
+                tossed && all_heads(stream, part)
+            });
+            for bundle in picks.bundles() {
+                if world.by_shaft {
+                    chunk.ask(Ask::Bundle {
+                        stream,
+                        points,
+                        bounds: picks.bounds(world, lists, bundle.clone()),
+                        set: wide,
+                    });
+                }
+                let mut way = Way { points, wide, set };
+                for run in bundle {
+                    let (i, pick) = picks.light(run);
                     match lists.kind(pick.light) {
                         (true, number) => {
-                            let light = &chunk.world.lights[number];
-                            let of_light = (light, i, pick);
-                            toward_sphere::<L, D, M>(of_spheres, chunk, part, points, set, queue, rings, of_light);
+                            let of_light = (&world.lights[number], i, &pick);
+                            let parts = picks.parts(run);
+                            toward_sphere::<L, D, M>(
+                                of_spheres, chunk, stream, parts, &mut way, queue, rings, of_light,
+                            );
                         }
                         (false, number) => {
-                            let light = &chunk.world.triangle_lights[number];
-                            toward_triangle::<L, M>(mix, chunk, part, points, set, queue, (light, i, pick));
+                            let of_light = (&world.triangle_lights[number], i, &pick);
+                            let parts = picks.parts(run);
+                            toward_triangle::<L, M>(mix, chunk, stream, parts, &mut way, queue, of_light);
                         }
                     }
                 }
             }
             if mix.mixed() {
-                sample_brdf::<L, M>(mix, chunk, part, looks);
+                for part in picks.points(pass) {
+                    stream.end_at(part.end);
+                    sample_brdf::<L, M>(mix, chunk, stream, part, looks);
+                    stream.end_at(all.end);
+                }
                 if looks.len() > 0 {
                     chunk.ask(Ask::All { set });
                     let spheres = of_spheres.mix().mixed();
@@ -104,39 +125,40 @@ impl<D: Directions<M>, M: Probed> Stage for PerListed<D, M> {
                     });
                 }
             }
-            shadow::splat_stream::<L>(chunk, part, 0..part.len());
         }
+        shadow::splat_stream::<L>(chunk, stream, all);
     }
 }
 
-/// What points of a tile that share a list have in common.
-#[derive(PartialEq, Eq)]
-struct Shared {
-    /// Relative to the first of the block.
-    pass: u32,
-    colour: u32,
+/// What shadow rays need.
+struct Way<'a> {
+    points: &'a mut Points,
+    /// What may lie between the points and some lights next to one another.
+    wide: &'a Candidates,
+    set: &'a mut Candidates,
 }
 
-/// The shared properties of the point at `at`, and the end of the run of points that have them.
-fn segment(chunk: &Chunk, stream: &HitStream, at: usize) -> (Shared, usize) {
-    let offsets = chunk.tile.offsets();
-    let [left, top] = chunk.tile.corners()[0];
-    let shared = |at: usize| {
-        let (index, pass) = stream.place(at);
-        let [x, y] = offsets[index as usize % offsets.len()];
-        Shared {
-            pass,
-            colour: colour([left + x, top + y]),
-        }
-    };
-    let first = shared(at);
-    let end = (at + 1..stream.len()).find(|&at| shared(at) != first);
-    (first, end.unwrap_or(stream.len()))
+impl Way<'_> {
+    /// Culls occluders on the way to one of the lights. Returns whether nothing can block the rays.
+    #[inline(always)]
+    fn cull(&mut self, chunk: &mut Chunk, stream: &HitStream, ball: Ball, skip_id: u32) -> bool {
+        let mut open = false;
+        chunk.ask(Ask::Shaft {
+            stream,
+            points: self.points,
+            ball,
+            skip_id,
+            wide: chunk.world.by_shaft.then_some(self.wide),
+            open: &mut open,
+            set: self.set,
+        });
+        open
+    }
 }
 
 /// Whether all points sample their BRDF.
-fn all_heads(part: &HitStream) -> bool {
-    (0..part.len()).all(|at| part.by_brdf_lanes::<f32>(at))
+fn all_heads(stream: &HitStream, part: Range<usize>) -> bool {
+    part.into_iter().all(|at| stream.by_brdf_lanes::<f32>(at))
 }
 
 /// Weights of a listed light: a factor for its radiance, and a factor for the density of its light sampling.
@@ -159,29 +181,20 @@ pub fn counted(light: &SphereLight, mix: Mix, pick: &Pick) -> (SphereLight, f32)
 fn toward_sphere<L: TraceLane, D: Directions<M>, M: Probed>(
     density: D,
     chunk: &mut Chunk,
-    part: &mut ModelStream<M>,
-    points: &mut Points,
-    set: &mut Candidates,
+    stream: &mut ModelStream<M>,
+    parts: impl Iterator<Item = Range<usize>>,
+    way: &mut Way,
     queue: &mut RayQueue,
     rings: &mut super::rings::RingBlock,
     (light, i, pick): (&SphereLight, usize, &Pick),
 ) {
     let (counted, guess) = counted(light, density.mix(), pick);
     let lamp = Light::new(i, &counted, None);
-    let mut open = false;
     let ball = Ball {
         center: light.center,
         radius: light.radius,
     };
-    chunk.ask(Ask::Shaft {
-        stream: part,
-        points,
-        ball,
-        skip_id: light.sphere,
-        open: &mut open,
-        set,
-    });
-    let all = 0..part.len();
+    let open = way.cull(chunk, stream, ball, light.sphere);
     let mut sink = Sink {
         // Which shafts are empty depends on the points of a chunk, and sums in the stream are rounded in another order: a replay of one
         // pixel would differ in its last digit.
@@ -189,14 +202,19 @@ fn toward_sphere<L: TraceLane, D: Directions<M>, M: Probed>(
         queue,
         answered: 0,
     };
-    if D::WARP == Warp::Cone {
-        let listed = Listed::new(density.mix(), guess);
-        sample_light::<L, Listed, M>(listed, chunk, part, all, &lamp, &mut sink);
-    } else {
-        density.toward_light::<L>(chunk, part, rings, all, &lamp, &mut sink);
+    let end = stream.len();
+    for part in parts {
+        stream.end_at(part.end);
+        if D::WARP == Warp::Cone {
+            let listed = Listed::new(density.mix(), guess);
+            sample_light::<L, Listed, M>(listed, chunk, stream, part, &lamp, &mut sink);
+        } else {
+            density.toward_light::<L>(chunk, stream, rings, part, &lamp, &mut sink);
+        }
+        stream.end_at(end);
     }
     chunk.counters.shadow_rays += sink.answered;
-    let light = lamp.sphere.sphere;
+    let (set, light) = (&*way.set, lamp.sphere.sphere);
     chunk.ask(Ask::Visible { queue, set, light });
 }
 
@@ -204,51 +222,49 @@ fn toward_sphere<L: TraceLane, D: Directions<M>, M: Probed>(
 fn toward_triangle<L: TraceLane, M: Probed>(
     mix: Mix,
     chunk: &mut Chunk,
-    part: &ModelStream<M>,
-    points: &mut Points,
-    set: &mut Candidates,
+    stream: &mut ModelStream<M>,
+    parts: impl Iterator<Item = Range<usize>>,
+    way: &mut Way,
     queue: &mut RayQueue,
     (light, i, pick): (&TriangleLight, usize, &Pick),
 ) {
     let (times, guess) = worth(mix, pick);
     let (triangles, le) = (light.triangle.splat::<L>(), Vec3::splat(light.le.map(|x| x * times)));
     let tossed = mix == Mix::Average;
-    for at in (0..part.len()).step_by(L::N) {
-        let (mut active, point, address) = part.packet::<L>(at);
-        if tossed {
-            active = active & !part.by_brdf_lanes::<L>(at);
+    let end = stream.len();
+    for part in parts {
+        stream.end_at(part.end);
+        for at in part.step_by(L::N) {
+            let (mut active, point, address) = stream.packet::<L>(at);
+            if tossed {
+                active = active & !stream.by_brdf_lanes::<L>(at);
+            }
+            let view = triangles.seen_from(point.p);
+            let active = active & view.rises_above(point.bsdf.normal());
+            if active.none() {
+                continue;
+            }
+            let pair = if tossed {
+                chunk.numbers.after_toss(address.key, address.pass, pairs::light(i))
+            } else {
+                chunk.numbers.pair(address.key, address.pass, pairs::light(i))
+            };
+            let (u, v) = pair.unit::<L>();
+            let by_brdf_lanes = L::Mask::splat(false);
+            let numbers = per_triangle::Numbers { by_brdf_lanes, u, v };
+            let worth = (le, L::splat(guess));
+            if let Some(found) = per_triangle::sample(mix, &point, &view, worth, numbers, active) {
+                queue.push(found.active, &QueuedRays::to_light(&point, &address, &found));
+            }
         }
-        let view = triangles.seen_from(point.p);
-        let active = active & view.rises_above(point.bsdf.normal());
-        if active.none() {
-            continue;
-        }
-        let pair = if tossed {
-            chunk.numbers.after_toss(address.key, address.pass, pairs::light(i))
-        } else {
-            chunk.numbers.pair(address.key, address.pass, pairs::light(i))
-        };
-        let (u, v) = pair.unit::<L>();
-        let by_brdf_lanes = L::Mask::splat(false);
-        let numbers = per_triangle::Numbers { by_brdf_lanes, u, v };
-        let worth = (le, L::splat(guess));
-        if let Some(found) = per_triangle::sample(mix, &point, &view, worth, numbers, active) {
-            queue.push(found.active, &QueuedRays::to_light(&point, &address, &found));
-        }
+        stream.end_at(end);
     }
     if queue.len() > 0 {
-        let (ball, skip_id) = (Ball::around(&light.triangle.corners), light.skip_id);
-        chunk.ask(Ask::Shaft {
-            stream: part,
-            points,
-            ball,
-            skip_id,
-            open: &mut false,
-            set,
-        });
+        let skip_id = light.skip_id;
+        way.cull(chunk, stream, Ball::around(&light.triangle.corners), skip_id);
         chunk.ask(Ask::Visible {
             queue,
-            set,
+            set: way.set,
             light: skip_id,
         });
     }
@@ -256,16 +272,22 @@ fn toward_triangle<L: TraceLane, M: Probed>(
 
 /// Queues the BRDF rays of the points that sample their BRDF, with their densities.
 #[inline(always)]
-fn sample_brdf<L: TraceLane, M: Probed>(mix: Mix, chunk: &Chunk, part: &ModelStream<M>, looks: &mut WideQueue) {
-    for at in (0..part.len()).step_by(L::N) {
-        let (mut active, point, address) = part.packet::<L>(at);
+fn sample_brdf<L: TraceLane, M: Probed>(
+    mix: Mix,
+    chunk: &Chunk,
+    stream: &ModelStream<M>,
+    part: Range<usize>,
+    looks: &mut WideQueue,
+) {
+    for at in part.step_by(L::N) {
+        let (mut active, point, address) = stream.packet::<L>(at);
         if !mix.both() {
-            active = active & part.by_brdf_lanes::<L>(at);
+            active = active & stream.by_brdf_lanes::<L>(at);
         }
         if active.none() {
             continue;
         }
-        let wi = part.sampled::<L>(at);
+        let wi = stream.sampled::<L>(at);
         let (cos_theta, above) = point.above(wi);
         let lobe = point.bsdf.eval(wi, cos_theta);
         let mut active = active & above & lobe.shape.lit();

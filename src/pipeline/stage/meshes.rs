@@ -79,6 +79,7 @@ impl<M: Model> Stage for PerMesh<M> {
                     points,
                     ball: Ball { center, radius },
                     skip_id: NO_SKIP_ID,
+                    wide: None,
                     open: &mut false,
                     set,
                 });

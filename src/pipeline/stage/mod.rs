@@ -13,6 +13,7 @@ pub mod listed;
 pub mod meshes;
 mod met;
 mod penumbra;
+mod picks;
 mod rings;
 mod scratch;
 pub mod shade;

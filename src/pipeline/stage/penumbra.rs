@@ -55,6 +55,7 @@ impl Stage for Penumbra {
                 points,
                 ball,
                 skip_id: light.sphere,
+                wide: None,
                 open: &mut open,
                 set,
             });

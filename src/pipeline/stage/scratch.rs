@@ -2,9 +2,9 @@
 
 use super::chunk::Chunk;
 use super::grid::Grid;
+use super::picks::Picks;
 use super::rings::RingBlock;
 use crate::embree::TraceLane;
-use crate::light::tree::Pick;
 use crate::linear::Candidates;
 use crate::linear::cull::Points;
 use crate::pipeline::model::Streams;
@@ -23,10 +23,8 @@ pub struct Scratch {
     pub grid: Grid,
     /// Shading points by BRDF model: see [`Model`](crate::pipeline::model::Model).
     pub hits: Streams,
-    /// Points that share a list of lights, by model.
-    pub parts: Streams,
-    /// The list of lights.
-    pub list: Vec<Pick>,
+    /// The lights of lists.
+    pub picks: Picks,
     /// Shadow rays to be traced. This queue and the next two are empty between stages.
     pub queue: RayQueue,
     /// Rays to triangles of mesh lights, with the triangles' skip ids.
@@ -37,6 +35,8 @@ pub struct Scratch {
     pub points: Points,
     /// Shapes that the current rays may hit.
     pub set: Candidates,
+    /// Shapes that rays to some lights of lists may hit.
+    pub wide: Candidates,
     /// The culled occluders between the points of a stream and each light.
     pub shafts: Vec<Shaft>,
     /// Rings of BRDF lobes that overlap lights, between the steps of `product`.
@@ -59,13 +59,13 @@ impl Default for Scratch {
         Self {
             grid: Grid::default(),
             hits: Streams::default(),
-            parts: Streams::default(),
-            list: Vec::new(),
+            picks: Picks::default(),
             queue: RayQueue::new(),
             aimed: WideQueue::new(),
             looks: WideQueue::new(),
             points: Points::default(),
             set: Candidates::default(),
+            wide: Candidates::default(),
             shafts: Vec::new(),
             rings: RingBlock::new(),
             partly: Vec::new(),

@@ -53,6 +53,7 @@ impl<D: Directions<M>, M: Model> Stage for PerLight<D, M> {
                 points,
                 ball,
                 skip_id: light.sphere,
+                wide: None,
                 open,
                 set,
             });

@@ -9,7 +9,7 @@ scene=${1:-benches/veach-diffuse.toml}
 folder=$(mktemp -d)
 trap 'rm -r "$folder"' EXIT
 collected() {
-  valgrind --tool=callgrind --callgrind-out-file=/dev/null target/release/octolux render "$scene" --size 96x64 --spp "$1" \
+  valgrind --tool=callgrind --callgrind-out-file=/dev/null target/release/octolux render "$scene" --estimator mis --size 96x64 --spp "$1" \
     --threads 1 --lanes 8 -q -o "$folder/x.npy" $2 2>&1 | sed -n 's/.*Collected : //p'
 }
 per_sample() {

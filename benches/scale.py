@@ -72,7 +72,7 @@ def run(scene, size, spp, threads=1, options=()):
     best = None
     with tempfile.TemporaryDirectory() as folder:
         command = [ARGS.octolux, "render", str(scene), "--size", f"{size[0]}x{size[1]}", "--spp", str(spp), "--json"]
-        command += ["--quiet", "--threads", str(threads), "-o", f"{folder}/picture.npy", *options]
+        command += ["--quiet", "--estimator", "mis", "--threads", str(threads), "-o", f"{folder}/picture.npy", *options]
         for _ in range(ARGS.repeat):
             begin = time.perf_counter()
             ended = subprocess.run(command, capture_output=True, text=True)

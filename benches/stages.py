@@ -5,7 +5,7 @@
     benches/stages.py scenes/veach-mis.toml -- --lanes 8 --accel embree
 
 Needs `cargo build --release`, Linux's `perf`, binutils and Python 3.8 or later. What follows `--` is handed to `render`; each
-render runs on one thread. A stage is one function with everything inlined, so every sample of the profile is given to the
+render runs on one thread, by `mis` unless that says another estimator. A stage is one function with everything inlined, so every sample of the profile is given to the
 stage that the inlined frames at its address name (`addr2line -i`). Embree's wheel has no symbols: what it does is one row.
 The rows sum to the whole. Times are means over the rounds, with the least and the largest total.
 """
@@ -71,6 +71,8 @@ def profile(program, args, folder):
     """Samples by place in the program's file, and those in other files by name; seconds of processor time."""
     data = str(folder / "perf.data")
     render = [program, "render", args.scene, "--spp", str(args.spp), "--size", args.size, "--threads", "1", "-q"]
+    if not any(option.startswith("--estimator") for option in args.options):
+        render += ["--estimator", "mis"]
     command = ["perf", "record", "-q", "-e", "cpu-clock", "-F", "2000", "-o", data]
     before = os.times()
     subprocess.run([*command, *render, *args.options, "-o", str(folder / "x.npy")], check=True)

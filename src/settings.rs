@@ -27,6 +27,68 @@ pub enum EstimatorKind {
     Product,
 }
 
+/// An estimator by name, or the choice of one by what the scene contains.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum EstimatorAsked {
+    /// By what the scene contains: the rule is [`Chosen::by_rule`](crate::pipeline::Chosen::by_rule).
+    #[default]
+    Auto,
+    /// This one.
+    Named(EstimatorKind),
+}
+
+impl EstimatorAsked {
+    /// `auto`, then the estimators in their order.
+    pub const ALL: [Self; 1 + EstimatorKind::ALL.len()] = {
+        let mut all = [Self::Auto; 1 + EstimatorKind::ALL.len()];
+        let mut i = 0;
+        while i < EstimatorKind::ALL.len() {
+            all[i + 1] = Self::Named(EstimatorKind::ALL[i]);
+            i += 1;
+        }
+        all
+    };
+
+    /// The name that scene files and the command line use.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Named(estimator) => estimator.name(),
+        }
+    }
+
+    /// The estimator, if one is named.
+    pub const fn named(self) -> Option<EstimatorKind> {
+        match self {
+            Self::Auto => None,
+            Self::Named(estimator) => Some(estimator),
+        }
+    }
+}
+
+impl From<EstimatorKind> for EstimatorAsked {
+    fn from(estimator: EstimatorKind) -> Self {
+        Self::Named(estimator)
+    }
+}
+
+#[cfg(feature = "cli")]
+impl clap::ValueEnum for EstimatorAsked {
+    fn value_variants<'a>() -> &'a [Self] {
+        &Self::ALL
+    }
+
+    fn to_possible_value(&self) -> Option<clap::builder::PossibleValue> {
+        match self {
+            Self::Auto => Some(
+                clap::builder::PossibleValue::new(self.name())
+                    .help("By what the scene contains; `explain` says which and why"),
+            ),
+            Self::Named(estimator) => clap::ValueEnum::to_possible_value(estimator),
+        }
+    }
+}
+
 /// The source of random numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]

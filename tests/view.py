@@ -82,7 +82,7 @@ def main():
     try:
         browser = Browser(folder)
         shutil.copy(ROOT / "scenes/veach-mis.toml", folder)
-        server, address = view(octolux, folder, "veach-mis.toml", "--size", "192x128", "--spp", "32", "--reference-time", "1")
+        server, address = view(octolux, folder, "veach-mis.toml", "--estimator", "mis", "--size", "192x128", "--spp", "32", "--reference-time", "1")
 
         def shot(name):
             if options.screenshots:
@@ -96,7 +96,7 @@ def main():
 
         print("picture")
         browser.until("window.octolux?.status?.state === 'done' && octolux.status.picture.least === 32 && octolux.layers.get(0)")
-        render = [octolux, "render", "veach-mis.toml", "--size", "192x128", "--spp", "32", "--quiet"]
+        render = [octolux, "render", "veach-mis.toml", "--estimator", "mis", "--size", "192x128", "--spp", "32", "--quiet"]
         subprocess.run([*render, "-o", "file.npy", "-o", "file.exr"], cwd=folder, check=True)
         expected = halves_of(f"{folder}/file.npy")
         browser.until(f"{SUM} === {expected}")
@@ -121,7 +121,7 @@ def main():
         browser.click(x, y)
         browser.until("octolux.samples.sample")
         at = browser.ask("[octolux.samples.sample.x, octolux.samples.sample.y]")
-        replay = [octolux, "render", "veach-mis.toml", "--size", "192x128", "--replay", f"{at[0]},{at[1]},0", "--json"]
+        replay = [octolux, "render", "veach-mis.toml", "--estimator", "mis", "--size", "192x128", "--replay", f"{at[0]},{at[1]},0", "--json"]
         told = json.loads(subprocess.run(replay, cwd=folder, check=True, capture_output=True).stdout)
         drawn = [asked for asked in told["asked"] if asked["found"]]
         counts = [len(told["asked"]), len(drawn), sum(asked["found"]["occluded"] for asked in drawn)]

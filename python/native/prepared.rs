@@ -4,11 +4,11 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use numpy::{PyArray3, PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray1, PyReadwriteArray2};
-use octolux::pipeline::{self, Settings};
+use octolux::pipeline::{self, Chosen, Settings};
 use octolux::rays::{HitsMut, RayQueries, Rays, RaysError, Vectors};
 use octolux::run::{Goal, Step};
-use octolux::scene::{EstimatorKind, FilmSize, SamplerKind};
-use octolux::settings::AccelKind;
+use octolux::scene::{FilmSize, SamplerKind};
+use octolux::settings::{AccelKind, EstimatorAsked};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 
@@ -63,10 +63,10 @@ impl Prepared {
         accel: Option<&str>,
     ) -> PyResult<Self> {
         let of = Settings::of(&scene.0);
+        let asked = chosen("estimator", estimator, &EstimatorAsked::ALL, EstimatorAsked::name)?;
         let settings = Settings {
             film: size.map_or(of.film, |(width, height)| FilmSize { width, height }),
-            estimator: chosen("estimator", estimator, &EstimatorKind::ALL, EstimatorKind::name)?
-                .unwrap_or(of.estimator),
+            estimator: Chosen::of(&scene.0, asked).estimator,
             sampler: chosen("sampler", sampler, &SamplerKind::ALL, SamplerKind::name)?.unwrap_or(of.sampler),
             seed: seed.unwrap_or(of.seed),
             threads: threads.unwrap_or(of.threads),

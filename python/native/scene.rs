@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use glam::{DMat3, DVec2, DVec3};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2};
+use octolux::pipeline::Chosen;
 use octolux::scene::{
     self, Bsdf, Camera, Environment, Features, FilmSize, Fov, Lens, Material, Mesh, SceneBuilder, Sphere, Surface,
     Texture, Wrap,
@@ -194,6 +195,13 @@ impl Scene {
         let table = self.0.render();
         let (estimator, sampler) = (table.estimator.map(|e| e.name()), table.sampler.map(|s| s.name()));
         (table.spp, estimator, sampler, table.seed)
+    }
+
+    /// The estimator of its pictures where no keyword names one, and why that.
+    #[getter]
+    fn estimator(&self) -> (&'static str, &'static str) {
+        let chosen = Chosen::of(&self.0, None);
+        (chosen.estimator.name(), chosen.why)
     }
 
     /// Names of what it calls for.

@@ -59,7 +59,7 @@ def test_wrong_arguments_have_sentences(ball: ol.Scene, tmp_path: Path) -> None:
     assert "4 origins and 5 directions" in said(lambda: ball.intersect(np.zeros((4, 3)), np.zeros((5, 3))))
     assert "tmax has 3" in said(lambda: ball.occluded(np.zeros((4, 3)), np.zeros((4, 3)), [1, 2, 3]))
     assert "complex" in said(lambda: ball.intersect(np.zeros((4, 3), complex), np.zeros((4, 3))), TypeError)
-    assert "there are" in said(lambda: ol.render(ball, estimator="best"))
+    assert "there are auto, uniform, light" in said(lambda: ol.render(ball, estimator="best"))
     assert "spp" in said(lambda: ol.render(ball, spp=0))
     assert "width" in said(lambda: ol.render(ball, size=(0, 10)))
     assert "MiB" in said(lambda: ol.render(ball, size=(65536, 65536)), MemoryError)

@@ -18,7 +18,18 @@ def test_estimators_are_those_of_the_command() -> None:
     command = [OCTOLUX, "render", "scene.toml", "--estimator", "none"]
     said = subprocess.run(command, capture_output=True, text=True, check=False).stderr
     listed = said.split("[possible values: ")[1].split("]")[0]
-    assert tuple(listed.split(", ")) == ol.ESTIMATORS
+    assert listed.split(", ") == ["auto", *ol.ESTIMATORS]
+
+
+def test_auto_is_what_a_silent_scene_gets(ball: ol.Scene) -> None:
+    """With its name, its reason and the same bits; what a file names is its own."""
+    silent = ol.render(ball, **SETTINGS)
+    name, why = ball.estimator
+    assert name == "product" and "sphere emits" in why
+    assert np.array_equal(silent, ol.render(ball, estimator="auto", **SETTINGS))
+    assert np.array_equal(silent, ol.render(ball, estimator=name, **SETTINGS))
+    assert not np.array_equal(silent, ol.render(ball, estimator="mis", **SETTINGS))
+    assert ol.load(REPOSITORY / "scenes/mesh-light.toml").estimator[0] == "mis"
 
 
 def by_command(scene: str, folder: Path) -> np.ndarray:

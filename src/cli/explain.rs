@@ -9,9 +9,9 @@ use super::noise::{self, Noise};
 use super::options::Options;
 use super::{CliError, Exit, report};
 use octolux::machine;
-use octolux::pipeline::{Prepared, Settings};
+use octolux::pipeline::{Chosen, Prepared, Settings};
 use octolux::run::DEFAULT_SPP;
-use octolux::scene::{Bsdf, Effect, EstimatorKind, SamplerKind, Scene, Surface};
+use octolux::scene::{Bsdf, Effect, EstimatorKind, Features, SamplerKind, Scene, Surface};
 use octolux::settings::LightsAsked;
 use octolux::study::effect_costs::{self, Costs};
 
@@ -45,7 +45,8 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     let scene = args.options.reading.load(&args.scene)?;
     let settings = args.options.settings(&scene)?;
     let prepared = Prepared::new(&scene, settings).map_err(|error| CliError::setup(&args.scene, &error))?;
-    let mut explanation = Explanation::new(&args.scene, &scene, settings, &prepared);
+    let chosen = Chosen::of(&scene, args.options.estimator);
+    let mut explanation = Explanation::new(&args.scene, &scene, chosen, &prepared);
     if args.measure {
         let costs = effect_costs::measure(&scene, settings).map_err(|error| CliError::setup(&args.scene, &error))?;
         explanation.costs = Some(costs);
@@ -111,6 +112,11 @@ struct Explanation {
     threads: usize,
     spp: u32,
     estimator: EstimatorKind,
+    /// Who named the estimator, or why it was chosen.
+    estimator_why: &'static str,
+    /// The estimator that `auto` takes, and why.
+    auto: EstimatorKind,
+    auto_why: &'static str,
     sampler: SamplerKind,
     seed: u32,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -132,7 +138,8 @@ fn notes(scene: &Scene, settings: Settings, prepared: &Prepared) -> Vec<String> 
 }
 
 impl Explanation {
-    fn new(path: &Path, scene: &Scene, settings: Settings, prepared: &Prepared) -> Self {
+    fn new(path: &Path, scene: &Scene, chosen: Chosen, prepared: &Prepared) -> Self {
+        let (settings, auto) = (prepared.settings(), Chosen::by_rule(Features::of_shapes(scene)));
         let emits = |surface: &Surface| matches!(surface, Surface::Emission(_));
         let of_kind =
             |kind: fn(&Bsdf) -> bool| scene.materials().iter().filter(|material| kind(&material.bsdf)).count();
@@ -164,7 +171,10 @@ impl Explanation {
             rays_together: prepared.rays_together(),
             threads: settings.threads,
             spp: scene.render().spp.unwrap_or(DEFAULT_SPP),
-            estimator: settings.estimator,
+            estimator: chosen.estimator,
+            estimator_why: chosen.why,
+            auto: auto.estimator,
+            auto_why: auto.why,
             sampler: settings.sampler,
             seed: settings.seed,
             costs: None,
@@ -187,6 +197,16 @@ impl Explanation {
             "  materials  {}: {diffuse} diffuse, {phong} phong{blends}{rough}",
             self.materials
         )
+    }
+
+    /// Which estimator is taken, by whose choice, and the rule.
+    fn estimators(&self) -> String {
+        let (estimator, auto) = (self.estimator.name(), self.auto.name());
+        let reason = match self.estimator_why == self.auto_why {
+            true => self.auto_why.to_owned(),
+            false => format!("{}; auto would take {auto}, for {}", self.estimator_why, self.auto_why),
+        };
+        format!("  estimator  {estimator}: {reason} (auto: {})", Chosen::RULE)
     }
 
     fn text(&self) -> String {
@@ -231,6 +251,7 @@ impl Explanation {
             format!("  robust     {robust}"),
             format!("  cull       {cull}"),
             format!("  sampled    {}", self.asked),
+            self.estimators(),
             format!(
                 "  render     {} spp, {}, {}, seed {}",
                 self.spp,

@@ -7,8 +7,8 @@ use super::reading::LoadOptions;
 use octolux::lane::{AVX512, has_avx512};
 use octolux::pipeline::Settings;
 use octolux::run::{MOST_SPP, RenderOptions};
-use octolux::scene::{Effect, EstimatorKind, FilmSize, SamplerKind, Scene, available_memory};
-use octolux::settings::{AccelKind, Lanes, LightsAsked};
+use octolux::scene::{Effect, FilmSize, SamplerKind, Scene, available_memory};
+use octolux::settings::{AccelKind, EstimatorAsked, Lanes, LightsAsked};
 
 /// Maximum side of a picture in pixels, as in scene files.
 const LONGEST_SIDE: u32 = 65_536;
@@ -27,9 +27,9 @@ pub const fn switch(on: bool) -> &'static str {
 /// Each overrides the scene's own `[render]` and `[film]`.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Options {
-    /// How directions of light are drawn [default: the scene's, else mis]
+    /// How directions of light are drawn [default: the scene's, else auto]
     #[arg(long, value_enum, value_name = "NAME")]
-    pub estimator: Option<EstimatorKind>,
+    pub estimator: Option<EstimatorAsked>,
     /// Where random numbers come from [default: the scene's, else sobol]
     #[arg(long, value_enum, value_name = "NAME")]
     pub sampler: Option<SamplerKind>,
@@ -102,7 +102,7 @@ impl Options {
         let text = |value: Option<&'static str>| value.map(str::to_owned);
         let size = self.size.map(|FilmSize { width, height }| format!("{width}x{height}"));
         let all = [
-            ("estimator", text(self.estimator.map(EstimatorKind::name))),
+            ("estimator", text(self.estimator.map(EstimatorAsked::name))),
             ("sampler", text(self.sampler.map(SamplerKind::name))),
             ("seed", self.seed.map(|seed| seed.to_string())),
             ("size", size),

@@ -15,7 +15,7 @@ use super::request::Request;
 use super::tev::Feed;
 use super::{CliError, done, options, report};
 use octolux::film::Film;
-use octolux::pipeline::{Prepared, Progress, Settings};
+use octolux::pipeline::{Chosen, Prepared, Progress, Settings};
 use octolux::run::{Checkpoint, Goal, MOST_SPP, Observer, Run, Saved, replicates};
 use octolux::scene::{Scene, available_memory};
 use octolux::study::outliers::FirstSamples;
@@ -104,6 +104,7 @@ impl<'a> Job<'a> {
             job: self,
             key,
             load_time,
+            estimator_why: Chosen::of(&scene, request.options.estimator).why,
         };
         let render = Render {
             name: scene.name().to_owned(),
@@ -233,6 +234,7 @@ struct Writer<'a> {
     /// A hash of everything that affects the pictures.
     key: String,
     load_time: Duration,
+    estimator_why: &'static str,
 }
 
 impl Render<'_> {

@@ -66,7 +66,7 @@ pub struct Args {
           conflicts_with_all = ["spp", "snapshots", "shard"])]
     pub target_error: Option<f64>,
     /// After a short trial render, give more of the same total number of samples to pixels with a large relative error: from a
-    /// quarter of --spp to 64 times as many. For mis and light; uniform and brdf on small lights are too noisy for it. The .exr
+    /// quarter of --spp to 64 times as many. For product, mis and light; uniform and brdf on small lights are too noisy for it. The .exr
     /// holds the samples of each pixel (samples.N). Changes nothing up to 8 samples a pixel. With --target-error each picture is
     /// rendered so
     #[arg(long, conflicts_with = "snapshots")]

@@ -40,6 +40,8 @@ pub struct Stats {
     /// Whether the run ended because the error was below the target, and not by a time limit or a stop.
     pub target_reached: Option<bool>,
     pub estimator: EstimatorKind,
+    /// Who named the estimator, or why it was chosen; `null` where the page of the live picture did.
+    pub estimator_why: Option<&'static str>,
     pub sampler: SamplerKind,
     pub seed: u32,
     pub lanes: usize,
@@ -156,6 +158,7 @@ impl Stats {
                 .error_asked()
                 .map(|_| run.reached().is_some_and(|reached| !reached.early)),
             estimator: settings.estimator,
+            estimator_why: None,
             sampler: settings.sampler,
             seed: settings.seed,
             lanes: prepared.lanes().count(),

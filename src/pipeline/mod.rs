@@ -1,6 +1,7 @@
 //! From a scene to a film: streams, queues and stages.
 
 mod camera;
+mod chosen;
 mod columns;
 mod emitters;
 mod intersector;
@@ -27,6 +28,7 @@ mod ties;
 mod tracer;
 mod world;
 
+pub use chosen::Chosen;
 pub use plan::widest_lanes;
 pub use prepared::{ListsOfLights, Prepared, SetupError};
 pub use progress::{Counters, Progress};

@@ -1,11 +1,13 @@
 //! Settings of a render, all resolved.
 
+use super::Chosen;
 use crate::scene::{FilmSize, Scene};
 use crate::settings::{AccelKind, EstimatorKind, Lanes, LightsAsked, SamplerKind};
 
 /// All settings that determine a picture.
 ///
-/// [`Settings::of`] reads them from a scene; the default applies where a scene is silent.
+/// [`Settings::of`] reads them from a scene; the default applies where a scene is silent, but for the estimator, which then is
+/// chosen by what the scene contains ([`Chosen`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Settings {
     /// The size of the film in pixels.
@@ -33,7 +35,7 @@ pub struct Settings {
 }
 
 impl Default for Settings {
-    /// 768 x 512 pixels, `mis`, `sobol`, seed 0, the widest packets and all threads of the machine.
+    /// Without a scene to choose by: 768 x 512 pixels, `mis`, `sobol`, seed 0, the widest packets and all threads of the machine.
     fn default() -> Self {
         Self {
             film: FilmSize {
@@ -54,12 +56,12 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// The scene's film, estimator, sampler and seed; defaults for the rest.
+    /// The scene's film, estimator, sampler and seed, the estimator by [`Chosen`]; defaults for the rest.
     pub fn of(scene: &Scene) -> Self {
         let default = Self::default();
         Self {
             film: scene.film(),
-            estimator: scene.render().estimator.unwrap_or(default.estimator),
+            estimator: Chosen::of(scene, None).estimator,
             sampler: scene.render().sampler.unwrap_or(default.sampler),
             seed: scene.render().seed.unwrap_or(default.seed),
             ..default

@@ -4,9 +4,9 @@ use std::time::Duration;
 
 use super::{DEFAULT_SPP, Goal, MOST_SPP};
 use crate::film::Picture;
-use crate::pipeline::{Prepared, Settings, SetupError};
+use crate::pipeline::{Chosen, Prepared, Settings, SetupError};
 use crate::scene::{FilmSize, Scene};
-use crate::settings::{AccelKind, EstimatorKind, Lanes, LightsAsked, SamplerKind};
+use crate::settings::{AccelKind, EstimatorAsked, Lanes, LightsAsked, SamplerKind};
 
 /// What to render and how. `None` uses the scene's value, or the default if the scene has none.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,8 +21,8 @@ pub struct RenderOptions {
     pub target_error: Option<f64>,
     /// The size of the picture in pixels.
     pub size: Option<FilmSize>,
-    /// The estimator.
-    pub estimator: Option<EstimatorKind>,
+    /// The estimator. `None` takes the scene's, or if it names none, as `auto`, the one that [`Chosen::by_rule`] says.
+    pub estimator: Option<EstimatorAsked>,
     /// The sampler.
     pub sampler: Option<SamplerKind>,
     /// The seed of every random number.
@@ -69,7 +69,7 @@ impl RenderOptions {
         let of = Settings::of(scene);
         Settings {
             film: self.size.unwrap_or(of.film),
-            estimator: self.estimator.unwrap_or(of.estimator),
+            estimator: Chosen::of(scene, self.estimator).estimator,
             sampler: self.sampler.unwrap_or(of.sampler),
             seed: self.seed.unwrap_or(of.seed),
             lanes: self.lanes,

@@ -75,7 +75,7 @@ pub struct FilmSize {
 pub struct RenderTable {
     /// Passes, at least 1.
     pub spp: Option<u32>,
-    /// Which estimator.
+    /// Which estimator; `None`, in a file also `"auto"`, is chosen by what the scene contains.
     pub estimator: Option<EstimatorKind>,
     /// Which random numbers.
     pub sampler: Option<SamplerKind>,

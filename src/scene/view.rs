@@ -4,7 +4,7 @@ use super::check::LONGEST_SIDE;
 use super::error::Fault;
 use super::table::Table;
 use super::{Camera, FilmSize, Fov, Lens, RenderTable};
-use crate::settings::{EstimatorKind, SamplerKind};
+use crate::settings::{EstimatorAsked, SamplerKind};
 
 pub(super) const CAMERA_KEYS: &[&str] = &[
     "origin",
@@ -85,8 +85,9 @@ fn render(table: &Table<'_>) -> Result<RenderTable, Fault> {
         spp: table.get("spp").map(|value| value.whole(1, u32::MAX)).transpose()?,
         estimator: table
             .get("estimator")
-            .map(|v| v.choice(&EstimatorKind::ALL, EstimatorKind::name))
-            .transpose()?,
+            .map(|v| v.choice(&EstimatorAsked::ALL, EstimatorAsked::name))
+            .transpose()?
+            .and_then(EstimatorAsked::named),
         sampler: table
             .get("sampler")
             .map(|v| v.choice(&SamplerKind::ALL, SamplerKind::name))

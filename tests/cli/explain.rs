@@ -6,7 +6,7 @@ use crate::place::{Place, stdout};
 fn effects_are_found_with_their_evidence_and_the_absent_ones_named() {
     let place = Place::new();
     let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/blend.toml");
-    let text = stdout(&place.succeeds(&format!("explain {scene}")));
+    let text = stdout(&place.succeeds(&format!("explain {scene} --estimator mis")));
     for words in [
         "blend             4 of 6 materials, on 4 shapes in sight",
         "absent     one-sided, smooth normals, textures, lens, mesh lights",
@@ -70,7 +70,7 @@ material = "grey"
 fn noise_is_shared_between_lights_and_materials_and_every_estimator_has_a_price() {
     let place = Place::new();
     std::fs::write(place.path().join("in/two.toml"), TWO_LIGHTS).unwrap();
-    let output = place.succeeds("explain in/two.toml --noise=map.npy --json");
+    let output = place.succeeds("explain in/two.toml --estimator mis --noise=map.npy --json");
     let object: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     let noise = &object["noise"];
     for kind in ["lights", "materials"] {
@@ -97,7 +97,7 @@ fn noise_is_shared_between_lights_and_materials_and_every_estimator_has_a_price(
     assert!(price("--estimator uniform") > 10.0 * price(""), "{prices:?}");
     let map = octolux::film::read_picture(&place.path().join("map.npy")).unwrap();
     assert_eq!((map.width, map.height), (24, 16));
-    let text = stdout(&place.succeeds("explain in/two.toml --noise"));
+    let text = stdout(&place.succeeds("explain in/two.toml --estimator mis --noise"));
     assert_eq!(place.files(), ["map.npy", "two-noise.png"]);
     for words in [
         "sphere 1 at 0, 5, 2",

@@ -18,7 +18,7 @@ fn pictures_tell_their_size_their_format_and_what_made_them() {
     }
     assert_eq!(
         (&all[0]["spp"], &all[0]["seed"], &all[0]["estimator"]),
-        (&5.into(), &7.into(), &"mis".into())
+        (&5.into(), &7.into(), &"product".into())
     );
     assert_eq!(all[0]["channels"], "B f32, G f32, R f32");
     assert!(all[1]["format"].as_str().unwrap().contains("<f4"), "{}", all[1]);

@@ -2,6 +2,7 @@
 
 mod batch;
 mod broken_scenes;
+mod chosen;
 mod coincidences;
 mod compare;
 mod embree;

@@ -59,7 +59,7 @@ fn the_statistics_have_every_key() {
     let printed: serde_json::Value = serde_json::from_str(&line).unwrap();
     let written: serde_json::Value = serde_json::from_slice(&fs::read(place.path().join("s.json")).unwrap()).unwrap();
     assert_eq!(printed, written);
-    let keys = "scene width height spp estimator sampler seed lanes threads target_features embree_version commit load_s \
+    let keys = "scene width height spp estimator estimator_why sampler seed lanes threads target_features embree_version commit load_s \
                 build_s render_s write_s samples eye_rays shadow_rays samples_per_s rays_per_s invalid_samples kernel \
                 needs cpu first_pass_s peak_rss_bytes octolux_version interrupted adaptive spp_min spp_mean spp_max robust cull \
                 rays_together replicates target_error target_reached error";
@@ -68,7 +68,11 @@ fn the_statistics_have_every_key() {
     }
     assert_eq!((&printed["spp"], &printed["seed"]), (&4.into(), &7.into()));
     assert_eq!(printed["scene"], "in/small.toml");
-    assert_eq!(printed["estimator"], "mis");
+    assert_eq!(printed["estimator"], "product");
+    assert_eq!(
+        printed["estimator_why"],
+        "a sphere emits, and a surface is diffuse or Phong"
+    );
     for cause in ["nan", "inf", "negative"] {
         assert_eq!(printed["invalid_samples"][cause], 0);
     }

@@ -216,7 +216,7 @@ fn a_checkpoint_of_something_else_is_refused_and_left_alone() {
     says(&format!("{begin} --resume --seed 1"), "seed is 0 here and 1 there");
     says(
         &format!("{begin} --resume --estimator light"),
-        "estimator is mis here and light there",
+        "estimator is product here and light there",
     );
     let text = fs::read_to_string(place.path().join("in/small.toml")).unwrap();
     let more = "[[spheres]]\ncenter = [0, 9, 0]\nradius = 0.1\nemission = [1, 1, 1]\n";

@@ -59,6 +59,7 @@ fn whole_numbers_will_do_and_tables_keep_their_order() {
 fn the_render_table_is_optional_key_by_key() {
     let render = scene("[render]\nestimator = \"light\"\nsampler = \"independent\"\nspp = 0x10\n").render();
     assert_eq!(render.estimator, Some(EstimatorKind::Light));
+    assert_eq!(scene("[render]\nestimator = \"auto\"\n").render().estimator, None);
     assert_eq!(render.sampler, Some(SamplerKind::Independent));
     assert_eq!((render.spp, render.seed), (Some(16), None));
 }

@@ -91,6 +91,7 @@ fn textures_on_spheres_show_what_the_oracle_sees_in_them_and_both_intersectors_a
     let pictures = AccelKind::ALL.map(|accel| {
         let settings = Settings {
             film: FILM,
+            estimator: EstimatorKind::Mis,
             accel: Some(accel),
             ..Settings::of(&scene)
         };

@@ -8,6 +8,7 @@ mod proof;
 mod accelerators;
 mod adaptive;
 mod caps;
+mod chosen;
 mod closed_forms;
 mod combinations;
 mod effects;

@@ -5,7 +5,7 @@
 >>> scene.set_camera(eye=(0, 2, 6), at=(0, 0.7, 0), up=(0, 1, 0), fov_x=40)
 >>> scene.add_geometry(ol.Sphere((0, 0.8, 0), 0.8, brdf_params=(0.6, 0.6, 0.65, 30)))
 >>> scene.add_geometry(ol.Sphere((-2, 4, 2), 0.5, Le=(40, 38, 34)))
->>> image = ol.render(scene, estimator="mis", spp=64)      # (256, 384, 3) float32, linear radiance
+>>> image = ol.render(scene, spp=64)                       # (256, 384, 3) float32, linear radiance
 
 `load` reads scene files, `progressive` shows a picture as it converges, `Scene.intersect` and `Scene.occluded` answer
 rays in arrays, and `check` holds an estimator of your own against the oracle.

@@ -13,7 +13,7 @@ from ._picture import Image, image
 from ._scene import Scene
 
 ESTIMATORS = ("uniform", "light", "brdf", "mis", "mis2-balance", "mis2-power", "projected", "product")
-"""Names of estimators: the four of the hand-out, then those beyond it."""
+"""Names of estimators: the four of the hand-out, then those beyond it. "auto" stands for one of them."""
 
 MOST_SPP = 1 << 30
 """No picture has more samples a pixel."""
@@ -40,7 +40,8 @@ def render(
 
     What is not said is as the scene says, else as follows.
 
-    - `estimator`: one of `ESTIMATORS`, "mis";
+    - `estimator`: one of `ESTIMATORS`, or "auto", which is "product" where a sphere emits and a surface is diffuse or
+      Phong, else "mis"; `Scene.estimator` says which is taken;
     - `spp`: samples a pixel, 64; with `seconds` as many as that time allows;
     - `seconds`: of rendering at most, one sample a pixel at least;
     - `size`: (width, height) in pixels;

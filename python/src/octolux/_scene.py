@@ -222,6 +222,15 @@ class Scene:
         return self.built.hash
 
     @property
+    def estimator(self) -> tuple[str, str]:
+        """The estimator of its pictures where `render` is given none, and the reason.
+
+        It is the one that the scene's file names, else the one that "auto" takes: "product" where a sphere emits and
+        a surface is diffuse or Phong, else "mis".
+        """
+        return self.built.estimator
+
+    @property
     def lights(self) -> list[Light]:
         """All objects that emit, in the order of their numbers; lights without shape are `lamps`."""
         if self._lights is None:

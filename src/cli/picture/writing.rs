@@ -148,6 +148,10 @@ impl Writer<'_> {
             load: self.load_time,
             write: kept.write_time,
         };
-        Stats::new(&self.job.request.scene, run, times, self.job.interrupt.asked())
+        let stats = Stats::new(&self.job.request.scene, run, times, self.job.interrupt.asked());
+        Stats {
+            estimator_why: Some(self.estimator_why),
+            ..stats
+        }
     }
 }

@@ -176,6 +176,7 @@ fn a_paused_block_keeps_its_random_numbers() {
     let scene = Scene::parse(SCENE, Path::new("lamp.toml")).unwrap();
     let settings = Settings {
         film: FilmSize { width: 48, height: 32 },
+        estimator: EstimatorKind::Mis,
         threads: 1,
         ..Settings::default()
     };
@@ -198,6 +199,7 @@ fn a_query_that_fails_is_heard_of() {
     let scene = Scene::parse(SCENE, Path::new("lamp.toml")).unwrap();
     let settings = Settings {
         film: scene.film(),
+        estimator: EstimatorKind::Mis,
         accel: Some(AccelKind::Embree),
         threads: 2,
         ..Settings::default()

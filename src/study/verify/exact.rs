@@ -304,6 +304,7 @@ mod tests {
             },
             settings: Settings {
                 film,
+                estimator: EstimatorKind::Mis,
                 ..Settings::default()
             },
         }

@@ -22,7 +22,7 @@ use rayon::prelude::*;
 use super::{Bench, Options, Verdict, exact, run};
 use crate::mutant::Mutant;
 use crate::pipeline::Settings;
-use crate::scene::{Features, Scene};
+use crate::scene::{EstimatorKind, Features, Scene};
 use crate::study::hunt::recipe;
 
 const KINDS: [Mutant; 8] = [
@@ -89,6 +89,7 @@ fn overlapping_meshes_have_no_fault_of_their_own() {
     assert_eq!(scene.overlapping_meshes(), [[0, 1]]);
     let settings = Settings {
         film: scene.film(),
+        estimator: EstimatorKind::Mis,
         threads: 1,
         ..Settings::default()
     };

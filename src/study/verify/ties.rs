@@ -259,7 +259,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::settings::AccelKind;
+    use crate::settings::{AccelKind, EstimatorKind};
 
     /// A camera above two floors in one plane: every ray to them is a tie, and both intersectors name the first floor. If their
     /// pictures differ all the same, nothing explains it. Packets of two widths have only such rays to be explained by.
@@ -281,6 +281,7 @@ mod tests {
         assert_eq!(scene.overlapping_meshes(), [[0, 1]]);
         let settings = Settings {
             film: scene.film(),
+            estimator: EstimatorKind::Mis,
             threads: 1,
             ..Settings::default()
         };

@@ -37,10 +37,12 @@ impl Engine {
 
     /// The command line that renders the current view.
     fn command(&self, spp: u32, exposure: f64) -> String {
-        let own = self.setup.options.render_options().settings(&self.file);
+        // Dimmed lights may leave the rule another choice.
+        let shown = self.changes.of(&self.file).unwrap_or_else(|_| self.file.clone());
+        let own = self.setup.options.render_options().settings(&shown);
         let mut options = self.setup.options.clone();
         if own.estimator != self.choice.estimator {
-            options.estimator = Some(self.choice.estimator);
+            options.estimator = Some(self.choice.estimator.into());
         }
         if own.sampler != self.choice.sampler {
             options.sampler = Some(self.choice.sampler);

@@ -47,6 +47,9 @@ pub struct ListsOfLights {
     pub build_time: Duration,
 }
 
+/// The number of a tile, and for each of its pixels the lights that it sees partially.
+type TileMarks = (u32, Vec<u32>);
+
 /// A scene ready to render with some [`Settings`]. It is immutable, so any number of [runs](crate::run::Run) can share it, one
 /// after the other or concurrently. Clones are cheap.
 #[derive(Clone, Debug)]
@@ -60,7 +63,7 @@ pub struct Prepared {
     /// Where lights are partially visible; computed on first use.
     partly: Arc<OnceLock<Partly>>,
     /// The same of the tile that was replayed last, by its number.
-    replayed: Arc<Mutex<Option<(u32, Vec<u32>)>>>,
+    replayed: Arc<Mutex<Option<TileMarks>>>,
     features: Features,
     machine: Machine,
     scene_hash: Arc<str>,

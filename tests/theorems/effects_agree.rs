@@ -6,7 +6,7 @@
 use crate::proof::runs::load;
 use crate::proof::{Family, agreement};
 use octolux::pipeline::{Prepared, Settings};
-use octolux::scene::{Bsdf, FilmSize, Lens, Light, Scene, SceneBuilder, Sphere, Surface};
+use octolux::scene::{Bsdf, EstimatorKind, FilmSize, Lens, Light, Scene, SceneBuilder, Sphere, Surface};
 use octolux::settings::AccelKind;
 use octolux::study::error::Errors;
 

@@ -58,7 +58,9 @@ packet_by_packet! {
 }
 
 impl Directions<model::Phong> for LobeInCap {
-    type Listed = Self;
+    /// A list has few of the lights that a lobe reaches, so most of a lobe's light is found by its own direction. By
+    /// `scenes/city.toml`, whose 20 000 lights are in lists, the lobe in a light's cap had 17 times the error of `mis`.
+    type Listed = Mix;
 
     #[inline(always)]
     fn toward_light<L: TraceLane>(

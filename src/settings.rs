@@ -30,7 +30,7 @@ pub enum EstimatorKind {
 /// An estimator by name, or the choice of one by what the scene contains.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum EstimatorAsked {
-    /// By what the scene contains: the rule is [`Chosen::by_rule`](crate::pipeline::Chosen::by_rule).
+    /// [`Chosen::AUTO`](crate::pipeline::Chosen::AUTO).
     #[default]
     Auto,
     /// This one.

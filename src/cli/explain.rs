@@ -9,9 +9,9 @@ use super::noise::{self, Noise};
 use super::options::Options;
 use super::{CliError, Exit, report};
 use octolux::machine;
-use octolux::pipeline::{Chosen, Prepared, Settings};
+use octolux::pipeline::{Chosen, Prepared};
 use octolux::run::DEFAULT_SPP;
-use octolux::scene::{Bsdf, Effect, EstimatorKind, Features, SamplerKind, Scene, Surface};
+use octolux::scene::{Bsdf, Effect, EstimatorKind, SamplerKind, Scene, Surface};
 use octolux::settings::LightsAsked;
 use octolux::study::effect_costs::{self, Costs};
 
@@ -125,21 +125,23 @@ struct Explanation {
     noise: Option<Noise>,
 }
 
-/// Notes about parts of the scene without effect, and about a better estimator.
-fn notes(scene: &Scene, settings: Settings, prepared: &Prepared) -> Vec<String> {
+/// Notes about parts of the scene without effect, and about an estimator that is another one here.
+fn notes(scene: &Scene, prepared: &Prepared) -> Vec<String> {
     let mut said = effects::notes(scene, prepared.features());
-    let (features, mis) = (prepared.features(), settings.estimator == EstimatorKind::Mis);
-    let suits = features.count(Effect::Diffuse) + features.count(Effect::Phong) > 0;
-    if mis && suits && features.count(Effect::SphereLights) > 0 {
-        let what = "spheres emit: on diffuse and Phong surfaces '--estimator product' has less noise than mis in the same time";
-        said.push(what.to_owned());
+    let (asked, taken) = (prepared.settings().estimator, prepared.estimator());
+    if asked != taken {
+        said.push(format!(
+            "lights are in lists: {} samples them as {} does",
+            asked.name(),
+            taken.name()
+        ));
     }
     said
 }
 
 impl Explanation {
     fn new(path: &Path, scene: &Scene, chosen: Chosen, prepared: &Prepared) -> Self {
-        let (settings, auto) = (prepared.settings(), Chosen::by_rule(Features::of_shapes(scene)));
+        let (settings, auto) = (prepared.settings(), Chosen::AUTO);
         let emits = |surface: &Surface| matches!(surface, Surface::Emission(_));
         let of_kind =
             |kind: fn(&Bsdf) -> bool| scene.materials().iter().filter(|material| kind(&material.bsdf)).count();
@@ -161,7 +163,7 @@ impl Explanation {
             needs: prepared.needs(),
             found: effects::found(scene, prepared.features()),
             absent: effects::absent(prepared.features()),
-            notes: notes(scene, settings, prepared),
+            notes: notes(scene, prepared),
             kernel: prepared.kernel().to_owned(),
             why: prepared.why().to_owned(),
             robust: prepared.robust(),
@@ -199,14 +201,14 @@ impl Explanation {
         )
     }
 
-    /// Which estimator is taken, by whose choice, and the rule.
+    /// Which estimator is taken, and by whose choice.
     fn estimators(&self) -> String {
         let (estimator, auto) = (self.estimator.name(), self.auto.name());
         let reason = match self.estimator_why == self.auto_why {
             true => self.auto_why.to_owned(),
-            false => format!("{}; auto would take {auto}, for {}", self.estimator_why, self.auto_why),
+            false => format!("{}; auto would take {auto}: {}", self.estimator_why, self.auto_why),
         };
-        format!("  estimator  {estimator}: {reason} (auto: {})", Chosen::RULE)
+        format!("  estimator  {estimator}: {reason}")
     }
 
     fn text(&self) -> String {

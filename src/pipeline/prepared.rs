@@ -13,7 +13,7 @@ use crate::embree::{Device, EmbreeError, layout_canary};
 use crate::film::allocation::Kind;
 use crate::film::{Film, Tile};
 use crate::scene::{Effects, Features, Scene};
-use crate::settings::{AccelKind, Lanes};
+use crate::settings::{AccelKind, EstimatorKind, Lanes};
 
 /// Why a render cannot start.
 #[derive(Debug, thiserror::Error)]
@@ -247,6 +247,11 @@ impl Prepared {
     /// Whether occluders are culled for all rays of a tile at once; `None` if there are too many shapes to cull.
     pub fn cull(&self) -> Option<bool> {
         self.plan.intersector.cull
+    }
+
+    /// The estimator whose stages run: the one asked for, but `mis` for `product` where lights are in lists.
+    pub fn estimator(&self) -> EstimatorKind {
+        self.plan.estimator
     }
 
     /// The lists of lights; `None` if every pass samples all lights.

@@ -106,6 +106,10 @@ pub(super) fn replay(
     [x, y, pass]: [u32; 3],
 ) -> Replay {
     let numbers = PassBlock::new(settings.sampler, settings.seed, pass, 1, plan.pairs);
+    let settings = &Settings {
+        estimator: plan.estimator,
+        ..*settings
+    };
     let (mut sum, mut counters, mut scratch) = (tile.empty_sum(1), Counters::default(), Scratch::default());
     let width = settings.film.width;
     let mut chunk = Chunk {

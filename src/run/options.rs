@@ -21,7 +21,7 @@ pub struct RenderOptions {
     pub target_error: Option<f64>,
     /// The size of the picture in pixels.
     pub size: Option<FilmSize>,
-    /// The estimator. `None` takes the scene's, or if it names none, as `auto`, the one that [`Chosen::by_rule`] says.
+    /// The estimator. `None` takes the scene's, or if it names none, as `auto`, [`Chosen::AUTO`].
     pub estimator: Option<EstimatorAsked>,
     /// The sampler.
     pub sampler: Option<SamplerKind>,

@@ -77,22 +77,6 @@ impl Features {
         }
     }
 
-    /// The effects of all shapes and their materials, whether the camera sees them or not: turning the camera or resizing the film
-    /// changes none.
-    pub fn of_shapes(scene: &Scene) -> Effects {
-        let spheres = scene.spheres().iter().map(|sphere| (&sphere.surface, sphere.effects()));
-        let meshes = scene.meshes().iter().map(|mesh| (&mesh.surface, mesh.effects()));
-        spheres
-            .chain(meshes)
-            .fold(Effects::default(), |found, (surface, shape)| {
-                let material = match surface {
-                    Surface::Material(id) => scene.material(*id).effects(),
-                    Surface::Emission(_) => Effects::default(),
-                };
-                found.union(shape).union(material)
-            })
-    }
-
     /// Whether each triangle of an emitting mesh is a separate light: up to two quadrilaterals. In larger meshes one triangle
     /// is sampled per point.
     pub fn samples_each_triangle(mesh: &Mesh) -> bool {

@@ -234,6 +234,13 @@ fn adaptive_renders_by_lists_are_unbiased() {
     assert!(adaptive.sigmas(even, 1e-5) < 5.0, "{}", adaptive.against(even));
 }
 
+#[test]
+fn product_has_the_bits_of_mis_by_lists() {
+    let scene = scene(120, 30);
+    let of = |estimator| picture(&scene, listed(33, 18, estimator), 5);
+    assert_same("lists", &of(EstimatorKind::Product), &of(EstimatorKind::Mis));
+}
+
 /// Lights that coincide, one at the camera, one of a million times the power, one that is larger than all else.
 #[test]
 fn odd_lights_make_numbers() {

@@ -40,8 +40,7 @@ def render(
 
     What is not said is as the scene says, else as follows.
 
-    - `estimator`: one of `ESTIMATORS`, or "auto", which is "product" where a sphere emits and a surface is diffuse or
-      Phong, else "mis"; `Scene.estimator` says which is taken;
+    - `estimator`: one of `ESTIMATORS`, or "auto", which is "product"; `Scene.estimator` says which is taken;
     - `spp`: samples a pixel, 64; with `seconds` as many as that time allows;
     - `seconds`: of rendering at most, one sample a pixel at least;
     - `size`: (width, height) in pixels;

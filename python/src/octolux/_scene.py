@@ -225,8 +225,7 @@ class Scene:
     def estimator(self) -> tuple[str, str]:
         """The estimator of its pictures where `render` is given none, and the reason.
 
-        It is the one that the scene's file names, else the one that "auto" takes: "product" where a sphere emits and
-        a surface is diffuse or Phong, else "mis".
+        It is the one that the scene's file names, else the one that "auto" takes: "product".
         """
         return self.built.estimator
 

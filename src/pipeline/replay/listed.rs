@@ -1,6 +1,6 @@
 //! Directions that a sample uses for a list of lights.
 
-use super::told::{Told, found, of_listed_spheres, technique};
+use super::told::{Told, found, of_spheres, technique};
 use super::{Asked, Sample, kinds, ray};
 use crate::bsdf::{Brdf, Tint};
 use crate::embree::{Coherence, NO_SKIP_ID};
@@ -35,7 +35,7 @@ pub(super) fn directions<M: Told>(
     let Some(table) = lists.table(tile, M::KIND, pass) else {
         return Vec::new();
     };
-    let (mix, warp) = of_listed_spheres::<M>(settings.estimator);
+    let (mix, warp) = of_spheres::<M>(settings.estimator);
     let triangles_mix = if lists.has_triangles() {
         kernels::mix(settings.estimator)
     } else {

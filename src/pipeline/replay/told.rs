@@ -9,7 +9,6 @@ use crate::math::Vec3;
 use crate::pipeline::kernels::{self, Suited};
 use crate::pipeline::lists::Probed;
 use crate::pipeline::model;
-use crate::pipeline::stage::Directions;
 use crate::pipeline::world::World;
 use crate::scene::EstimatorKind;
 
@@ -55,19 +54,6 @@ pub fn of_spheres<M: Told>(estimator: EstimatorKind) -> (Mix, Warp) {
     match estimator {
         EstimatorKind::Projected => (M::Projected::of(of_estimator).mix(), M::Projected::WARP),
         EstimatorKind::Product => (M::Product::of(of_estimator).mix(), M::Product::WARP),
-        _ => (of_estimator, Warp::Cone),
-    }
-}
-
-/// How an estimator samples the spheres of a list at points of a model.
-pub fn of_listed_spheres<M: Told>(estimator: EstimatorKind) -> (Mix, Warp) {
-    fn listed<M: Told, D: Directions<M>>(mix: Mix) -> (Mix, Warp) {
-        (D::Listed::of(mix).mix(), D::Listed::WARP)
-    }
-    let of_estimator = kernels::mix(estimator);
-    match estimator {
-        EstimatorKind::Projected => listed::<M, M::Projected>(of_estimator),
-        EstimatorKind::Product => listed::<M, M::Product>(of_estimator),
         _ => (of_estimator, Warp::Cone),
     }
 }

@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
 use glam::{DVec3, dvec3};
-use octolux::embree::{Accel, Ball, Coherence, Device, NO_SKIP_ID, Ray, SceneBuilder, TraceLane};
+use octolux::embree::{Accel, BoundingSphere, Coherence, Device, NO_SKIP_ID, Ray, SceneBuilder, TraceLane};
 use octolux::lane::{Bits, F32x8, Lane, Mask};
 use octolux::math::Vec3;
 
@@ -121,7 +121,7 @@ fn veach(device: &Device) -> Place {
         let vertices: Vec<_> = mesh.vertices.iter().map(|&v| narrow(v)).collect();
         builder.add_mesh(&vertices, &mesh.triangles).expect("a mesh");
     }
-    let balls = scene.spheres().iter().map(|s| Ball {
+    let balls = scene.spheres().iter().map(|s| BoundingSphere {
         center: narrow(s.center),
         radius: s.radius as f32,
     });

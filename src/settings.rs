@@ -27,7 +27,7 @@ pub enum EstimatorKind {
     Product,
 }
 
-/// An estimator by name, or the choice of one by what the scene contains.
+/// An estimator by name, or the one that is taken where nobody names one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum EstimatorAsked {
     /// [`Chosen::AUTO`](crate::pipeline::Chosen::AUTO).
@@ -81,8 +81,7 @@ impl clap::ValueEnum for EstimatorAsked {
     fn to_possible_value(&self) -> Option<clap::builder::PossibleValue> {
         match self {
             Self::Auto => Some(
-                clap::builder::PossibleValue::new(self.name())
-                    .help("By what the scene contains; `explain` says which and why"),
+                clap::builder::PossibleValue::new(self.name()).help("product, also where the scene names another one"),
             ),
             Self::Named(estimator) => clap::ValueEnum::to_possible_value(estimator),
         }

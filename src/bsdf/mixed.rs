@@ -1,14 +1,14 @@
 //! The diffuse and the Phong model together, one per lane. Renders have a stream per model and do not use this type; tests and
 //! `selftest` use it to check both models at once.
 
-use super::{Ball, Brdf, Diffuse, Lobe, Phong, diffuse, phong, rises};
+use super::{Brdf, Diffuse, Lobe, Phong, SeenSphere, diffuse, phong, rises};
 use crate::lane::Lane;
 use crate::math::elementary::sin_cos_turn;
 use crate::math::{Frame, Vec3};
 
 /// One of two models in each lane.
 #[derive(Clone, Copy, Debug)]
-pub struct Bsdf<L: Lane> {
+pub struct DiffuseOrPhong<L: Lane> {
     /// Unit shading normal, on the side of `wo`.
     pub n: Vec3<L>,
     /// Unit mirror direction of `wo` about `n`.
@@ -23,7 +23,7 @@ pub struct Bsdf<L: Lane> {
     pub reach: L,
 }
 
-impl<L: Lane> Bsdf<L> {
+impl<L: Lane> DiffuseOrPhong<L> {
     /// The models at a point seen from the unit direction `wo`.
     #[inline(always)]
     pub fn new(n: Vec3<L>, wo: Vec3<L>, rho: Vec3<L>, alpha: L) -> Self {
@@ -80,7 +80,7 @@ impl<L: Lane> Bsdf<L> {
     }
 }
 
-impl<L: Lane> Brdf<L> for Bsdf<L> {
+impl<L: Lane> Brdf<L> for DiffuseOrPhong<L> {
     type Tint = L;
 
     #[inline(always)]
@@ -114,7 +114,7 @@ impl<L: Lane> Brdf<L> for Bsdf<L> {
     }
 
     #[inline(always)]
-    fn may_reflect(&self, ball: &Ball<L>) -> L::Mask {
+    fn may_reflect(&self, ball: &SeenSphere<L>) -> L::Mask {
         rises(self.n, ball) & (!self.phong | self.as_phong().near(ball))
     }
 }

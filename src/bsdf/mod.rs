@@ -4,7 +4,7 @@
 //! Values are [`Tint`]s: numbers to be multiplied by the colors of a light and of a material.
 //!
 //! [`Diffuse`] and [`Phong`] share a form: a lobe around an axis with the density `(a + 1) / (2 pi) cos^a`. For the diffuse model
-//! the axis is the normal and `a = 1`; for Phong it is the mirror direction and `a = alpha`. [`Bsdf`] holds either in each lane.
+//! the axis is the normal and `a = 1`; for Phong it is the mirror direction and `a = alpha`. [`DiffuseOrPhong`] holds either in each lane.
 
 mod conductor;
 pub mod diffuse;
@@ -18,7 +18,7 @@ pub use conductor::{Conductor, fresnel};
 pub use diffuse::Diffuse;
 pub use ggx::Ggx;
 pub use microfacet::{Glint, Microfacets};
-pub use mixed::Bsdf;
+pub use mixed::DiffuseOrPhong;
 pub use phong::Phong;
 pub use tint::{Tint, Tints};
 
@@ -54,7 +54,7 @@ pub trait Brdf<L: Lane>: Copy {
 
     /// Lanes where the BRDF may be nonzero for a direction to a sphere; in the others it is exactly 0 for all of them.
     #[inline(always)]
-    fn may_reflect(&self, ball: &Ball<L>) -> L::Mask {
+    fn may_reflect(&self, ball: &SeenSphere<L>) -> L::Mask {
         rises(self.normal(), ball)
     }
 }
@@ -70,7 +70,7 @@ pub struct Lobe<L, T = L> {
 
 /// A sphere as seen from points.
 #[derive(Clone, Copy, Debug)]
-pub struct Ball<L: Lane> {
+pub struct SeenSphere<L: Lane> {
     /// Vector to its center.
     pub to_center: Vec3<L>,
     /// Distance to its center.
@@ -83,7 +83,7 @@ pub struct Ball<L: Lane> {
 
 /// Lanes where any part of a sphere is above the horizon. Both sides are multiplied by the distance to avoid a division.
 #[inline(always)]
-fn rises<L: Lane>(n: Vec3<L>, ball: &Ball<L>) -> L::Mask {
+fn rises<L: Lane>(n: Vec3<L>, ball: &SeenSphere<L>) -> L::Mask {
     let radius = mutate!(ball.radius, RimForgotten => L::zero());
     let highest = n.dot(ball.to_center) + radius;
     highest.gt(ball.distance * L::splat(-1e-6))

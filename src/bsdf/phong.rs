@@ -1,6 +1,6 @@
 //! The normalized Phong lobe of the course assignment (README): `f = rho (alpha + 1) / (2 pi) max(0, dot(wr, wi))^alpha`.
 
-use super::{Ball, Brdf, Lobe, mirrored, rises};
+use super::{Brdf, Lobe, SeenSphere, mirrored, rises};
 use crate::lane::Lane;
 use crate::math::elementary::{powcos, sin_cos_turn};
 use crate::math::{Frame, Vec3};
@@ -64,19 +64,19 @@ impl<L: Lane> Phong<L> {
     /// The chord from the axis to a direction of the sphere's cone is `2 sin(theta / 2) <= sqrt(2) sin(theta)`, for a cone up to a
     /// right angle.
     #[inline(always)]
-    pub(super) fn near(&self, ball: &Ball<L>) -> L::Mask {
+    pub(super) fn near(&self, ball: &SeenSphere<L>) -> L::Mask {
         self.within(self.reach, ball)
     }
 
     /// Lanes where a sphere is not wholly in the lobe's tail, where it is below `e^-30` (1e-13) of its peak.
     #[inline(always)]
-    pub fn beside_tail(&self, ball: &Ball<L>) -> L::Mask {
+    pub fn beside_tail(&self, ball: &SeenSphere<L>) -> L::Mask {
         // The root of 30 / 90: a third of the exponent in `reach`.
         self.within(self.reach * L::splat(0.577_350_3), ball)
     }
 
     #[inline(always)]
-    fn within(&self, chord: L, ball: &Ball<L>) -> L::Mask {
+    fn within(&self, chord: L, ball: &SeenSphere<L>) -> L::Mask {
         let reach = chord.mul_add(ball.distance, ball.radius * L::splat(1.415));
         let apart = self.wr.mul_add(ball.distance, -ball.to_center);
         apart.length_squared().le(reach * reach) | ball.inside
@@ -114,7 +114,7 @@ impl<L: Lane> Brdf<L> for Phong<L> {
     }
 
     #[inline(always)]
-    fn may_reflect(&self, ball: &Ball<L>) -> L::Mask {
+    fn may_reflect(&self, ball: &SeenSphere<L>) -> L::Mask {
         rises(self.n, ball) & self.near(ball)
     }
 }

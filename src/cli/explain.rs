@@ -287,7 +287,7 @@ fn asked(prepared: &Prepared) -> String {
         );
     }
     format!(
-        "a list of {} lights for each tile and pass: {rule}; tree of {:.1} MB, {:.0} bytes a light, {:.0} ms to build",
+        "a list of {} lights for each group of pixels in a tile and each pass: {rule}; tree of {:.1} MB, {:.0} bytes a light, {:.0} ms to build",
         lists.length,
         lists.bytes as f64 / 1e6,
         lists.bytes as f64 / lists.lights as f64,

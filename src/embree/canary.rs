@@ -13,7 +13,7 @@ use super::device::{Device, EmbreeError};
 use super::ffi;
 use super::packet::Valid;
 use super::scene::{Accel, SceneBuilder};
-use crate::shape::{Ball, NO_SKIP_ID, SkipIds};
+use crate::shape::{BoundingSphere, NO_SKIP_ID, SkipIds};
 
 const FENCE: u8 = 0xA5;
 const FENCE_BYTES: usize = 64;
@@ -83,7 +83,7 @@ fn scene(device: &Device) -> Result<Accel, EmbreeError> {
     let mut builder = SceneBuilder::counting_from(TRIANGLE, device, true)?;
     let corners = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 4.0, 0.0]];
     builder.add_light(&corners, &[[0, 1, 2]], AIM)?;
-    let ball = |x| Ball {
+    let ball = |x| BoundingSphere {
         center: [x, Y, 0.5],
         radius: 0.5,
     };

@@ -11,7 +11,7 @@ use rand_pcg::Pcg64;
 use super::canary::Fenced;
 use super::library::embree;
 use super::packet::Valid;
-use super::{Accel, Ball, Device, SceneBuilder, ffi};
+use super::{Accel, BoundingSphere, Device, SceneBuilder, ffi};
 
 /// A square of two triangles, with twenty spheres in front of and behind it.
 fn scene(settings: &str) -> Accel {
@@ -20,7 +20,7 @@ fn scene(settings: &str) -> Accel {
     let square = [[-2.0, -2.0, 5.0], [2.0, -2.0, 5.0], [2.0, 2.0, 5.0], [-2.0, 2.0, 5.0]];
     builder.add_mesh(&square, &[[0, 1, 2], [0, 2, 3]]).unwrap();
     let mut rng = Pcg64::seed_from_u64(4);
-    let balls = (0..20).map(|_| Ball {
+    let balls = (0..20).map(|_| BoundingSphere {
         center: [
             rng.random_range(-3.0..3.0),
             rng.random_range(-3.0..3.0),

@@ -15,7 +15,7 @@ mod scene;
 mod skip_ids;
 mod spheres;
 
-pub use crate::shape::{Ball, Hit, NO_SKIP_ID, Ray};
+pub use crate::shape::{BoundingSphere, Hit, NO_SKIP_ID, Ray};
 pub use canary::layout_canary;
 pub use device::{Device, EmbreeError, Packets};
 pub use packet::{Coherence, LaneWork, TraceLane, in_eight_of_avx512, in_sixteen};

@@ -132,7 +132,7 @@ unsafe extern "C" fn visit_one(args: *mut RTCPointQueryFunctionArguments) -> boo
 #[cfg(test)]
 mod tests {
     use super::super::{Device, SceneBuilder};
-    use crate::shape::Ball;
+    use crate::shape::BoundingSphere;
 
     /// All triangles of all meshes around a point are visited; spheres are skipped.
     #[test]
@@ -154,7 +154,7 @@ mod tests {
             .add_mesh(&[[50.0, 0.0, 0.0], [51.0, 0.0, 0.0], [50.0, 1.0, 0.0]], &[[0, 1, 2]])
             .unwrap();
         builder
-            .set_spheres(vec![Ball {
+            .set_spheres(vec![BoundingSphere {
                 center: [0.0; 3],
                 radius: 0.1,
             }])

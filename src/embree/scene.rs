@@ -284,7 +284,7 @@ impl Accel {
 
 #[cfg(test)]
 mod tests {
-    use crate::shape::Ball;
+    use crate::shape::BoundingSphere;
     use std::cell::Cell;
     use std::ffi::c_void;
     use std::sync::LazyLock;
@@ -347,7 +347,7 @@ mod tests {
     fn nothing_leaks_where_a_scene_is_refused() {
         let device = Device::configured("threads=1", counting()).unwrap();
         let triangle = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-        let ball = Ball {
+        let ball = BoundingSphere {
             center: [0.0; 3],
             radius: 1.0,
         };

@@ -12,7 +12,7 @@ use crate::light::environment::EnvironmentLight;
 use crate::light::{DeltaLight, Reach, Sun, TriangleLight, Triangles, delta, triangle};
 use crate::math::Vec3;
 use crate::sampling::TechniqueSample;
-use crate::shape::{Ball, NO_SKIP_ID};
+use crate::shape::{BoundingSphere, NO_SKIP_ID};
 
 /// A kind of light, for estimators that sample every light.
 pub trait LightKind {
@@ -70,7 +70,7 @@ impl LightKind for TriangleLight {
     }
 
     fn bounds(&self) -> Reach {
-        Reach::Ball(Ball::around(&self.triangle.corners))
+        Reach::Within(BoundingSphere::around(&self.triangle.corners))
     }
 
     #[inline(always)]

@@ -6,7 +6,7 @@ use std::f32::consts::FRAC_1_PI;
 
 use super::density::{Average, ConeOnly, Density, DiskOrCone, Listed, LobeInCap, Mix, Projected};
 use super::{ShadingPoint, product};
-use crate::bsdf::{Ball, Brdf, Bsdf, Diffuse, Phong, Tint};
+use crate::bsdf::{Brdf, Diffuse, DiffuseOrPhong, Phong, SeenSphere, Tint};
 use crate::lane::{Lane, Mask};
 use crate::light::{Cap, Cone, SphereLight, View};
 use crate::math::elementary::sin_cos_turn;
@@ -120,11 +120,11 @@ directions! {
     Listed: <B> => |own, point, view, pair, active| by_light(own, point, &draw(view, pair), active);
     Mix: <B> => |own, point, view, pair, active| by_light(own, point, &draw(view, pair), active);
     Projected: [Diffuse] => |_own, point, view, pair, active| by_cap(point, view, pair, active);
-    Projected: [Bsdf] => |_own, point, view, pair, active| by_cap(point, view, pair, active);
+    Projected: [DiffuseOrPhong] => |_own, point, view, pair, active| by_cap(point, view, pair, active);
     DiskOrCone: [Diffuse] => |own, point, view, pair, active| product::by_disk_or_cone(own, point, view, pair, active);
-    DiskOrCone: [Bsdf] => |own, point, view, pair, active| product::by_disk_or_cone(own, point, view, pair, active);
+    DiskOrCone: [DiffuseOrPhong] => |own, point, view, pair, active| product::by_disk_or_cone(own, point, view, pair, active);
     LobeInCap: [Phong] => |_own, point, view, pair, active| product::by_lobe(point, view, pair, active);
-    LobeInCap: [Bsdf] => |_own, point, view, pair, active| product::by_lobe(&point.with(point.bsdf.as_phong()), view, pair, active);
+    LobeInCap: [DiffuseOrPhong] => |_own, point, view, pair, active| product::by_lobe(&point.with(point.bsdf.as_phong()), view, pair, active);
 }
 
 /// Merges samples whose active lanes are disjoint.
@@ -254,8 +254,8 @@ pub fn may_contribute<L: Lane, B: Brdf<L>>(point: &ShadingPoint<L, B>, view: &Vi
 }
 
 #[inline(always)]
-pub(super) fn ball<L: Lane>(view: &View<L>) -> Ball<L> {
-    Ball {
+pub(super) fn ball<L: Lane>(view: &View<L>) -> SeenSphere<L> {
+    SeenSphere {
         to_center: view.to_center,
         distance: view.distance,
         radius: view.radius,

@@ -3,7 +3,7 @@
 use super::ShadingPoint;
 use super::density::Density;
 use super::per_light::Contribution;
-use crate::bsdf::{Ball, Brdf, Tint};
+use crate::bsdf::{Brdf, SeenSphere, Tint};
 use crate::lane::{Lane, Mask};
 use crate::light::Sun;
 use crate::math::Vec3;
@@ -12,7 +12,7 @@ use crate::sampling::TechniqueSample;
 /// Lanes where a direction to the sun can contribute. The sun is bounded by a sphere around its center with the chord as radius.
 #[inline(always)]
 pub fn may_contribute<L: Lane, B: Brdf<L>>(point: &ShadingPoint<L, B>, sun: &Sun) -> L::Mask {
-    point.bsdf.may_reflect(&Ball {
+    point.bsdf.may_reflect(&SeenSphere {
         to_center: Vec3::splat(sun.axis),
         distance: L::one(),
         radius: L::splat(sun.chord),

@@ -7,7 +7,7 @@ use super::falloff::Falloff;
 use super::reach::Reach;
 use crate::lane::{Lane, Mask};
 use crate::math::Vec3;
-use crate::shape::Ball;
+use crate::shape::BoundingSphere;
 
 /// Shadow rays end this fraction of their length before the light, so that a surface containing the light does not block it. The
 /// rounding error of a surface's distance is 1e-6 of its distance from the camera; pbrt-v4 uses 1e-4 (`ShadowEpsilon`).
@@ -55,7 +55,7 @@ impl DeltaLight {
     /// Bounds of its shadow rays.
     pub fn reach(&self) -> Reach {
         match self.place {
-            Place::At { position, .. } => Reach::Ball(Ball {
+            Place::At { position, .. } => Reach::Within(BoundingSphere {
                 center: position,
                 radius: 0.0,
             }),

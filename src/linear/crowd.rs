@@ -5,7 +5,7 @@ use super::columns::Columns;
 use super::cull::{MARGIN, norm1};
 use crate::lane::{F32x8, Lane, Mask};
 use crate::math::Vec3;
-use crate::shape::Ball;
+use crate::shape::BoundingSphere;
 
 /// With more spheres than this, each few rays get a selection of their own. Not measured against other values.
 const CROWD: usize = 24;
@@ -28,7 +28,7 @@ impl Candidates {
     }
 
     /// Replaces the spheres of `near` by those that segments from a ball to the target may hit.
-    pub fn narrow(&self, from: &Ball, near: &mut Self) {
+    pub fn narrow(&self, from: &BoundingSphere, near: &mut Self) {
         near.balls.clear();
         match Cone::between(from, &self.target) {
             None => near.balls.extend(&self.balls),
@@ -58,7 +58,7 @@ pub(super) struct Cone {
 
 impl Cone {
     /// `None` if one ball is nearly inside the other.
-    pub fn between(from: &Ball, target: &Ball) -> Option<Self> {
+    pub fn between(from: &BoundingSphere, target: &BoundingSphere) -> Option<Self> {
         let to: [f32; 3] = std::array::from_fn(|k| target.center[k] - from.center[k]);
         let length = to.iter().map(|x| x * x).sum::<f32>().sqrt();
         let slope = (target.radius - from.radius) / length;

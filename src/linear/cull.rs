@@ -8,7 +8,7 @@ use super::shapes::{balls_behind, balls_outside};
 use super::{Candidates, LinearScene};
 use crate::lane::{Lane, Mask};
 use crate::math::Vec3;
-use crate::shape::{Ball, NO_SKIP_ID};
+use crate::shape::{BoundingSphere, NO_SKIP_ID};
 
 /// Relative rounding margin of a plane: points nearer than this fraction of the largest number involved count for both sides.
 pub(super) const MARGIN: f32 = 1e-5;
@@ -128,7 +128,7 @@ impl LinearScene {
     /// and by the box around both. A triangle with points and light strictly on one side of its plane is no occluder. If only its
     /// plane could tell and [`Points`] has no measurement for it yet, the triangle is kept for [`Self::separated_by_plane`].
     #[inline(never)]
-    pub fn in_shaft<L: Lane>(&self, points: &Points, light: &Ball, skip_id: u32, set: &mut Candidates) {
+    pub fn in_shaft<L: Lane>(&self, points: &Points, light: &BoundingSphere, skip_id: u32, set: &mut Candidates) {
         self.in_shaft_to::<L>(points, &Bounds::of_ball(light), light, skip_id, set);
     }
 
@@ -138,7 +138,7 @@ impl LinearScene {
         &self,
         points: &Points,
         target: &Bounds,
-        light: &Ball,
+        light: &BoundingSphere,
         skip_id: u32,
         set: &mut Candidates,
     ) {
@@ -175,7 +175,7 @@ impl LinearScene {
     pub fn in_shaft_of<L: Lane>(
         &self,
         points: &Points,
-        light: &Ball,
+        light: &BoundingSphere,
         skip_id: u32,
         wide: &Candidates,
         set: &mut Candidates,
@@ -231,7 +231,7 @@ impl LinearScene {
         at: usize,
         lanes: L::Mask,
         points: &Points,
-        (light, skip_id): (&Ball, u32),
+        (light, skip_id): (&BoundingSphere, u32),
         (around, planes): (&Bounds, &[Plane]),
     ) -> L::Mask {
         let shapes = &self.shapes;
@@ -251,7 +251,7 @@ impl LinearScene {
     }
 
     /// Removes the triangles that have all points, as measured, and the light on one side.
-    pub fn separated_by_plane(&self, points: &Points, light: &Ball, set: &mut Candidates) {
+    pub fn separated_by_plane(&self, points: &Points, light: &BoundingSphere, set: &mut Candidates) {
         set.triangles.retain(|&i| {
             let i = i as usize;
             !self
@@ -278,8 +278,8 @@ pub struct Points {
 
 impl Points {
     /// A slightly enlarged bounding sphere.
-    pub fn around(&self) -> Ball {
-        Ball::around(&[self.bounds.low, self.bounds.high])
+    pub fn around(&self) -> BoundingSphere {
+        BoundingSphere::around(&[self.bounds.low, self.bounds.high])
     }
 
     /// Whether the points were measured against the plane of a triangle.
@@ -304,7 +304,7 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    pub fn of_ball(ball: &Ball) -> Self {
+    pub fn of_ball(ball: &BoundingSphere) -> Self {
         let reach = ball.radius * (1.0 + MARGIN);
         Self {
             low: ball.center.map(|c| c - reach),

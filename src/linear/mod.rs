@@ -11,11 +11,11 @@ mod tree;
 
 use columns::Columns;
 use shapes::Shapes;
-use tree::BallTree;
+use tree::SphereTree;
 
 use crate::lane::{Bits, Lane, Mask};
 use crate::math::Vec3;
-use crate::shape::{Ball, FromOrigin, Hit, NO_SKIP_ID, Ray, SkipIds, Sphere, Triangle};
+use crate::shape::{BoundingSphere, FromOrigin, Hit, NO_SKIP_ID, Ray, SkipIds, Sphere, Triangle};
 
 /// Up to this many shapes, occluders are culled before tracing, whichever intersector is used.
 pub const FEW: usize = 32;
@@ -41,7 +41,7 @@ pub struct LinearScene {
     /// The same shapes in the layout for [`cull`].
     shapes: Shapes,
     /// A hierarchy over the spheres, which are then not in [`Self::shapes`].
-    tree: Option<BallTree>,
+    tree: Option<SphereTree>,
     /// The geometry index of spheres in hits.
     sphere_geometry: u32,
 }
@@ -55,7 +55,7 @@ pub struct Candidates {
     balls: Vec<u32>,
     /// With a hierarchy, center and radius of each of these spheres, and the light that the rays end at.
     columns: Columns<4>,
-    target: Ball,
+    target: BoundingSphere,
     /// Whether shapes were left out: the set is for rays between some points and a light alone.
     culled: bool,
 }
@@ -95,15 +95,15 @@ impl LinearScene {
     /// Sets the spheres; hits report them as primitives of `sphere_geometry`.
     pub fn set_spheres(&mut self, spheres: Vec<impl Into<Sphere>>, sphere_geometry: u32) {
         self.spheres = spheres.into_iter().map(Into::into).collect();
-        let balls: Vec<Ball> = self.spheres.iter().map(|sphere| sphere.ball).collect();
+        let balls: Vec<BoundingSphere> = self.spheres.iter().map(|sphere| sphere.ball).collect();
         self.shapes.set_balls(&balls);
         self.sphere_geometry = sphere_geometry;
     }
 
     /// Sorts the spheres into a hierarchy. Afterwards only shafts are culled, not the view of a tile.
     pub fn sort_spheres(&mut self) {
-        let balls: Vec<Ball> = self.spheres.iter().map(|sphere| sphere.ball).collect();
-        self.tree = Some(BallTree::new(&balls));
+        let balls: Vec<BoundingSphere> = self.spheres.iter().map(|sphere| sphere.ball).collect();
+        self.tree = Some(SphereTree::new(&balls));
         self.shapes.set_balls(&[]);
     }
 

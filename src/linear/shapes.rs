@@ -4,7 +4,7 @@ use super::columns::Columns;
 use super::cull::{Bounds, MARGIN, Plane, dot, length, norm1};
 use crate::lane::{Bits, Lane, Mask};
 use crate::math::Vec3;
-use crate::shape::{Ball, FromOrigin, Triangle};
+use crate::shape::{BoundingSphere, FromOrigin, Triangle};
 
 /// Precomputed data of all shapes for culling. An index `at` stands for a packet: as many shapes from there on as there are lanes.
 #[derive(Clone, Debug, Default)]
@@ -60,9 +60,9 @@ impl Shapes {
     }
 
     /// Sets the spheres.
-    pub fn set_balls(&mut self, balls: &[Ball]) {
+    pub fn set_balls(&mut self, balls: &[BoundingSphere]) {
         self.balls = Columns::default();
-        for &Ball {
+        for &BoundingSphere {
             center: [x, y, z],
             radius,
         } in balls
@@ -116,7 +116,7 @@ impl Shapes {
 
     /// Triangles whose plane has the light and the points strictly on one side. `low` and `high` bound `dot(normal, p) - offset`
     /// over the points `p`.
-    pub fn separated_by_plane<L: Lane>(&self, at: usize, light: &Ball, low: L, high: L) -> L::Mask {
+    pub fn separated_by_plane<L: Lane>(&self, at: usize, light: &BoundingSphere, low: L, high: L) -> L::Mask {
         let (length, offset): (L, L) = (self.triangles.get(LENGTH, at), self.triangles.get(OFFSET, at));
         let center = self.triangles.get3::<L>(NORMAL, at).dot(Vec3::splat(light.center)) - offset;
         let radius = mutate!(light.radius, LightAsPoint => 0.0) * (1.0 + MARGIN);

@@ -8,7 +8,7 @@ use super::cull::{Bounds, Plane};
 use super::shapes::{balls_behind, balls_outside};
 use crate::lane::{F32x8, Lane, Mask};
 use crate::math::Vec3;
-use crate::shape::Ball;
+use crate::shape::BoundingSphere;
 
 /// Children of a node.
 const WIDE: usize = F32x8::N;
@@ -18,7 +18,7 @@ const DIGITS: u32 = 21;
 
 /// Spheres in the order of the curve, with boxes around every 8, 64, 512 and so on.
 #[derive(Clone, Debug, Default)]
-pub struct BallTree {
+pub struct SphereTree {
     /// Center and radius, in order.
     balls: Columns<4>,
     /// For each sphere in order, its index in the scene.
@@ -27,9 +27,9 @@ pub struct BallTree {
     levels: Vec<Columns<7>>,
 }
 
-impl BallTree {
+impl SphereTree {
     /// Sorts spheres.
-    pub fn new(balls: &[Ball]) -> Self {
+    pub fn new(balls: &[BoundingSphere]) -> Self {
         let mut tree = Self {
             numbers: order(balls),
             ..Self::default()
@@ -105,7 +105,7 @@ fn farthest<L: Lane>(normal: [f32; 3], low: Vec3<L>, high: Vec3<L>) -> L {
 }
 
 /// Indices of spheres along a Morton curve through their centers. Coincident cells keep the order of indices.
-fn order(balls: &[Ball]) -> Vec<u32> {
+fn order(balls: &[BoundingSphere]) -> Vec<u32> {
     let mut around = balls.iter().map(|ball| Bounds {
         low: ball.center,
         high: ball.center,
@@ -121,7 +121,7 @@ fn order(balls: &[Ball]) -> Vec<u32> {
     } else {
         0.0
     };
-    let cell = |ball: &Ball| {
+    let cell = |ball: &BoundingSphere| {
         (0..3)
             .map(|k| spaced(((f64::from(ball.center[k]) - f64::from(low[k])) * scale) as u64) << k)
             .sum::<u64>()
@@ -153,17 +153,17 @@ mod tests {
     #[test]
     fn none_one_and_many_spheres_are_visited_once_each() {
         for count in [0, 1, 7, 8, 9, 64, 65, 600] {
-            let ball = |i: u16| Ball {
+            let ball = |i: u16| BoundingSphere {
                 center: [f32::from(i % 7), f32::from(i / 7), f32::from(i % 11)],
                 radius: 0.25,
             };
-            let balls: Vec<Ball> = (0..count).map(ball).collect();
+            let balls: Vec<BoundingSphere> = (0..count).map(ball).collect();
             let everywhere = Bounds {
                 low: [-1e3; 3],
                 high: [1e3; 3],
             };
             let mut seen = Vec::new();
-            BallTree::new(&balls).visit(&everywhere, &[], &mut |number, [x, y, z, radius]| {
+            SphereTree::new(&balls).visit(&everywhere, &[], &mut |number, [x, y, z, radius]| {
                 assert_eq!(([x, y, z], radius), (balls[number as usize].center, 0.25));
                 seen.push(number);
             });

@@ -11,7 +11,7 @@ use crate::light::falloff::Falloff;
 use crate::light::{DeltaLight, Environment, MeshLight, Sun, Triangle, TriangleLight};
 use crate::sampling::Discrete;
 use crate::scene::{self, Features, Light, LightClass, Mesh, Scene, Surface};
-use crate::shape::{Ball, SkipIdAllocator, SkipIds};
+use crate::shape::{BoundingSphere, SkipIdAllocator, SkipIds};
 
 /// Lights made from emissive meshes.
 #[derive(Debug, Default)]
@@ -78,7 +78,7 @@ impl Emitters {
             return;
         };
         let points: Vec<[f32; 3]> = triangles.iter().flat_map(|t| t.corners).collect();
-        let Ball { center, radius } = Ball::around(&points);
+        let BoundingSphere { center, radius } = BoundingSphere::around(&points);
         self.meshes.push(MeshLight {
             skip_ids: named.map(|(skip_id, _)| skip_id).collect(),
             triangles,

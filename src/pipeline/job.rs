@@ -121,7 +121,7 @@ impl Job<'_> {
             order: self.plan.order,
             mix: self.plan.mix,
             product: self.plan.product,
-            answers: self.plan.answers,
+            handler: self.plan.handler,
             partly: match self.partly {
                 Some(partly) if self.numbers.first() + range.start >= SPLIT_FROM => &partly[tile.number() as usize],
                 _ => &[],
@@ -130,7 +130,7 @@ impl Job<'_> {
             counters: &mut counters,
             log: None,
         };
-        (self.plan.eye)(&mut chunk, &mut scratch);
+        (self.plan.camera)(&mut chunk, &mut scratch);
         for shade in &self.plan.shade {
             shade(&mut chunk, &mut scratch);
         }

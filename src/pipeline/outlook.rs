@@ -184,13 +184,13 @@ fn look<T>(prepared: &Prepared, tile: &Tile, of: impl Fn(&mut Chunk, &mut Scratc
         order: plan.order,
         mix: plan.mix,
         product: plan.product,
-        answers: plan.answers,
+        handler: plan.handler,
         partly: &[],
         sum: &mut sum,
         counters: &mut counters,
         log: None,
     };
-    (plan.eye)(&mut chunk, &mut scratch);
+    (plan.camera)(&mut chunk, &mut scratch);
     let found = of(&mut chunk, &mut scratch);
     prepared.put_back(scratch);
     found

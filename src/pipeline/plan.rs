@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use super::intersector::{IN_LINE, Intersector};
 use super::kernels::{self, Run};
 use super::settings::Settings;
-use super::stage::{Answers, Order};
+use super::stage::{Order, RequestHandler};
 use crate::embree::{Device, Packets};
 use crate::estimator::density::Mix;
 use crate::lane::has_avx512;
@@ -112,14 +112,14 @@ pub struct Plan {
     /// How samples are grouped into packets.
     pub order: Order,
     /// The camera stage: traces the samples of a chunk to their first hits.
-    pub eye: Run,
+    pub camera: Run,
     /// The shading stages: turn hits into light samples, shading and visibility. One stage per BRDF model and, if a direction is
     /// sampled per light, per kind of light.
     pub shade: Vec<Run>,
     /// Finds partially visible lights, if the estimator samples two directions there.
     pub find_penumbrae: Option<Run>,
     /// What the intersector provides to the shading stages.
-    pub answers: Answers,
+    pub handler: RequestHandler,
     /// The estimator whose stages run: the one asked for, but `mis` for `product` with lists. A list has few of the lights that a
     /// lobe or a point near lights needs, so directions of the BRDF pay. By `scenes/city.toml` (19 546 lights, 192 x 128, 64 samples
     /// a pixel, 6 seeds) one direction a light had 1.7 times the error of `mis` in 1.6 times its time; two had 0.9 in 1.7.
@@ -205,10 +205,10 @@ impl Plan {
                 together,
                 pairs,
                 order,
-                eye: kernels::blank().run(lanes),
+                camera: kernels::blank().run(lanes),
                 shade: Vec::new(),
                 find_penumbrae: None,
-                answers: Answers::of(accel, lanes),
+                handler: RequestHandler::of(accel, lanes),
                 estimator,
                 mix: Mix::default(),
                 product: false,
@@ -216,7 +216,7 @@ impl Plan {
                 held: Effects::default(),
             });
         }
-        let (in_camera, eye) = kernels::camera(needs);
+        let (in_camera, camera) = kernels::camera(needs);
         let models: Vec<Effect> = kernels::MODELS.into_iter().filter(|&model| needs.has(model)).collect();
         let held = in_camera.union(Effects::of(&models));
         let why = format!(
@@ -231,7 +231,7 @@ impl Plan {
             together,
             pairs,
             order,
-            eye: eye.run(accel, lanes),
+            camera: camera.run(accel, lanes),
             shade: models
                 .iter()
                 .flat_map(|&model| kernels::shade(estimator, needs, lists.is_some(), model))
@@ -242,7 +242,7 @@ impl Plan {
                 .filter(|_| lists.is_none())
                 .filter(|_| features.shapes <= IN_LINE)
                 .map(|row| row.run(lanes)),
-            answers: Answers::of(accel, lanes),
+            handler: RequestHandler::of(accel, lanes),
             estimator,
             mix: kernels::mix(estimator),
             product: estimator == EstimatorKind::Product,

@@ -8,7 +8,7 @@ use crate::estimator::ShadingPoint;
 use crate::estimator::per_light::Contribution;
 use crate::lane::Lane;
 use crate::math::Vec3;
-use crate::shape::Ball;
+use crate::shape::BoundingSphere;
 
 /// Waiting rays, in `K` columns.
 #[derive(Debug)]
@@ -71,13 +71,13 @@ impl<const K: usize> Queue<K> {
     }
 
     /// A bounding sphere of the origins of some rays, at most 16.
-    pub fn origins(&self, some: Range<usize>) -> Ball {
+    pub fn origins(&self, some: Range<usize>) -> BoundingSphere {
         let mut points = [[0.0; 3]; 16];
         let number = some.len();
         for (point, at) in points.iter_mut().zip(some) {
             *point = self.0.get3::<f32>(0, at).lane(0);
         }
-        Ball::around(&points[..number])
+        BoundingSphere::around(&points[..number])
     }
 
     #[inline(always)]

@@ -122,13 +122,13 @@ pub(super) fn replay(
         order: plan.order,
         mix: plan.mix,
         product: plan.product,
-        answers: plan.answers,
+        handler: plan.handler,
         partly,
         sum: &mut sum,
         counters: &mut counters,
         log: Some(Vec::new()),
     };
-    (plan.eye)(&mut chunk, &mut scratch);
+    (plan.camera)(&mut chunk, &mut scratch);
     let [seen @ .., _] = chunk.sum.0[0];
     let mut asked = Vec::new();
     let mut point = None;

@@ -7,7 +7,7 @@ use crate::settings::{AccelKind, EstimatorKind, Lanes, LightsAsked, SamplerKind}
 /// All settings that determine a picture.
 ///
 /// [`Settings::of`] reads them from a scene; the default applies where a scene is silent, but for the estimator, which then is
-/// chosen by what the scene contains ([`Chosen`]).
+/// [`Chosen::AUTO`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Settings {
     /// The size of the film in pixels.

@@ -10,7 +10,7 @@ use crate::lane::{Lane, Mask};
 use crate::linear::Candidates;
 use crate::linear::cull::{Bounds, Points};
 use crate::math::Vec3;
-use crate::shape::{Ball, Hit, NO_SKIP_ID, Ray};
+use crate::shape::{BoundingSphere, Hit, NO_SKIP_ID, Ray};
 
 /// Traces the rays of a chunk.
 pub trait Tracer {
@@ -36,7 +36,7 @@ pub trait Tracer {
         world: &World,
         stream: &HitStream,
         points: &mut Points,
-        (ball, skip_id): (&Ball, u32),
+        (ball, skip_id): (&BoundingSphere, u32),
         wide: Option<&Candidates>,
         set: &mut Candidates,
     ) -> bool {
@@ -61,7 +61,7 @@ pub trait Tracer {
         bounds: &Bounds,
         set: &mut Candidates,
     ) {
-        let ball = Ball::around(&[bounds.low, bounds.high]);
+        let ball = BoundingSphere::around(&[bounds.low, bounds.high]);
         world
             .line
             .in_shaft_to::<L::Plain>(points, bounds, &ball, NO_SKIP_ID, set);
@@ -231,7 +231,13 @@ fn bound_points<L: Lane>(world: &World, stream: &HitStream, points: &mut Points)
 
 /// Removes the triangles that have all points of a stream and a sphere on one side.
 #[inline(always)]
-fn separate<L: Lane>(world: &World, stream: &HitStream, points: &mut Points, ball: &Ball, set: &mut Candidates) {
+fn separate<L: Lane>(
+    world: &World,
+    stream: &HitStream,
+    points: &mut Points,
+    ball: &BoundingSphere,
+    set: &mut Candidates,
+) {
     for &triangle in set.triangles() {
         if !points.measured(triangle) {
             let (normal, offset) = world.line.plane(triangle);

@@ -20,7 +20,7 @@ use crate::light::{DeltaLight, Environment, MeshLight, SphereLight, Sun, Triangl
 use crate::linear::LinearScene;
 use crate::scene::{self, Bsdf, Effect, Effects, FilmSize, Mesh, Scene, Surface, Texture};
 use crate::settings::AccelKind;
-use crate::shape::{Ball, Hit, Sphere};
+use crate::shape::{BoundingSphere, Hit, Sphere};
 
 /// All data shared by the rays.
 #[derive(Debug)]
@@ -87,7 +87,7 @@ pub struct SurfaceRecord {
     /// Radiance if the surface emits.
     pub le: Option<[f32; 3]>,
     /// The sphere onto which hit points are projected; of radius 0 at the camera if there is none.
-    pub ball: Ball,
+    pub ball: BoundingSphere,
     /// Upper bound on the extent of its shapes along each axis: the largest box around a triangle, or the radius.
     pub extent: [f32; 3],
 }
@@ -114,7 +114,7 @@ pub enum Facets {
 }
 
 /// Placeholder for surfaces whose hit points are not projected.
-const NOWHERE: Ball = Ball {
+const NOWHERE: BoundingSphere = BoundingSphere {
     center: [0.0; 3],
     radius: 0.0,
 };
@@ -347,7 +347,7 @@ impl World {
 }
 
 impl SurfaceRecord {
-    fn new(scene: &Scene, surface: &Surface, shape: Effects, ball: Ball, extent: [f32; 3]) -> Self {
+    fn new(scene: &Scene, surface: &Surface, shape: Effects, ball: BoundingSphere, extent: [f32; 3]) -> Self {
         let mut record = Self {
             rho: [0.0; 3],
             specular: None,

@@ -75,7 +75,7 @@ pub struct FilmSize {
 pub struct RenderTable {
     /// Passes, at least 1.
     pub spp: Option<u32>,
-    /// Which estimator; `None`, in a file also `"auto"`, is chosen by what the scene contains.
+    /// Which estimator; `None`, in a file also `"auto"`: `product`.
     pub estimator: Option<EstimatorKind>,
     /// Which random numbers.
     pub sampler: Option<SamplerKind>,

@@ -16,14 +16,14 @@ const MARGIN: f64 = 1e-5;
 /// A sphere or a mesh.
 #[derive(Clone, Copy)]
 enum Body<'s> {
-    Ball(&'s Sphere),
+    Sphere(&'s Sphere),
     Mesh(&'s Mesh),
 }
 
 impl Body<'_> {
     fn bounds(&self) -> [DVec3; 2] {
         match self {
-            Body::Ball(ball) => [ball.center - ball.radius, ball.center + ball.radius],
+            Body::Sphere(ball) => [ball.center - ball.radius, ball.center + ball.radius],
             Body::Mesh(mesh) => {
                 let corners = mesh
                     .triangles
@@ -54,7 +54,7 @@ impl Body<'_> {
 
 impl Scene {
     fn bodies(&self) -> Vec<(&Surface, Body<'_>)> {
-        let balls = self.spheres().iter().map(|s| (&s.surface, Body::Ball(s)));
+        let balls = self.spheres().iter().map(|s| (&s.surface, Body::Sphere(s)));
         balls
             .chain(self.meshes().iter().map(|m| (&m.surface, Body::Mesh(m))))
             .collect()
@@ -129,7 +129,7 @@ impl Scene {
             (0..bodies.len())
                 .filter(|&i| matches!(bodies[i].0, Surface::Material(_)))
                 .all(|i| {
-                    let convex = matches!(bodies[i].1, Body::Ball(_)) || bodies[i].1.plane().is_some();
+                    let convex = matches!(bodies[i].1, Body::Sphere(_)) || bodies[i].1.plane().is_some();
                     let hull = [bounds[i][0].min(bounds[number][0]), bounds[i][1].max(bounds[number][1])];
                     convex
                         && (0..bodies.len())

@@ -1,6 +1,6 @@
 //! Spheres for ray tracing.
 
-use super::Ball;
+use super::BoundingSphere;
 use crate::lane::{Lane, Mask};
 use crate::math::Vec3;
 
@@ -12,13 +12,13 @@ const NEAR: f64 = 1.0 / 16.0;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {
     /// Center and radius.
-    pub ball: Ball,
+    pub ball: BoundingSphere,
     /// The power of the origin, `|center|² - radius²`, rounded once from `f64`, if the surface is close to the origin.
     pub origin_power: Option<f32>,
 }
 
-impl From<Ball> for Sphere {
-    fn from(ball: Ball) -> Self {
+impl From<BoundingSphere> for Sphere {
+    fn from(ball: BoundingSphere) -> Self {
         Self {
             ball,
             origin_power: None,
@@ -32,7 +32,7 @@ impl Sphere {
         let distance = center.iter().map(|x| x * x).sum::<f64>().sqrt();
         let near = (distance - radius).abs() <= NEAR * radius;
         Self {
-            ball: Ball {
+            ball: BoundingSphere {
                 center: center.map(|x| x as f32),
                 radius: radius as f32,
             },

@@ -69,10 +69,7 @@ fn the_statistics_have_every_key() {
     assert_eq!((&printed["spp"], &printed["seed"]), (&4.into(), &7.into()));
     assert_eq!(printed["scene"], "in/small.toml");
     assert_eq!(printed["estimator"], "product");
-    assert_eq!(
-        printed["estimator_why"],
-        "a sphere emits, and a surface is diffuse or Phong"
-    );
+    assert_eq!(printed["estimator_why"], "least error for its time");
     for cause in ["nan", "inf", "negative"] {
         assert_eq!(printed["invalid_samples"][cause], 0);
     }

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use octolux::bsdf::Bsdf;
+use octolux::bsdf::DiffuseOrPhong;
 use octolux::estimator::density::{DiskOrCone, Projected};
 use octolux::estimator::{ShadingPoint, per_light};
 use octolux::lane::{Bits, F32x8, Lane, Mask, Word};
@@ -17,7 +17,7 @@ use super::stats::chi_square;
 
 /// A diffuse point at the origin, and a light of this sine whose axis is `height` sines over the horizon: -1 and below is set, 1 and
 /// above is wholly risen.
-fn place<L: Lane>(sine: f64, height: f64) -> (ShadingPoint<L, Bsdf<L>>, SphereLight) {
+fn place<L: Lane>(sine: f64, height: f64) -> (ShadingPoint<L, DiffuseOrPhong<L>>, SphereLight) {
     let point = point::<L>(1.0, 0.5);
     let n = wide(point.bsdf.n.lane(0)).normalize();
     let aside = n.cross(DVec3::new(0.2, 0.9, 0.1)).normalize();
@@ -46,7 +46,7 @@ struct Region {
 }
 
 impl Region {
-    fn of(point: &ShadingPoint<f32, Bsdf<f32>>, light: &SphereLight) -> Self {
+    fn of(point: &ShadingPoint<f32, DiffuseOrPhong<f32>>, light: &SphereLight) -> Self {
         let (n, center) = (wide(point.bsdf.n.lane(0)).normalize(), wide(light.center));
         let axis = center.normalize();
         let sine = f64::from(light.radius) / center.length();

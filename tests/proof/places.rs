@@ -1,7 +1,7 @@
 //! Shading points and lights that the tests of strategies share.
 
 use glam::DVec3;
-use octolux::bsdf::Bsdf;
+use octolux::bsdf::DiffuseOrPhong;
 use octolux::estimator::ShadingPoint;
 use octolux::lane::Lane;
 use octolux::light::SphereLight;
@@ -18,20 +18,20 @@ pub fn narrow<L: Lane>(v: DVec3) -> Vec3<L> {
 }
 
 /// A shading point at the origin under a normal off every axis, seen under an angle of `tilt`. Diffuse where alpha is 1.
-pub fn point<L: Lane>(alpha: f64, tilt: f64) -> ShadingPoint<L, Bsdf<L>> {
+pub fn point<L: Lane>(alpha: f64, tilt: f64) -> ShadingPoint<L, DiffuseOrPhong<L>> {
     let n = DVec3::new(0.3, -0.5, 0.8).normalize();
     let wo = n * tilt.cos() + n.cross(DVec3::Y).normalize() * tilt.sin();
     let (n, wo) = (narrow(n), narrow(wo));
     ShadingPoint {
         p: Vec3::zero(),
         ng: n,
-        bsdf: Bsdf::new(n, wo, Vec3::splat(RHO), L::splat(alpha as f32)),
+        bsdf: DiffuseOrPhong::new(n, wo, Vec3::splat(RHO), L::splat(alpha as f32)),
     }
 }
 
 /// A light of `sin(theta_max) = sine` (above 1: from inside), whose direction is `off` from the lobe's axis in units of
 /// its own half-angle, and towards the horizon by `dip`.
-pub fn light<L: Lane>(point: &ShadingPoint<L, Bsdf<L>>, sine: f64, off: f64, dip: f64) -> SphereLight {
+pub fn light<L: Lane>(point: &ShadingPoint<L, DiffuseOrPhong<L>>, sine: f64, off: f64, dip: f64) -> SphereLight {
     let axis = wide(point.bsdf.axis().lane(0)).normalize();
     let aside = axis.any_orthonormal_vector();
     let angle = off * sine.min(1.0).asin() + dip;

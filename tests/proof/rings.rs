@@ -3,7 +3,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use octolux::bsdf::Bsdf;
+use octolux::bsdf::DiffuseOrPhong;
 use octolux::estimator::density::LobeInCap;
 use octolux::estimator::{ShadingPoint, per_light, product};
 use octolux::lane::{Bits, F32x8, Lane, Mask, Word};
@@ -17,7 +17,7 @@ use super::runs::{Runs, settings};
 use super::stats::{chi_square, integrate};
 
 /// A lobe of this exponent at the origin, and a light of this sine whose axis is so many radians from the lobe's.
-fn place<L: Lane>(alpha: f64, sine: f64, apart: f64) -> (ShadingPoint<L, Bsdf<L>>, SphereLight) {
+fn place<L: Lane>(alpha: f64, sine: f64, apart: f64) -> (ShadingPoint<L, DiffuseOrPhong<L>>, SphereLight) {
     let point = point::<L>(alpha, 0.5);
     let axis = wide(point.bsdf.wr.lane(0)).normalize();
     let aside = axis.any_orthonormal_vector();
@@ -53,7 +53,7 @@ fn angle_of(one_minus_cos: f64) -> f64 {
 }
 
 impl Region {
-    fn of(point: &ShadingPoint<f32, Bsdf<f32>>, cone: &Cone<f32>) -> Self {
+    fn of(point: &ShadingPoint<f32, DiffuseOrPhong<f32>>, cone: &Cone<f32>) -> Self {
         let chord = (wide(point.bsdf.wr.lane(0)) - wide(cone.axis.lane(0))).length();
         let (apart, half) = (
             2.0 * (chord / 2.0).min(1.0).asin(),
@@ -122,7 +122,7 @@ impl Region {
     }
 
     /// The numbers in [0, 1] that the direction `wi` is drawn from.
-    fn numbers(&self, point: &ShadingPoint<f32, Bsdf<f32>>, cone: &Cone<f32>, wi: [f32; 3]) -> [f64; 2] {
+    fn numbers(&self, point: &ShadingPoint<f32, DiffuseOrPhong<f32>>, cone: &Cone<f32>, wi: [f32; 3]) -> [f64; 2] {
         let (axis, toward, wi) = (
             wide(point.bsdf.wr.lane(0)).normalize(),
             wide(cone.axis.lane(0)).normalize(),

@@ -7,7 +7,7 @@
 use std::f64::consts::TAU;
 
 use glam::DVec3;
-use octolux::bsdf::{Brdf, Bsdf};
+use octolux::bsdf::{Brdf, DiffuseOrPhong};
 use octolux::estimator::per_light::{self, Directions};
 use octolux::lane::{Bits, Lane, Mask};
 use octolux::math::Frame;
@@ -76,7 +76,7 @@ fn expectations(
     (0..ROWS * COLUMNS).map(|i| draws * share(i)).collect()
 }
 
-/// Adds a test for each lobe: `draws` directions of `Bsdf::sample` against `Bsdf::eval`.
+/// Adds a test for each lobe: `draws` directions of `DiffuseOrPhong::sample` against `DiffuseOrPhong::eval`.
 pub fn lobes<L: Lane>(family: &mut Family, alphas: &[f64], draws: u32) {
     for (i, alpha) in alphas.iter().copied().enumerate() {
         for (j, tilt) in [0.0, 0.6, 1.4].into_iter().enumerate() {
@@ -108,7 +108,7 @@ pub fn lobes<L: Lane>(family: &mut Family, alphas: &[f64], draws: u32) {
 }
 
 /// Adds a test for each light: `draws` samples of an estimator against its density, and those that bring nothing.
-pub fn mixtures<L: Lane, D: Directions<L, Bsdf<L>>>(
+pub fn mixtures<L: Lane, D: Directions<L, DiffuseOrPhong<L>>>(
     density: D,
     family: &mut Family,
     lights: &[Place],

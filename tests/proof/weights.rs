@@ -4,7 +4,7 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
-use octolux::bsdf::{Brdf, Bsdf};
+use octolux::bsdf::{Brdf, DiffuseOrPhong};
 use octolux::estimator::density::{Average, ConeOnly, Mix};
 use octolux::estimator::{ShadingPoint, per_light, per_point};
 use octolux::lane::Word;
@@ -19,7 +19,7 @@ use super::places::{LIGHTS, RHO, light, point, wide};
 
 /// The lobe in `f64`, and the relative error that its `f32` form states: 5e-7 times `|alpha ln cos|` for the power, the
 /// same again for the chord, and the length of stored vectors where the cosine is taken instead of the chord.
-fn lobe_and_error(point: &ShadingPoint<f32, Bsdf<f32>>, wi: DVec3) -> (f64, f64) {
+fn lobe_and_error(point: &ShadingPoint<f32, DiffuseOrPhong<f32>>, wi: DVec3) -> (f64, f64) {
     let (axis, alpha) = (wide(point.bsdf.axis().lane(0)).normalize(), f64::from(point.bsdf.alpha));
     let t = (wi.normalize() - axis).length_squared() / 2.0;
     if t >= 1.0 {
@@ -54,7 +54,7 @@ pub fn weight_over_f(mix: Mix, p: f64, q: f64, by_brdf: bool) -> f64 {
 
 /// 4096 samples of each light: `le rho shape / pdf`, written out again in `f64`.
 pub fn samples_of_lights() {
-    fn check<D: per_light::Directions<f32, Bsdf<f32>>>(density: D) {
+    fn check<D: per_light::Directions<f32, DiffuseOrPhong<f32>>>(density: D) {
         for (i, (sine, alpha, off, dip)) in LIGHTS.into_iter().enumerate() {
             let point = point::<f32>(alpha, 0.5);
             let light = light(&point, sine, off, dip);

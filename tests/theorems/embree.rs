@@ -6,7 +6,7 @@
 //! triangles are met at one distance and the first to be tested wins. Lanes that are off must come back without a hit.
 
 use crate::proof::lanes::{InLanes, in_all_widths};
-use octolux::embree::{Accel, Ball, Coherence, Device, Hit, NO_SKIP_ID, Ray, SceneBuilder, TraceLane};
+use octolux::embree::{Accel, BoundingSphere, Coherence, Device, Hit, NO_SKIP_ID, Ray, SceneBuilder, TraceLane};
 use octolux::lane::{Bits, Lane, Mask};
 use octolux::math::Vec3;
 use rand::{Rng, RngExt, SeedableRng};
@@ -146,7 +146,7 @@ struct Field {
     accel: Accel,
     vertices: Vec<[f32; 3]>,
     triangles: Vec<[u32; 3]>,
-    balls: Vec<Ball>,
+    balls: Vec<BoundingSphere>,
 }
 
 fn field() -> Field {
@@ -163,11 +163,11 @@ fn field() -> Field {
             triangles.extend([[i, i + 1, i + SIDE], [i + SIDE, i + 1, i + SIDE + 1]]);
         }
     }
-    let mut balls = vec![Ball {
+    let mut balls = vec![BoundingSphere {
         center: [0.0; 3],
         radius: 1.0,
     }];
-    balls.extend((0..60).map(|i| Ball {
+    balls.extend((0..60).map(|i| BoundingSphere {
         center: std::array::from_fn(|_| rng.random::<f32>() * 3.0 - 1.5),
         radius: 0.001 * 10.0_f32.powf(i as f32 / 30.0),
     }));

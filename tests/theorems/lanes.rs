@@ -3,7 +3,7 @@
 //! here is statistical.
 
 use crate::proof::lanes::{HARD, InLanes, any_number, flat, in_all_widths, indicator, same, uniform, vector, verdict};
-use octolux::bsdf::{Brdf, Bsdf};
+use octolux::bsdf::{Brdf, DiffuseOrPhong};
 use octolux::embree::TraceLane;
 use octolux::lane::Lane;
 use octolux::light::SphereLight;
@@ -128,7 +128,7 @@ fn models_give_the_bits_of_one_lane() {
                 vector(&x[3..]).normalize(),
                 vector(&x[6..]).normalize(),
             );
-            let bsdf = Bsdf::new(n, wo, vector(&x[9..]), x[12]);
+            let bsdf = DiffuseOrPhong::new(n, wo, vector(&x[9..]), x[12]);
             let cosine = n.dot(wi);
             let lobe = bsdf.eval(wi, cosine);
             // Behind the horizon `eval` holds nothing of use; a diffuse packet takes a shortcut there.

@@ -2,7 +2,7 @@
 //! the others hold and whichever of them are active. Nothing here is statistical.
 
 use crate::proof::lanes::{HARD, InLanes, flat, in_all_widths, uniform, vector, verdict};
-use octolux::bsdf::Bsdf;
+use octolux::bsdf::DiffuseOrPhong;
 use octolux::embree::TraceLane;
 use octolux::estimator::density::{Average, ConeOnly, DiskOrCone, LobeInCap, Mix, Projected};
 use octolux::estimator::{ShadingPoint, per_light, per_point, per_triangle};
@@ -55,7 +55,7 @@ impl Case {
         let point = ShadingPoint {
             p: vector(&x),
             ng: n,
-            bsdf: Bsdf::new(n, wo, vector(&x[9..]), x[12]),
+            bsdf: DiffuseOrPhong::new(n, wo, vector(&x[9..]), x[12]),
         };
         let [a, b] = self.bits.map(|bits| L::Bits::from_fn(|i| bits[first + i]));
         let by_brdf_lanes = lanes_of::<L>(self.by_brdf_lanes, first);
@@ -76,7 +76,7 @@ fn lanes_of<L: Lane>(bits: u32, first: usize) -> L::Mask {
 
 /// A point, its random numbers, and the lanes that are active.
 type Inputs<L> = (
-    ShadingPoint<L, Bsdf<L>>,
+    ShadingPoint<L, DiffuseOrPhong<L>>,
     TechniqueSample<<L as Lane>::Bits>,
     <L as Lane>::Mask,
 );
@@ -94,7 +94,7 @@ fn said<L: Lane>(active: L::Mask, vectors: &[Vec3<L>], numbers: &[L]) -> Said {
         .collect()
 }
 
-fn by_light<L: Lane, D: per_light::Directions<L, Bsdf<L>>>(
+fn by_light<L: Lane, D: per_light::Directions<L, DiffuseOrPhong<L>>>(
     density: D,
     case: &Case,
     light: &SphereLight,

@@ -5,7 +5,7 @@ use octolux::lane::{Bits, F32x8, Lane, Mask, U32x8};
 use octolux::linear::cull::{Bounds, Points};
 use octolux::linear::{Candidates, LinearScene};
 use octolux::math::Vec3;
-use octolux::shape::{Ball, NO_SKIP_ID, Ray};
+use octolux::shape::{BoundingSphere, NO_SKIP_ID, Ray};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
@@ -14,7 +14,7 @@ struct World {
     line: LinearScene,
     vertices: Vec<[f32; 3]>,
     triangles: Vec<[u32; 3]>,
-    balls: Vec<Ball>,
+    balls: Vec<BoundingSphere>,
 }
 
 fn point(rng: &mut Pcg64, reach: f32) -> [f32; 3] {
@@ -24,8 +24,8 @@ fn point(rng: &mut Pcg64, reach: f32) -> [f32; 3] {
 fn world(rng: &mut Pcg64) -> World {
     let vertices: Vec<[f32; 3]> = (0..36).map(|_| point(rng, 4.0)).collect();
     let triangles: Vec<[u32; 3]> = (0..12).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-    let balls: Vec<Ball> = (0..5)
-        .map(|_| Ball {
+    let balls: Vec<BoundingSphere> = (0..5)
+        .map(|_| BoundingSphere {
             center: point(rng, 4.0),
             radius: rng.random_range(0.05..0.9),
         })
@@ -218,8 +218,8 @@ fn a_hierarchy_of_spheres_changes_no_answer() {
     for round in 0..200 {
         let number = [1, 7, 8, 9, 65, 600, 2000][round % 7];
         let spread = [4.0, 0.5, 0.0, 4.0, 4.0][round % 5];
-        let balls: Vec<Ball> = (0..number)
-            .map(|_| Ball {
+        let balls: Vec<BoundingSphere> = (0..number)
+            .map(|_| BoundingSphere {
                 center: point(&mut rng, 4.0).map(|x| if spread > 0.0 { x * spread / 4.0 } else { 3.0 }),
                 radius: 10.0_f32.powf(rng.random_range(-2.5..-1.0)),
             })
@@ -253,7 +253,7 @@ fn a_hierarchy_of_spheres_changes_no_answer() {
             high: light.center.map(|x| x + light.radius + 0.2),
         };
         let (mut wide, mut narrowed) = (Candidates::default(), Candidates::default());
-        let ball = Ball::around(&[around.low, around.high]);
+        let ball = BoundingSphere::around(&[around.low, around.high]);
         sorted.in_shaft_to::<F32x8>(&survey, &around, &ball, NO_SKIP_ID, &mut wide);
         sorted.in_shaft_of::<F32x8>(&survey, &light, skip_id, &wide, &mut narrowed);
         assert!(narrowed.len() <= wide.len());
@@ -266,7 +266,7 @@ fn a_hierarchy_of_spheres_changes_no_answer() {
                 .map(|_| std::array::from_fn(|k| part[k] + 0.2 * size * rng.random_range(0.0..1.0)))
                 .collect();
             let mut near = from_tree.without_balls();
-            from_tree.narrow(&Ball::around(&origins), &mut near);
+            from_tree.narrow(&BoundingSphere::around(&origins), &mut near);
             selected += near.len();
             crowds += from_tree.len();
             let mut each = origins.iter();

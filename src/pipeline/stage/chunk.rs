@@ -1,6 +1,6 @@
 //! A chunk of work, and the addresses of its random numbers.
 
-use super::ask::Answers;
+use super::request::RequestHandler;
 use crate::bsdf::Brdf;
 use crate::estimator::density::Mix;
 use crate::estimator::kind::LightKind;
@@ -48,7 +48,7 @@ pub struct Chunk<'a> {
     /// Whether [`LightKind::product`] decides where it may.
     pub product: bool,
     /// The request handler of the intersector.
-    pub answers: Answers,
+    pub handler: RequestHandler,
     /// For each pixel of the tile, the lights to which `product` traces two rays: a bit mask, lowest bit first; empty if there are
     /// none.
     pub partly: &'a [u32],

@@ -4,7 +4,7 @@
 use std::marker::PhantomData;
 use std::slice;
 
-use super::{Ask, Chunk, Scratch, Stage, shadow};
+use super::{Chunk, Request, Scratch, Stage, shadow};
 use crate::embree::TraceLane;
 use crate::estimator::density::Mix;
 use crate::estimator::kind::LightKind;
@@ -123,12 +123,12 @@ fn each<L: TraceLane, M: Model, K: LightKind>(chunk: &mut Chunk, scratch: &mut S
             let mut open = false;
             let reach = light.bounds();
             if !surveyed && reach != Reach::Everywhere {
-                chunk.ask(Ask::Survey { stream, points });
+                chunk.request(Request::Survey { stream, points });
                 surveyed = true;
             }
-            match reach.ball(&points.around(), Space::BEYOND) {
-                None => chunk.ask(Ask::All { set }),
-                Some(ball) => chunk.ask(Ask::Shaft {
+            match reach.bounding_sphere(&points.around(), Space::BEYOND) {
+                None => chunk.request(Request::All { set }),
+                Some(ball) => chunk.request(Request::Shaft {
                     stream,
                     points,
                     ball,
@@ -141,7 +141,7 @@ fn each<L: TraceLane, M: Model, K: LightKind>(chunk: &mut Chunk, scratch: &mut S
             if open {
                 shadow::unoccluded::<L>(chunk, queue);
             } else {
-                chunk.ask(Ask::Visible {
+                chunk.request(Request::Visible {
                     queue,
                     set,
                     light: light.id(),

@@ -11,7 +11,7 @@ use std::ops::Range;
 
 use super::directions::Directions;
 use super::shade::{Light, Sink, may_meet, prepare, sample_light};
-use super::{Ask, Chunk, Scratch, Stage, pairs, shadow};
+use super::{Chunk, Request, Scratch, Stage, pairs, shadow};
 use crate::bsdf::{Brdf, Tint};
 use crate::embree::TraceLane;
 use crate::estimator::density::{Listed, Mix, Warp};
@@ -25,7 +25,7 @@ use crate::math::Vec3;
 use crate::pipeline::lists::Probed;
 use crate::pipeline::queue::{QueuedRays, RayQueue, WideQueue};
 use crate::pipeline::stream::{HitStream, ModelStream};
-use crate::shape::Ball;
+use crate::shape::BoundingSphere;
 
 /// One or two directions for every light of a list.
 pub struct PerListed<D, M>(PhantomData<(D, M)>);
@@ -64,10 +64,10 @@ impl<D: Directions<M>, M: Probed> Stage for PerListed<D, M> {
         prepare::<L, Mix, M>(mix, chunk, stream, all.clone());
         let tossed = mix == Mix::Average && of_spheres.mix() == Mix::Average;
         picks.divide(chunk, stream);
-        chunk.ask(Ask::Survey { stream, points });
+        chunk.request(Request::Survey { stream, points });
         for pass in picks.levels() {
             if lists.table(chunk.tile, M::KIND, pass).is_none() {
-                chunk.ask(Ask::Tabulate {
+                chunk.request(Request::Tabulate {
                     lists,
                     kind: M::KIND,
                     pass,
@@ -81,7 +81,7 @@ impl<D: Directions<M>, M: Probed> Stage for PerListed<D, M> {
             });
             for bundle in picks.bundles() {
                 if world.by_shaft {
-                    chunk.ask(Ask::Bundle {
+                    chunk.request(Request::Bundle {
                         stream,
                         points,
                         bounds: picks.bounds(world, lists, bundle.clone()),
@@ -114,9 +114,9 @@ impl<D: Directions<M>, M: Probed> Stage for PerListed<D, M> {
                     stream.end_at(all.end);
                 }
                 if looks.len() > 0 {
-                    chunk.ask(Ask::All { set });
+                    chunk.request(Request::All { set });
                     let spheres = of_spheres.mix().mixed();
-                    chunk.ask(Ask::Met {
+                    chunk.request(Request::Met {
                         queue: looks,
                         set,
                         lists,
@@ -141,9 +141,9 @@ struct Way<'a> {
 impl Way<'_> {
     /// Culls occluders on the way to one of the lights. Returns whether nothing can block the rays.
     #[inline(always)]
-    fn cull(&mut self, chunk: &mut Chunk, stream: &HitStream, ball: Ball, skip_id: u32) -> bool {
+    fn cull(&mut self, chunk: &mut Chunk, stream: &HitStream, ball: BoundingSphere, skip_id: u32) -> bool {
         let mut open = false;
-        chunk.ask(Ask::Shaft {
+        chunk.request(Request::Shaft {
             stream,
             points: self.points,
             ball,
@@ -190,7 +190,7 @@ fn toward_sphere<L: TraceLane, D: Directions<M>, M: Probed>(
 ) {
     let (counted, guess) = counted(light, density.mix(), pick);
     let lamp = Light::new(i, &counted, None);
-    let ball = Ball {
+    let ball = BoundingSphere {
         center: light.center,
         radius: light.radius,
     };
@@ -215,7 +215,7 @@ fn toward_sphere<L: TraceLane, D: Directions<M>, M: Probed>(
     }
     chunk.counters.shadow_rays += sink.answered;
     let (set, light) = (&*way.set, lamp.sphere.sphere);
-    chunk.ask(Ask::Visible { queue, set, light });
+    chunk.request(Request::Visible { queue, set, light });
 }
 
 #[inline(always)]
@@ -261,8 +261,8 @@ fn toward_triangle<L: TraceLane, M: Probed>(
     }
     if queue.len() > 0 {
         let skip_id = light.skip_id;
-        way.cull(chunk, stream, Ball::around(&light.triangle.corners), skip_id);
-        chunk.ask(Ask::Visible {
+        way.cull(chunk, stream, BoundingSphere::around(&light.triangle.corners), skip_id);
+        chunk.request(Request::Visible {
             queue,
             set: way.set,
             light: skip_id,

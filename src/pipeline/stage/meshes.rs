@@ -3,7 +3,7 @@
 
 use std::marker::PhantomData;
 
-use super::{Ask, Chunk, Scratch, Stage};
+use super::{Chunk, Request, Scratch, Stage};
 use crate::bsdf::Brdf;
 use crate::embree::TraceLane;
 use crate::estimator::per_triangle;
@@ -12,7 +12,7 @@ use crate::math::Vec3;
 use crate::pipeline::lights::Kind;
 use crate::pipeline::model::Model;
 use crate::pipeline::queue::QueuedRays;
-use crate::shape::{Ball, NO_SKIP_ID};
+use crate::shape::{BoundingSphere, NO_SKIP_ID};
 
 /// Samples every large mesh.
 pub struct PerMesh<M>(PhantomData<M>);
@@ -32,7 +32,7 @@ impl<M: Model> Stage for PerMesh<M> {
         let world = chunk.world;
         let first = world.first(Kind::Meshes);
         let Some(stream) = M::stream(hits) else { return };
-        chunk.ask(Ask::Survey { stream, points });
+        chunk.request(Request::Survey { stream, points });
         for (i, light) in (first..).zip(&world.mesh_lights) {
             let le = Vec3::splat(light.le);
             for at in (0..stream.len()).step_by(L::N) {
@@ -74,17 +74,17 @@ impl<M: Model> Stage for PerMesh<M> {
             }
             if aimed.len() + looks.len() > 0 {
                 let (center, radius) = (light.center, light.radius);
-                chunk.ask(Ask::Shaft {
+                chunk.request(Request::Shaft {
                     stream,
                     points,
-                    ball: Ball { center, radius },
+                    ball: BoundingSphere { center, radius },
                     skip_id: NO_SKIP_ID,
                     wide: None,
                     open: &mut false,
                     set,
                 });
-                chunk.ask(Ask::VisibleEach { queue: aimed, set });
-                chunk.ask(Ask::Looked {
+                chunk.request(Request::VisibleEach { queue: aimed, set });
+                chunk.request(Request::Looked {
                     queue: looks,
                     set,
                     light,

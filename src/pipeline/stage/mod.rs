@@ -1,7 +1,6 @@
 //! The stages of a chunk, in order: [`camera`] fills the hit streams, [`shade`] fills the shadow queue, [`shadow`] traces it and
 //! adds to the film.
 
-mod ask;
 pub mod camera;
 mod chunk;
 mod directions;
@@ -14,6 +13,7 @@ pub mod meshes;
 mod met;
 mod penumbra;
 mod picks;
+mod request;
 mod rings;
 mod scratch;
 pub mod shade;
@@ -22,8 +22,8 @@ pub mod surface;
 #[cfg(feature = "rival")]
 pub mod walked;
 
-pub use ask::{Answers, Ask};
 pub use chunk::{Chunk, Order, Segment, pairs};
 pub use directions::Directions;
 pub use penumbra::{MARKS, Penumbra};
+pub use request::{Request, RequestHandler};
 pub use scratch::{Scratch, Shaft, Stage};

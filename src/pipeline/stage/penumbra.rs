@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Ask, Chunk, Scratch, Stage};
+use super::{Chunk, Request, Scratch, Stage};
 use crate::embree::TraceLane;
 use crate::estimator::density::ConeOnly;
 use crate::estimator::per_light;
@@ -13,7 +13,7 @@ use crate::pipeline::model::{Diffuse, Model};
 use crate::pipeline::queue::{QueuedRays, RayQueue};
 use crate::pipeline::stream::{HitStream, ModelStream};
 use crate::sampling::Pair;
-use crate::shape::Ball;
+use crate::shape::BoundingSphere;
 
 /// Maximum number of lights that can be marked: the bits of a mark.
 pub const MARKS: usize = 32;
@@ -42,15 +42,15 @@ impl Stage for Penumbra {
         partly.clear();
         partly.resize(chunk.sum.0.len(), 0);
         let Some(stream) = Diffuse::stream(hits) else { return };
-        chunk.ask(Ask::Survey { stream, points });
+        chunk.request(Request::Survey { stream, points });
         let world = chunk.world;
         for (i, light) in world.lights.iter().enumerate().take(MARKS) {
-            let ball = Ball {
+            let ball = BoundingSphere {
                 center: light.center,
                 radius: light.radius,
             };
             let mut open = false;
-            chunk.ask(Ask::Shaft {
+            chunk.request(Request::Shaft {
                 stream,
                 points,
                 ball,
@@ -66,7 +66,7 @@ impl Stage for Penumbra {
             chunk.sum.0.fill([0.0; 4]);
             for turn in 0..RAYS {
                 to_rim::<L>(chunk, stream, light, turn, queue);
-                chunk.ask(Ask::Visible {
+                chunk.request(Request::Visible {
                     queue,
                     set,
                     light: light.sphere,

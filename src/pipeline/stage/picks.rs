@@ -11,7 +11,7 @@ use crate::linear::cull::Bounds;
 use crate::pipeline::lists::{Group, ListAddress, Lists, level};
 use crate::pipeline::stream::HitStream;
 use crate::pipeline::world::World;
-use crate::shape::Ball;
+use crate::shape::BoundingSphere;
 
 /// Number of lights, next to one another in the tree, for which occluders are culled together first.
 const BUNDLE: usize = 16;
@@ -135,12 +135,12 @@ impl Picks {
         let ball = |run: usize| match lists.kind(self.light(run).1.light) {
             (true, number) => {
                 let light = &world.lights[number];
-                Ball {
+                BoundingSphere {
                     center: light.center,
                     radius: light.radius,
                 }
             }
-            (false, number) => Ball::around(&world.triangle_lights[number].triangle.corners),
+            (false, number) => BoundingSphere::around(&world.triangle_lights[number].triangle.corners),
         };
         let first = Bounds::of_ball(&ball(bundle.start));
         bundle.fold(first, |bounds, run| bounds.around(&Bounds::of_ball(&ball(run))))

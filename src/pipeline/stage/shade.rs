@@ -7,7 +7,7 @@ use std::ops::Range;
 use super::directions::Directions;
 use super::penumbra::{Half, mark};
 use super::rings::{self, Drawn, RingBlock};
-use super::{Ask, Chunk, Scratch, Shaft, Stage, pairs, shadow};
+use super::{Chunk, Request, Scratch, Shaft, Stage, pairs, shadow};
 use crate::bsdf::Tint;
 use crate::embree::TraceLane;
 use crate::estimator::density::{Density, Warp};
@@ -18,7 +18,7 @@ use crate::math::Vec3;
 use crate::pipeline::model::{self, Model};
 use crate::pipeline::queue::{QueuedRays, RayQueue};
 use crate::pipeline::stream::{Address, HitStream, ModelStream};
-use crate::shape::Ball;
+use crate::shape::BoundingSphere;
 
 /// One or two directions for every spherical light.
 pub struct PerLight<D, M>(PhantomData<(D, M)>);
@@ -40,15 +40,15 @@ impl<D: Directions<M>, M: Model> Stage for PerLight<D, M> {
         } = scratch;
         let Some(stream) = M::stream_mut(hits) else { return };
         let density = D::of(chunk.mix);
-        chunk.ask(Ask::Survey { stream, points });
+        chunk.request(Request::Survey { stream, points });
         let lights = &chunk.world.lights;
         shafts.resize_with(lights.len(), Shaft::default);
         for (light, Shaft { open, set }) in lights.iter().zip(&mut *shafts) {
-            let ball = Ball {
+            let ball = BoundingSphere {
                 center: light.center,
                 radius: light.radius,
             };
-            chunk.ask(Ask::Shaft {
+            chunk.request(Request::Shaft {
                 stream,
                 points,
                 ball,
@@ -58,8 +58,8 @@ impl<D: Directions<M>, M: Model> Stage for PerLight<D, M> {
                 set,
             });
         }
-        for first in (0..stream.len()).step_by(chunk.answers.block) {
-            let block = first..stream.len().min(first + chunk.answers.block);
+        for first in (0..stream.len()).step_by(chunk.handler.block) {
+            let block = first..stream.len().min(first + chunk.handler.block);
             prepare::<L, D, M>(density, chunk, stream, block.clone());
             let partly = if D::WARP == Warp::DiskOrCone {
                 mark::<L>(chunk, stream, block.clone())
@@ -76,7 +76,7 @@ impl<D: Directions<M>, M: Model> Stage for PerLight<D, M> {
                 };
                 density.toward_light::<L>(chunk, stream, rings, block.clone(), light, &mut sink);
                 if D::WARP == Warp::DiskOrCone && light.half.is_some() {
-                    chunk.ask(Ask::Visible {
+                    chunk.request(Request::Visible {
                         queue: sink.queue,
                         set,
                         light: light.sphere.sphere,
@@ -85,7 +85,7 @@ impl<D: Directions<M>, M: Model> Stage for PerLight<D, M> {
                 }
                 if density.mix().both() {
                     // The queue has room for one ray per point.
-                    chunk.ask(Ask::Visible {
+                    chunk.request(Request::Visible {
                         queue: sink.queue,
                         set,
                         light: light.sphere.sphere,
@@ -95,7 +95,7 @@ impl<D: Directions<M>, M: Model> Stage for PerLight<D, M> {
                     sample_brdf::<L, D, M>(density, chunk, stream, block.clone(), light, &mut sink);
                 }
                 chunk.counters.shadow_rays += sink.answered;
-                chunk.ask(Ask::Visible {
+                chunk.request(Request::Visible {
                     queue,
                     set,
                     light: light.sphere.sphere,
@@ -373,8 +373,8 @@ impl<D: per_point::Density, M: Model> Stage for PerPoint<D, M> {
             };
             queue.push(wanted, &rays);
         }
-        chunk.ask(Ask::All { set });
-        chunk.ask(Ask::Emitted { queue, set });
+        chunk.request(Request::All { set });
+        chunk.request(Request::Emitted { queue, set });
     }
 }
 

@@ -3,7 +3,7 @@
 
 use std::marker::PhantomData;
 
-use super::{Ask, Chunk, Scratch, Stage, pairs};
+use super::{Chunk, Request, Scratch, Stage, pairs};
 use crate::bsdf::{Brdf, Tint};
 use crate::embree::TraceLane;
 use crate::estimator::density::{ConeOnly, Mix};
@@ -29,7 +29,7 @@ impl<M: Probed> Stage for PerWalked<M> {
         };
         let Some(guide) = &lists.guide else { return };
         let times = (lists.length() / 2).max(1);
-        chunk.ask(Ask::All { set });
+        chunk.request(Request::All { set });
         for i in 0..times as usize {
             for at in (0..stream.len()).step_by(L::N) {
                 let (active, point, address) = stream.packet::<L>(at);
@@ -74,7 +74,7 @@ impl<M: Probed> Stage for PerWalked<M> {
                     }
                 }
             }
-            chunk.ask(Ask::VisibleEach { queue: aimed, set });
+            chunk.request(Request::VisibleEach { queue: aimed, set });
         }
     }
 }

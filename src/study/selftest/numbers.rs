@@ -3,7 +3,7 @@
 use super::bench;
 use super::row::{Check, Checks, Effort};
 use super::test_point;
-use crate::bsdf::Bsdf;
+use crate::bsdf::DiffuseOrPhong;
 use crate::estimator::ShadingPoint;
 use crate::estimator::density::{Average, ConeOnly, DiskOrCone, LobeInCap, Mix, Projected};
 use crate::estimator::per_light;
@@ -22,7 +22,7 @@ fn sound(value: Vec3<f32>) -> bool {
 }
 
 /// Counts samples of all estimators at extreme random numbers that are NaN, infinite, negative or without positive density.
-fn unsound_corners(point: &ShadingPoint<f32, Bsdf<f32>>, light: &SphereLight) -> usize {
+fn unsound_corners(point: &ShadingPoint<f32, DiffuseOrPhong<f32>>, light: &SphereLight) -> usize {
     let diffuse = !point.bsdf.phong;
     let mut count = 0;
     for a in CORNERS {
@@ -73,7 +73,7 @@ pub fn corners(_: Effort) -> Checks {
             let point = ShadingPoint {
                 p: Vec3::<f32>::zero(),
                 ng: n,
-                bsdf: Bsdf::new(n, Vec3::splat(wo), Vec3::splat([1.0; 3]), alpha),
+                bsdf: DiffuseOrPhong::new(n, Vec3::splat(wo), Vec3::splat([1.0; 3]), alpha),
             };
             for (center, radius) in [
                 ([0.0, 0.0, 1.0], 1e-15),
@@ -127,7 +127,7 @@ pub fn weights(_: Effort) -> Checks {
             let point = ShadingPoint {
                 p: Vec3::<f32>::zero(),
                 ng: n,
-                bsdf: Bsdf::new(n, n, Vec3::splat([1.0; 3]), 10.0_f64.powi(power).max(1.000_001) as f32),
+                bsdf: DiffuseOrPhong::new(n, n, Vec3::splat([1.0; 3]), 10.0_f64.powi(power).max(1.000_001) as f32),
             };
             unsound += unsound_corners(&point, &test_point::light([0.0, 0.0, 1.0], radius, 0));
         }

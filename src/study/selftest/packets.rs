@@ -9,7 +9,7 @@ use crate::math::Vec3;
 use crate::pipeline::{Settings, widest_lanes};
 use crate::scene::{EstimatorKind, Scene};
 use crate::settings::Lanes;
-use crate::shape::{Ball, NO_SKIP_ID, Ray};
+use crate::shape::{BoundingSphere, NO_SKIP_ID, Ray};
 
 /// Pixels whose bits depend on the packet width.
 fn widths(scene: &Scene, [width, height]: [u32; 2], passes: u32) -> Result<usize, SelftestError> {
@@ -73,7 +73,7 @@ pub fn idle_lanes(_: Effort) -> Checks {
     let device = Device::new(1)?;
     let mut builder = SceneBuilder::new(&device, true)?;
     builder.add_mesh(&[[-9.0, -9.0, 5.0], [9.0, -9.0, 5.0], [0.0, 9.0, 5.0]], &[[0, 1, 2]])?;
-    builder.set_spheres(vec![Ball {
+    builder.set_spheres(vec![BoundingSphere {
         center: [0.5, 0.0, 3.0],
         radius: 0.5,
     }])?;

@@ -1,6 +1,6 @@
 //! The estimators at one point, without film or intersector: their means at any position.
 
-use crate::bsdf::Bsdf;
+use crate::bsdf::DiffuseOrPhong;
 use crate::estimator::ShadingPoint;
 use crate::estimator::density::{Average, ConeOnly, DiskOrCone, LobeInCap, Mix, Projected};
 use crate::estimator::per_light::{self, Directions};
@@ -11,7 +11,7 @@ use crate::math::Vec3;
 use crate::sampling::hash::pcg4d;
 use crate::sampling::{Pair, TechniqueSample};
 use crate::scene::EstimatorKind;
-use crate::shape::Ball;
+use crate::shape::BoundingSphere;
 use crate::study::estimate::Estimate;
 
 /// A point at 0 with the normal z, of albedo 1.
@@ -43,12 +43,12 @@ impl Spot {
         wo: [0.6, 0.0, 0.8],
     };
 
-    fn point(self) -> ShadingPoint<F32x8, Bsdf<F32x8>> {
+    fn point(self) -> ShadingPoint<F32x8, DiffuseOrPhong<F32x8>> {
         let n = Vec3::splat([0.0, 0.0, 1.0]);
         ShadingPoint {
             p: Vec3::zero(),
             ng: n,
-            bsdf: Bsdf::new(n, Vec3::splat(self.wo), Vec3::splat([1.0; 3]), F32x8::splat(self.alpha)),
+            bsdf: DiffuseOrPhong::new(n, Vec3::splat(self.wo), Vec3::splat([1.0; 3]), F32x8::splat(self.alpha)),
         }
     }
 
@@ -112,9 +112,9 @@ fn numbers(packet: u32, pair: u32) -> [U32x8; 4] {
     pcg4d([lane, U32x8::splat(pair), U32x8::splat(7), U32x8::splat(0x9e37_79b9)])
 }
 
-fn per_lights<D: Directions<F32x8, Bsdf<F32x8>>>(
+fn per_lights<D: Directions<F32x8, DiffuseOrPhong<F32x8>>>(
     density: D,
-    point: &ShadingPoint<F32x8, Bsdf<F32x8>>,
+    point: &ShadingPoint<F32x8, DiffuseOrPhong<F32x8>>,
     lights: &[SphereLight],
     packet: u32,
 ) -> F32x8 {
@@ -144,7 +144,7 @@ fn per_lights<D: Directions<F32x8, Bsdf<F32x8>>>(
 }
 
 fn first_met<D: per_point::Density>(
-    point: &ShadingPoint<F32x8, Bsdf<F32x8>>,
+    point: &ShadingPoint<F32x8, DiffuseOrPhong<F32x8>>,
     lights: &[SphereLight],
     packet: u32,
 ) -> F32x8 {
@@ -162,8 +162,8 @@ fn first_met<D: per_point::Density>(
     (found.throughput.y * radiance).or_zero(found.active)
 }
 
-fn ball(light: &SphereLight) -> Ball {
-    Ball {
+fn ball(light: &SphereLight) -> BoundingSphere {
+    BoundingSphere {
         center: light.center,
         radius: light.radius,
     }

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::bench::{self, SIGMAS};
 use super::row::{Check, Checks, Effort};
-use crate::bsdf::{Brdf, Bsdf};
+use crate::bsdf::{Brdf, DiffuseOrPhong};
 use crate::math::Vec3;
 use crate::scene::EstimatorKind;
 use crate::study::distributions::{t_as_normal, z_quantile};
@@ -50,7 +50,10 @@ pub fn reciprocity(effort: Effort) -> Checks {
         for alpha in [1.0_f32, 2.0, 20.0] {
             let f = |wo: Vec3<f32>, wi: Vec3<f32>| {
                 let cosine = n.dot(wi);
-                Bsdf::new(n, wo, Vec3::splat([1.0; 3]), alpha).eval(wi, cosine).shape / cosine
+                DiffuseOrPhong::new(n, wo, Vec3::splat([1.0; 3]), alpha)
+                    .eval(wi, cosine)
+                    .shape
+                    / cosine
             };
             let (forth, back) = (f64::from(f(a, b)), f64::from(f(b, a)));
             // Far from the lobe a relative error is meaningless: it is alpha times that of the cosine.

@@ -5,14 +5,14 @@ use crate::math::Vec3;
 
 /// A sphere.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Ball {
+pub struct BoundingSphere {
     /// Center.
     pub center: [f32; 3],
     /// Radius.
     pub radius: f32,
 }
 
-impl Ball {
+impl BoundingSphere {
     /// A bounding sphere of points, slightly enlarged, around the center of their bounding box.
     pub fn around(points: &[[f32; 3]]) -> Self {
         let middle = |k: usize| {

@@ -19,10 +19,10 @@ use crate::pipeline::queue::{RayQueue, WideQueue};
 use crate::pipeline::stream::HitStream;
 use crate::pipeline::tracer::{BruteForce, ByEmbree, Tracer};
 use crate::settings::{AccelKind, Lanes};
-use crate::shape::Ball;
+use crate::shape::BoundingSphere;
 
 /// A request.
-pub enum Ask<'a> {
+pub enum Request<'a> {
     /// Bounds the points of a stream, which must not be empty.
     Survey {
         stream: &'a HitStream,
@@ -33,7 +33,7 @@ pub enum Ask<'a> {
     Shaft {
         stream: &'a HitStream,
         points: &'a mut Points,
-        ball: Ball,
+        ball: BoundingSphere,
         skip_id: u32,
         /// What [`Self::Bundle`] kept, if it was asked.
         wide: Option<&'a Candidates>,
@@ -85,13 +85,13 @@ pub enum Ask<'a> {
 
 /// Request handler of one intersector and packet width.
 #[derive(Clone, Copy, Debug)]
-pub struct Answers {
-    answer: fn(&mut Chunk, Ask),
+pub struct RequestHandler {
+    handle: fn(&mut Chunk, Request),
     /// Points per block; a block is shaded for all lights before the next one.
     pub block: usize,
 }
 
-impl Answers {
+impl RequestHandler {
     /// For packets of 1, 8 or 16 lanes. Eight lanes use AVX-512 if the processor has it.
     pub fn of(accel: AccelKind, lanes: Lanes) -> Self {
         match accel {
@@ -101,34 +101,36 @@ impl Answers {
     }
 
     fn by<T: Tracer>(lanes: Lanes) -> Self {
-        let answer: fn(&mut Chunk, Ask) = match lanes {
-            Lanes::Sixteen => |chunk, ask| in_sixteen(Answering::<T>(chunk, ask, PhantomData)),
-            Lanes::Eight if has_avx512() => |chunk, ask| in_eight_of_avx512(Answering::<T>(chunk, ask, PhantomData)),
-            Lanes::Eight => |chunk, ask| Answering::<T>(chunk, ask, PhantomData).run::<F32x8>(),
-            Lanes::One => |chunk, ask| Answering::<T>(chunk, ask, PhantomData).run::<f32>(),
+        let handle: fn(&mut Chunk, Request) = match lanes {
+            Lanes::Sixteen => |chunk, request| in_sixteen(Handling::<T>(chunk, request, PhantomData)),
+            Lanes::Eight if has_avx512() => {
+                |chunk, request| in_eight_of_avx512(Handling::<T>(chunk, request, PhantomData))
+            }
+            Lanes::Eight => |chunk, request| Handling::<T>(chunk, request, PhantomData).run::<F32x8>(),
+            Lanes::One => |chunk, request| Handling::<T>(chunk, request, PhantomData).run::<f32>(),
         };
         let block = T::BLOCK;
-        Self { answer, block }
+        Self { handle, block }
     }
 }
 
 impl Chunk<'_> {
     /// Sends a request to the intersector of the plan.
-    pub fn ask(&mut self, ask: Ask) {
-        (self.answers.answer)(self, ask);
+    pub fn request(&mut self, request: Request) {
+        (self.handler.handle)(self, request);
     }
 }
 
 /// A request with its chunk, generic over the lane width.
-struct Answering<'a, 'c, T>(&'a mut Chunk<'c>, Ask<'a>, PhantomData<T>);
+struct Handling<'a, 'c, T>(&'a mut Chunk<'c>, Request<'a>, PhantomData<T>);
 
-impl<T: Tracer> LaneWork for Answering<'_, '_, T> {
+impl<T: Tracer> LaneWork for Handling<'_, '_, T> {
     #[inline(always)]
     fn run<L: TraceLane>(self) {
-        let Self(chunk, ask, _) = self;
-        match ask {
-            Ask::Survey { stream, points } => T::bound_points::<L>(chunk.world, stream, points),
-            Ask::Shaft {
+        let Self(chunk, request, _) = self;
+        match request {
+            Request::Survey { stream, points } => T::bound_points::<L>(chunk.world, stream, points),
+            Request::Shaft {
                 stream,
                 points,
                 ball,
@@ -137,25 +139,25 @@ impl<T: Tracer> LaneWork for Answering<'_, '_, T> {
                 open,
                 set,
             } => *open = T::face_ball::<L>(chunk.world, stream, points, (&ball, skip_id), wide, set),
-            Ask::Bundle {
+            Request::Bundle {
                 stream,
                 points,
                 bounds,
                 set,
             } => T::face_box::<L>(chunk.world, stream, points, &bounds, set),
-            Ask::All { set } => T::keep_all(chunk.world, set),
-            Ask::Visible { queue, set, light } => shadow::splat_unoccluded::<L, T>(chunk, queue, set, light),
-            Ask::VisibleEach { queue, set } => shadow::visible_each::<L, T>(chunk, queue, set),
-            Ask::Looked { queue, set, light } => shadow::resolve_mesh_hits::<L, T>(chunk, queue, set, light),
-            Ask::Met {
+            Request::All { set } => T::keep_all(chunk.world, set),
+            Request::Visible { queue, set, light } => shadow::splat_unoccluded::<L, T>(chunk, queue, set, light),
+            Request::VisibleEach { queue, set } => shadow::visible_each::<L, T>(chunk, queue, set),
+            Request::Looked { queue, set, light } => shadow::resolve_mesh_hits::<L, T>(chunk, queue, set, light),
+            Request::Met {
                 queue,
                 set,
                 lists,
                 table,
                 spheres,
             } => met::met::<L, T>(chunk, queue, set, (lists, table), spheres),
-            Ask::Tabulate { lists, kind, pass } => lists.tabulate::<T>(chunk, kind, pass),
-            Ask::Emitted { queue, set } => shadow::resolve_emitter_hits::<L, T>(chunk, queue, set),
+            Request::Tabulate { lists, kind, pass } => lists.tabulate::<T>(chunk, kind, pass),
+            Request::Emitted { queue, set } => shadow::resolve_emitter_hits::<L, T>(chunk, queue, set),
         }
     }
 }

@@ -143,7 +143,8 @@
 //!
 //! let errors = Errors::between(&picture.pixels, &oracle.picture);
 //! let noise_of_the_oracle = relmse_of_reference(&oracle.picture, &oracle.stderr);
-//! assert!(errors.relative.abs() < 0.05 && errors.relmse < 2.0 * noise_of_the_oracle + 0.1);
+//! // A lamp fills a fraction of a pixel, so the means differ by some percent.
+//! assert!(errors.relative.abs() < 0.1 && errors.relmse < 2.0 * noise_of_the_oracle + 0.1);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!

@@ -299,8 +299,7 @@ impl Film {
         })
     }
 
-    /// Sets how many passes each pixel, row by row, takes part in; ends the measurement of noise.
-    /// Parallel: to be called in the pool of a render.
+    /// Sets how many passes each pixel, row by row, takes part in; ends the measurement of noise. Parallel, as [`Self::noise`].
     pub fn set_goals(&mut self, goals: &[u32]) {
         let width = self.size.width as usize;
         let goal = |[x, y]: [u32; 2]| goals[y as usize * width + x as usize];

@@ -20,7 +20,7 @@ fn per_light() -> impl Iterator<Item = EstimatorKind> {
     EstimatorKind::ALL.into_iter().filter(|estimator| estimator.per_light())
 }
 
-/// Welch's tests of 24 seeds, 11 parts of a film, six estimators and two samplers; a family raises a false alarm once in 50 000.
+/// Welch's tests of 24 seeds, 11 parts of a film, five estimators and two samplers; a family raises a false alarm once in 50 000.
 #[test]
 fn short_lists_have_the_mean_of_all_lights() {
     agree(Family::new("lists-100"), (100, 0), 4, 24, 8);

@@ -54,7 +54,8 @@ pub struct Options {
     /// ray, for benchmarks of rays: the picture is the same but for the last rounding [default: on]
     #[arg(long, value_name = "on|off", value_parser = PossibleValuesParser::new(SWITCH).map(|value| value == SWITCH[0]))]
     pub cull: Option<bool>,
-    /// Which lights a pass samples: all, or a list of so many (1 to 64) for each group of pixels in a tile of 16 x 16, drawn by what they may bring;
+    /// Which lights a pass samples: all, or a list of so many (1 to 64) for each group of pixels in a tile of 16 x 16, drawn by what
+    /// they may bring;
     /// the mean is the same [default: auto, all up to 64 lights, else lists of 16]
     #[arg(long, value_name = "auto|all|N", value_parser = lights)]
     pub lights: Option<LightsAsked>,

@@ -127,14 +127,16 @@ impl EmbreeError {
 
 impl Device {
     /// Opens a device whose builds use `threads` threads (at most 1024; 0 leaves the number to Embree). Only the first device of a
-    /// process builds with a single thread; later ones use at least two. Queries always run on the caller's thread. The environment variable `OCTOLUX_EMBREE` may add settings in Embree's syntax, such as `isa=avx2`.
+    /// process builds with a single thread; later ones use at least two. Queries always run on the caller's thread. The environment
+    /// variable `OCTOLUX_EMBREE` may add settings in Embree's syntax, such as `isa=avx2`.
     ///
     /// # Errors
     /// [`EmbreeError::Missing`] without a library, [`EmbreeError::TooOld`] before version 4.3, [`EmbreeError::NoDevice`] if Embree
     /// fails.
     pub fn new(threads: usize) -> Result<Self, EmbreeError> {
         // Under a limit of one thread, a worker of oneTBB that an earlier device started yields in a loop for as long as the device
-        // lives: 17 ms of processor time in 20 (Embree 4.4.0 from Python's wheel), a quarter of the time of this project's tests.
+        // lives: 17 ms of processor time in 20 (Embree 4.4.0 from Python's wheel). A theorem that renders many scenes took 20 s of
+        // processor time with one thread and 15 s with two (`docs/performance-log.md`).
         let threads = if OPENED.swap(true, Ordering::Relaxed) && threads == 1 {
             2
         } else {

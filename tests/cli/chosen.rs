@@ -81,7 +81,7 @@ fn a_resumed_render_keeps_its_estimator_when_the_scene_was_edited() {
     place.succeeds("render in/small.toml --quiet --spp 32 -o whole.npy");
     place.succeeds(&format!("{render} --keep --spp 8 -o a.npy"));
     let state = bytes(&place, "state");
-    // Names of another estimator, or contents that lead to another one, are refused.
+    // A scene that now names another estimator is refused, and so is another scene.
     let original = fs::read_to_string(place.path().join("in/small.toml")).unwrap();
     let names = original.replace("[render]", "[render]\nestimator = \"mis\"");
     let dims = original.replace("emission = [10.0, 10.0, 10.0]", "emission = [0, 0, 0]")

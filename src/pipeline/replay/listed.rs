@@ -69,7 +69,6 @@ pub(super) fn directions<M: Told>(
         let sampled = match settings.estimator {
             _ if mix.mixed() => per_light::sample(Listed::new(mix, guess), point, &light, technique_sample, true),
             EstimatorKind::Projected => per_light::sample(M::Projected::of(mix), point, &light, technique_sample, true),
-            EstimatorKind::Product => per_light::sample(M::Product::of(mix), point, &light, technique_sample, true),
             _ => per_light::sample(mix, point, &light, technique_sample, true),
         };
         let cone = light.cone(point.p);

@@ -94,7 +94,8 @@ impl Chunk<'_> {
     }
 
     /// Which points of a packet sample their BRDF for light `i`, and the random numbers: by one-sample MIS, or all points in the
-    /// second call of [`Mix::times`]. Techniques that stand alone in `product` take the whole pair. The BRDF-sampled direction of the second call is the same for all lights.
+    /// second call of [`Mix::times`]. Techniques that stand alone in `product` take the whole pair. The BRDF-sampled direction of the
+    /// second call is the same for all lights.
     #[inline(always)]
     pub fn technique_sample<L: Lane>(
         &self,

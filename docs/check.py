@@ -7,6 +7,7 @@
 - SUMMARY.md lists every page below docs/, once, and no other.
 - Every relative link leads to a file, and to a heading of it if it names one. Pages of the book link to pages and files of the
   book alone, because the HTML holds nothing else; README.md, ARCHITECTURE.md and the like may link to all of the repository.
+- What a page includes from another folder has no relative link: it could be right for one of the two places only.
 - A block of shell commands is run by docs/test.py (```console), or a note above it says why it is not.
 """
 
@@ -18,6 +19,7 @@ from html import unescape
 from pages import DOCS, ROOT, blocks, listed
 
 LINK = re.compile(r"\]\(([^)\s]+)\)")
+INCLUDE = re.compile(r"\{\{#include (\S+?):(\w+)\}\}")
 OTHERS = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "python/README.md", "contrib/slurm/README.md", "scenes/README.md"]
 
 
@@ -57,6 +59,21 @@ def links(page, within):
                 yield f"{where}: no such heading"
 
 
+def included(page):
+    """The relative links in what a page includes from another folder."""
+    for file, name in INCLUDE.findall(page.read_text()):
+        source = (page.parent / file).resolve()
+        within = False
+        for number, line in prose(source):
+            if f"ANCHOR: {name} " in line or f"ANCHOR_END: {name} " in line:
+                within = "ANCHOR: " in line
+            links = LINK.findall(re.sub(r"`[^`]*`", "", line)) if within and source.parent != page.parent else []
+            for link in links:
+                if not re.match(r"[a-z]+:|#", link):
+                    yield (f"{source.relative_to(ROOT)}:{number}: {link} leads nowhere from {page.relative_to(ROOT)}, "
+                           f"which includes this line")
+
+
 def html(folder):
     """What is wrong with the links of the HTML."""
     pages = {page: page.read_text() for page in folder.rglob("*.html") if page.name not in ("404.html", "print.html", "toc.html")}
@@ -88,6 +105,7 @@ def main():
     others = [ROOT / name for name in OTHERS if (ROOT / name).exists()]
     for page in sorted(there):
         wrong += links(page, DOCS)
+        wrong += included(page)
     for page in [*others, DOCS / "SUMMARY.md"]:
         wrong += links(page, ROOT)
     for page in [ROOT / "README.md", *sorted(there)]:

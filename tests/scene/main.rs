@@ -5,6 +5,7 @@ mod files;
 mod film_files;
 mod format;
 mod fuzz_corpus;
+mod light_clouds;
 mod meshes;
 mod pictures;
 mod radiance;

@@ -14,7 +14,7 @@ use super::board::{Board, Layer, Look};
 use super::camera::Changes;
 use super::desk::{Desk, Shown};
 use super::message::{Ask, By, Choice};
-use super::pace::{self, Pace};
+use super::pace::{self, Meter, Pace};
 use super::race::Race;
 use super::said;
 use crate::cli::options::Options;
@@ -85,6 +85,7 @@ pub struct Engine {
     halted: bool,
     /// When looks at this picture are taken.
     pace: Pace,
+    meter: Meter,
     /// How long it was rendered, turns of a race and of its reference together.
     age: Duration,
     /// The age when its figures were last sent.
@@ -118,6 +119,7 @@ impl Engine {
             playing: true,
             halted: true,
             pace: Pace::new(false, Duration::ZERO),
+            meter: Meter::default(),
             age: Duration::ZERO,
             told: Duration::ZERO,
             threads: u32::try_from(settings.threads).unwrap_or(u32::MAX).max(1),
@@ -319,6 +321,8 @@ impl Engine {
         self.halted = false;
         self.pace = Pace::new(matches!(self.show, Show::Race(_)), self.board.cost());
         (self.age, self.told) = (Duration::ZERO, Duration::ZERO);
+        // What it took to prepare the scene is no look.
+        self.meter.lap(Duration::ZERO);
         self.tell();
     }
 
@@ -375,7 +379,8 @@ impl Engine {
         self.pace.look(self.age);
         self.told = self.age;
         self.tell();
-        self.board.charge(begun.elapsed() * self.threads);
+        // Between looks this thread does little but wait for those that render.
+        self.board.charge(self.meter.lap(begun.elapsed()) * self.threads);
     }
 
     fn pin(&self, layers: Vec<Arc<Layer>>) {

@@ -5,7 +5,7 @@ use std::io::{self, Read, Write};
 use std::net::{Shutdown, TcpStream};
 use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use tungstenite::protocol::{Role, WebSocketConfig};
 use tungstenite::{Message, WebSocket};
@@ -130,12 +130,14 @@ fn read(socket: &mut WebSocket<End>, page: u64, here: bool, board: &Board, desk:
 
 /// Sends updates until the page disconnects.
 fn write(socket: &mut WebSocket<End>, board: &Board, page: u64) -> Result<(), tungstenite::Error> {
-    let mut meter = Meter::new();
+    let mut meter = Meter::default();
+    meter.lap(Duration::ZERO);
     let mut sent = (0, BTreeMap::<u8, Arc<Layer>>::new());
     loop {
         match board.news(page, PULSE) {
             News::Text(text) => socket.send(Message::text(text))?,
             News::Look(look) => {
+                let begun = Instant::now();
                 if sent.0 != look.epoch {
                     sent = (look.epoch, BTreeMap::new());
                 }
@@ -146,7 +148,7 @@ fn write(socket: &mut WebSocket<End>, board: &Board, page: u64) -> Result<(), tu
                 }
                 // Asks the page to report when it is ready for another look.
                 socket.send(Message::text(format!(r#"{{"kind":"look","epoch":{}}}"#, look.epoch)))?;
-                board.charge(meter.lap());
+                board.charge(meter.lap(begun.elapsed()));
             }
             News::Quiet => socket.send(Message::Ping(Default::default()))?,
             News::Closed => return socket.close(None).and_then(|()| socket.flush()),

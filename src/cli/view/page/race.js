@@ -97,7 +97,7 @@ export class RacePanel {
       // Monte Carlo errors fall as one over the time: the factor in error is one in time.
       const factor = last && best ? last[1] / best[1] : NaN;
       const cells = ["", name(racer), racer.least === racer.most ? racer.least : `${racer.least}–${racer.most}`,
-        last ? amount(last[1]) : "–", !last ? "–" : factor <= 1 ? "leads" : `${factor < 10 ? factor.toFixed(1) : +factor.toPrecision(2)} ×`];
+        last ? amount(last[1]) : "–", !last ? "–" : factor <= 1 ? "leads" : `${factor < 10 ? factor.toFixed(1) : factor < 1e4 ? +factor.toPrecision(2) : amount(factor)} ×`];
       row.append(...cells.map(text => Object.assign(document.createElement("td"), { textContent: text })));
       return row;
     }));

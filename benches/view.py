@@ -6,7 +6,8 @@ half of the rounds in brackets:
 
 - the first picture and a turned camera, in milliseconds, as a client gets them that draws nothing, and as a page of chromium shows
   them. A headless chromium draws on the processor, with the threads that render: a screen with a graphics card is faster;
-- samples a second while such a client looks, over those of `octolux render`, by pairs.
+- samples a second while such a client looks, over those of `octolux render`, by pairs: from the first figures that the client gets to
+  the last, by its clock, so that what a look takes counts wherever it is taken.
 """
 
 import argparse
@@ -82,12 +83,13 @@ def main():
     parser.add_argument("scene", nargs="?", default=str(ROOT / "scenes/veach-mis.toml"))
     parser.add_argument("--rounds", type=int, default=12)
     parser.add_argument("--spp", type=int, default=512, help="samples of the pairs (512)")
+    parser.add_argument("--only-pairs", action="store_true", help="the samples a second alone, without a browser")
     options = parser.parse_args()
     octolux, scene = str(pathlib.Path(options.octolux).resolve()), str(pathlib.Path(options.scene).resolve())
     folder = tempfile.mkdtemp()
 
     first, turned = [], []
-    for _ in range(options.rounds):
+    for _ in range(0 if options.only_pairs else options.rounds):
         begun = time.perf_counter()
         server, address = view(octolux, folder, scene)
         client = Client(address)
@@ -102,20 +104,33 @@ def main():
         client.until(lambda message: message["kind"] == "picture" and message["epoch"] > epoch)
         turned.append(1e3 * (time.perf_counter() - begun))
         ended(server)
-    told("first picture at a client, from the command", first, "ms")
-    told("turned picture at a client", turned, "ms")
+    if not options.only_pairs:
+        told("first picture at a client, from the command", first, "ms")
+        told("turned picture at a client", turned, "ms")
 
-    ratios = []
+    ratios, rates = [], []
     for _ in range(options.rounds):
         command = [octolux, "render", scene, "--spp", str(options.spp), "-o", "r.npy", "--json"]
         stats = json.loads(subprocess.run(command, cwd=folder, check=True, capture_output=True).stdout)
         server, address = view(octolux, folder, scene, "--spp", str(options.spp))
         client = Client(address)
-        done = client.until(lambda message: message["kind"] == "status" and message["state"] == "done")
-        ratios.append(stats["render_s"] / done["picture"]["seconds"])
+        begun = client.until(lambda message: message["kind"] == "status" and message["picture"]["samples"] > 0)
+        first = time.perf_counter()
+        looks, done = 0, begun
+        while done["state"] != "done":
+            done = client.until(lambda message: message["kind"] in ("status", "picture"))
+            looks += done["kind"] == "picture"
+            done = done if done["kind"] == "status" else begun
+        seconds = time.perf_counter() - first
+        share = (done["picture"]["samples"] - begun["picture"]["samples"]) / done["picture"]["samples"]
+        ratios.append(share * stats["render_s"] / seconds)
+        rates.append(looks / seconds)
         ended(server)
+    told("pictures a second at a client", rates, "")
     told("samples a second while a client looks / render's", ratios, "")
 
+    if options.only_pairs:
+        return
     first, turned = [], []
     browser = Browser(folder)
     browser.screen(*DESK)

@@ -5,15 +5,18 @@
     docs/check.py --html DIR    the links of the HTML that mdbook made
 
 - SUMMARY.md lists every page below docs/, once, and no other.
-- Every relative link leads to a file, and to a heading of it if it names one. Pages of the book link to pages and files of the
-  book alone, because the HTML holds nothing else; README.md, ARCHITECTURE.md and the like may link to all of the repository.
+- Every relative link leads to a file, and to a heading of it if it names one, whose anchor GitHub and mdbook make in the same way.
+  Pages of the book link to pages and files of the book alone, because the HTML holds nothing else; README.md, ARCHITECTURE.md and the
+  like may link to all of the repository.
 - What a page includes from another folder has no relative link: it could be right for one of the two places only.
 - A block of shell commands is run by docs/test.py (```console), or a note above it says why it is not.
 """
 
+import collections
 import pathlib
 import re
 import sys
+import unicodedata
 from html import unescape
 
 from pages import DOCS, ROOT, blocks, listed
@@ -33,13 +36,29 @@ def prose(page):
             yield number, line
 
 
-def anchors(page):
-    """The anchors of a page's headings, as GitHub and mdbook make them."""
+def on_github(text, code):
+    """The part of an anchor that GitHub makes of a part of a heading: letters, marks, decimal digits, `_` and `-` stay."""
+    stays = lambda c: unicodedata.category(c)[0] in "LM" or unicodedata.category(c) in ("Nd", "Pc") or c in "- "
+    return "".join(filter(stays, text.lower())).replace(" ", "-")
+
+
+def in_book(text, code):
+    """The same of mdbook 0.5: all that is alphanumeric stays, such as a superscript, and outside of code two hyphens become a dash."""
+    text = text if code else re.sub(r"--+", "", text)
+    return "".join(c for c in text.lower() if c.isalnum() or c in "_- ").replace(" ", "-")
+
+
+def anchors(page, make):
+    """The anchors of a page's headings. Of headings with the same anchor, the second one's ends in -1."""
     if "{{#include ../../ARCHITECTURE.md" in page.read_text():
         page = ROOT / "ARCHITECTURE.md"
-    headings = (line.lstrip("#").strip() for _, line in prose(page) if re.match(r"#+ ", line))
-    plain = (re.sub(r"[`*]|\]\([^)]*\)|\[", "", heading).lower() for heading in headings)
-    return {re.sub(r"[^\w\- ]", "", heading).replace(" ", "-") for heading in plain}
+    seen = collections.Counter()
+    for heading in (line.lstrip("#").strip() for _, line in prose(page) if re.match(r"#+ ", line)):
+        # Every second part is code; in the others marks and tags are no text.
+        parts = ((part, at % 2 == 1) for at, part in enumerate(heading.split("`")))
+        anchor = "".join(make(part if code else re.sub(r"<[^>]*>|\*|\]\([^)]*\)|\[", "", part), code) for part, code in parts)
+        yield f"{anchor}-{seen[anchor]}" if seen[anchor] else anchor
+        seen[anchor] += 1
 
 
 def links(page, within):
@@ -55,8 +74,14 @@ def links(page, within):
                 yield f"{where} leads out of {within.name}/"
             elif not target.exists():
                 yield f"{where} leads nowhere"
-            elif anchor and anchor not in anchors(target):
-                yield f"{where}: no such heading"
+            elif anchor:
+                github, book = anchor in anchors(target, on_github), anchor in anchors(target, in_book)
+                if not github and not book:
+                    yield f"{where}: no such heading"
+                elif not github:
+                    yield f"{where}: GitHub makes another anchor of this heading than mdbook: write it in plain letters"
+                elif not book and within == DOCS:
+                    yield f"{where}: mdbook makes another anchor of this heading than GitHub: write it in plain letters"
 
 
 def included(page):

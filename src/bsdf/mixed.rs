@@ -114,7 +114,7 @@ impl<L: Lane> Brdf<L> for DiffuseOrPhong<L> {
     }
 
     #[inline(always)]
-    fn may_reflect(&self, ball: &SeenSphere<L>) -> L::Mask {
-        rises(self.n, ball) & (!self.phong | self.as_phong().near(ball))
+    fn may_reflect(&self, sphere: &SeenSphere<L>) -> L::Mask {
+        rises(self.n, sphere) & (!self.phong | self.as_phong().near(sphere))
     }
 }

@@ -54,8 +54,8 @@ pub trait Brdf<L: Lane>: Copy {
 
     /// Lanes where the BRDF may be nonzero for a direction to a sphere; in the others it is exactly 0 for all of them.
     #[inline(always)]
-    fn may_reflect(&self, ball: &SeenSphere<L>) -> L::Mask {
-        rises(self.normal(), ball)
+    fn may_reflect(&self, sphere: &SeenSphere<L>) -> L::Mask {
+        rises(self.normal(), sphere)
     }
 }
 
@@ -83,10 +83,10 @@ pub struct SeenSphere<L: Lane> {
 
 /// Lanes where any part of a sphere is above the horizon. Both sides are multiplied by the distance to avoid a division.
 #[inline(always)]
-fn rises<L: Lane>(n: Vec3<L>, ball: &SeenSphere<L>) -> L::Mask {
-    let radius = mutate!(ball.radius, RimForgotten => L::zero());
-    let highest = n.dot(ball.to_center) + radius;
-    highest.gt(ball.distance * L::splat(-1e-6))
+fn rises<L: Lane>(n: Vec3<L>, sphere: &SeenSphere<L>) -> L::Mask {
+    let radius = mutate!(sphere.radius, RimForgotten => L::zero());
+    let highest = n.dot(sphere.to_center) + radius;
+    highest.gt(sphere.distance * L::splat(-1e-6))
 }
 
 /// The mirror direction of `wo` about the unit vector `n`.

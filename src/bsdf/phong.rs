@@ -64,22 +64,22 @@ impl<L: Lane> Phong<L> {
     /// The chord from the axis to a direction of the sphere's cone is `2 sin(theta / 2) <= sqrt(2) sin(theta)`, for a cone up to a
     /// right angle.
     #[inline(always)]
-    pub(super) fn near(&self, ball: &SeenSphere<L>) -> L::Mask {
-        self.within(self.reach, ball)
+    pub(super) fn near(&self, sphere: &SeenSphere<L>) -> L::Mask {
+        self.within(self.reach, sphere)
     }
 
     /// Lanes where a sphere is not wholly in the lobe's tail, where it is below `e^-30` (1e-13) of its peak.
     #[inline(always)]
-    pub fn beside_tail(&self, ball: &SeenSphere<L>) -> L::Mask {
+    pub fn beside_tail(&self, sphere: &SeenSphere<L>) -> L::Mask {
         // The root of 30 / 90: a third of the exponent in `reach`.
-        self.within(self.reach * L::splat(0.577_350_3), ball)
+        self.within(self.reach * L::splat(0.577_350_3), sphere)
     }
 
     #[inline(always)]
-    fn within(&self, chord: L, ball: &SeenSphere<L>) -> L::Mask {
-        let reach = chord.mul_add(ball.distance, ball.radius * L::splat(1.415));
-        let apart = self.wr.mul_add(ball.distance, -ball.to_center);
-        apart.length_squared().le(reach * reach) | ball.inside
+    fn within(&self, chord: L, sphere: &SeenSphere<L>) -> L::Mask {
+        let reach = chord.mul_add(sphere.distance, sphere.radius * L::splat(1.415));
+        let apart = self.wr.mul_add(sphere.distance, -sphere.to_center);
+        apart.length_squared().le(reach * reach) | sphere.inside
     }
 }
 
@@ -114,7 +114,7 @@ impl<L: Lane> Brdf<L> for Phong<L> {
     }
 
     #[inline(always)]
-    fn may_reflect(&self, ball: &SeenSphere<L>) -> L::Mask {
-        rises(self.n, ball) & self.near(ball)
+    fn may_reflect(&self, sphere: &SeenSphere<L>) -> L::Mask {
+        rises(self.n, sphere) & self.near(sphere)
     }
 }

@@ -33,10 +33,10 @@ pub fn mesh(scene: &Scene, index: usize) -> String {
 /// A light without shape, by its number and position.
 pub fn light(scene: &Scene, index: usize) -> String {
     let place = scene.lights()[index].position().map(|at| at.to_array());
-    let place = place.map_or("far away".to_owned(), |[x, y, z]| {
-        format!("at {}, {}, {}", short(x), short(y), short(z))
+    let place = place.map_or(", directional".to_owned(), |[x, y, z]| {
+        format!(" at {}, {}, {}", short(x), short(y), short(z))
     });
-    format!("light {} {place}", index + 1)
+    format!("light {}{place}", index + 1)
 }
 
 /// Up to four digits.

@@ -130,7 +130,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
         }
     }
     if let Some(error) = args.recommend {
-        let given = args.options.given(study.cheapest(error).variant.knob);
+        let given = args.options.given(study.cheapest(error).variant.setting);
         let line = format!("{}{given}{}", command(args), study.recommendation(error));
         report::data(&line)?;
         if !args.quiet {
@@ -228,7 +228,7 @@ mod tests {
     /// Settings are options of `render`. A value that no setting covers would be missing from every report: new estimators,
     /// samplers and intersectors must appear automatically.
     #[test]
-    fn knobs_turn_every_value_that_render_offers() {
+    fn settings_turn_every_value_that_render_offers() {
         use clap::Args as _;
         let settings = octolux::pipeline::Settings {
             film: octolux::scene::FilmSize { width: 8, height: 8 },
@@ -240,19 +240,19 @@ mod tests {
             ..octolux::pipeline::Settings::default()
         };
         // `--robust` only concerns Embree, `--cull` only few shapes.
-        let variants = cost::knobs::variants(
+        let variants = cost::settings::variants(
             settings,
             (octolux::settings::AccelKind::Embree, octolux::settings::Lanes::Eight),
             true,
             3,
         );
         let render = super::super::render::Args::augment_args(clap::Command::new("render"));
-        for knob in &cost::knobs::KNOBS {
+        for setting in &cost::settings::SETTINGS {
             let option = render
                 .get_arguments()
-                .find(|option| option.get_long() == Some(knob.name));
-            let option = option.unwrap_or_else(|| panic!("--{} is no option of render", knob.name));
-            let turned = |name: &str| variants.iter().any(|v| v.knob == knob.name && v.value == name);
+                .find(|option| option.get_long() == Some(setting.name));
+            let option = option.unwrap_or_else(|| panic!("--{} is no option of render", setting.name));
+            let turned = |name: &str| variants.iter().any(|v| v.setting == setting.name && v.value == name);
             let offered = match option.get_action().takes_values() {
                 true => option.get_possible_values(),
                 false => Vec::new(),
@@ -265,7 +265,7 @@ mod tests {
                 left_out.len(),
                 usize::from(!offered.is_empty()),
                 "--{}: {left_out:?}",
-                knob.name
+                setting.name
             );
         }
     }

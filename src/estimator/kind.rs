@@ -97,8 +97,8 @@ impl LightKind for TriangleLight {
         technique_sample: TechniqueSample<L::Bits>,
         active: L::Mask,
     ) -> Option<Contribution<L>> {
-        let worth = (Vec3::splat(self.le), L::one());
-        per_triangle::sample(density, point, view, worth, technique_sample.into(), active)
+        let le_and_share = (Vec3::splat(self.le), L::one());
+        per_triangle::sample(density, point, view, le_and_share, technique_sample.into(), active)
     }
 }
 

@@ -250,11 +250,11 @@ fn weigh<L: Lane, D: Density, B: Brdf<L>>(
 /// Lanes where a direction in the cone can contribute.
 #[inline(always)]
 pub fn may_contribute<L: Lane, B: Brdf<L>>(point: &ShadingPoint<L, B>, view: &View<L>) -> L::Mask {
-    point.bsdf.may_reflect(&ball(view))
+    point.bsdf.may_reflect(&seen_sphere(view))
 }
 
 #[inline(always)]
-pub(super) fn ball<L: Lane>(view: &View<L>) -> SeenSphere<L> {
+pub(super) fn seen_sphere<L: Lane>(view: &View<L>) -> SeenSphere<L> {
     SeenSphere {
         to_center: view.to_center,
         distance: view.distance,

@@ -3,7 +3,7 @@
 
 use super::ShadingPoint;
 use super::density::Density;
-use super::per_light::{Weighed, ball, by_light, draw, either};
+use super::per_light::{Weighed, by_light, draw, either, seen_sphere};
 use crate::bsdf::{Brdf, Phong};
 use crate::lane::{Lane, Mask};
 use crate::light::{Cone, Ring, Rings, View, disk};
@@ -79,7 +79,7 @@ fn by_disk<L: Lane, B: Brdf<L>>(
 /// (Russian roulette): two thirds of a lobe's reach are tail, and brought 1e-13 of its peak at most for as much work.
 #[inline(always)]
 pub fn beside_tail<L: Lane>(point: &ShadingPoint<L, Phong<L>>, view: &View<L>) -> L::Mask {
-    point.bsdf.beside_tail(&ball(view))
+    point.bsdf.beside_tail(&seen_sphere(view))
 }
 
 /// Samples the part of each point's lobe inside the light, in proportion to the lobe. A render does this in three steps over many

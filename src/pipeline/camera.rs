@@ -18,7 +18,7 @@ pub struct CameraRays {
     pub down: [f32; 3],
     /// Vectors from the lens center to its right and lower rim; 0 for a pinhole.
     pub lens: [[f32; 3]; 2],
-    /// Distance of the plane of focus; 1 for a pinhole.
+    /// Distance of the focal plane; 1 for a pinhole.
     pub focus: f32,
 }
 
@@ -32,7 +32,7 @@ impl CameraRays {
 
     /// Origins on the lens, at the point `(a, b)` of its unit disk, and unit directions through the point `(x, y)` of the film.
     ///
-    /// A ray through any lens point crosses the plane of focus where the ray through the lens center does. For a pinhole the origin
+    /// A ray through any lens point crosses the focal plane where the ray through the lens center does. For a pinhole the origin
     /// is 0 and the direction has the same bits as [`Self::direction`].
     #[inline(always)]
     pub fn through_lens<L: Lane>(&self, (x, y): (L, L), (a, b): (L, L)) -> (Vec3<L>, Vec3<L>) {
@@ -73,7 +73,7 @@ mod tests {
     use crate::sampling::warp;
     use crate::scene::Lens;
 
-    /// Rays through all points of the lens cross the plane of focus where the ray through its center does.
+    /// Rays through all points of the lens cross the focal plane where the ray through its center does.
     #[test]
     fn rays_through_a_lens_meet_in_the_plane_in_focus() {
         let camera = Camera {

@@ -158,7 +158,8 @@ impl Prepared {
     }
 
     /// The pixels, row by row, in which a light ends before something else, or which touch such a pixel: of them a few samples tell
-    /// little, by any estimator. An environment that emits is a light too. Takes one ray a pixel.
+    /// little, by any estimator. An environment that emits is a light too. Takes one ray a pixel, which misses most lights that are
+    /// smaller than one.
     pub fn rims(&self) -> Vec<bool> {
         let kinds = outlook::kinds(self);
         kinds.into_iter().map(|kind| kind == Kind::Rim).collect()

@@ -44,7 +44,7 @@ impl Pinhole {
 
     /// A ray through a uniform random point of the pixel whose upper left corner is `(x, y)` and, if there is a lens, through a
     /// uniform random point on it (by rejection from its bounding square).
-    pub fn eye(&self, x: f64, y: f64, rng: &mut impl Rng) -> Ray {
+    pub fn sampled_ray(&self, x: f64, y: f64, rng: &mut impl Rng) -> Ray {
         let pinhole = self.ray(x + rng.random::<f64>(), y + rng.random::<f64>());
         let Some(Lens { radius, focus }) = self.lens else {
             return pinhole;

@@ -13,7 +13,7 @@ use rand::Rng;
 
 use super::brdf::Shading;
 use super::geometry::Ray;
-use super::lamp::{Lamp, arrival};
+use super::shapeless::{ShapelessLight, arrival};
 use super::world::{Sight, World};
 
 /// A light path to the camera.
@@ -51,9 +51,9 @@ struct Sample<'a, 'w, R, F> {
 }
 
 /// Estimates the radiance along a camera ray: the sum of what `found` receives, with the way of each contribution.
-pub fn contributions(world: &World<'_>, eye: &Ray, rng: &mut impl Rng, mut found: impl FnMut(DVec3, Way)) {
-    match world.look(eye) {
-        None => found(world.beyond(eye.direction), Way::Seen),
+pub fn contributions(world: &World<'_>, camera_ray: &Ray, rng: &mut impl Rng, mut found: impl FnMut(DVec3, Way)) {
+    match world.look(camera_ray) {
+        None => found(world.beyond(camera_ray.direction), Way::Seen),
         Some(Sight::Back) => {}
         Some(Sight::Emitter { emitter, .. }) => found(world.emitters()[emitter].le, Way::Seen),
         Some(Sight::Reflector { shading, point }) => {
@@ -67,8 +67,8 @@ pub fn contributions(world: &World<'_>, eye: &Ray, rng: &mut impl Rng, mut found
             for emitter in 0..world.emitters().len() {
                 sample.by_light(emitter);
             }
-            for (lamp, emitter) in world.lamps().iter().zip(world.first_lamp()..) {
-                sample.by_lamp(lamp, emitter);
+            for (light, emitter) in world.shapeless_lights().iter().zip(world.first_shapeless()..) {
+                sample.by_shapeless_light(light, emitter);
             }
             sample.by_sky();
             sample.by_brdf();
@@ -77,9 +77,9 @@ pub fn contributions(world: &World<'_>, eye: &Ray, rng: &mut impl Rng, mut found
 }
 
 /// One estimate of the radiance along a camera ray.
-pub fn radiance(world: &World<'_>, eye: &Ray, rng: &mut impl Rng) -> DVec3 {
+pub fn radiance(world: &World<'_>, camera_ray: &Ray, rng: &mut impl Rng) -> DVec3 {
     let mut sum = DVec3::ZERO;
-    contributions(world, eye, rng, |radiance, _| sum += radiance);
+    contributions(world, camera_ray, rng, |radiance, _| sum += radiance);
     sum
 }
 
@@ -121,23 +121,23 @@ impl<R: Rng, F: FnMut(DVec3, Way)> Sample<'_, '_, R, F> {
     }
 
     /// The full contribution of a delta light, or that of a direction sampled in a sun's disk.
-    fn by_lamp(&mut self, lamp: &Lamp, number: usize) {
-        let (direction, distance, le) = match lamp {
-            Lamp::Delta(light) => {
+    fn by_shapeless_light(&mut self, light: &ShapelessLight, number: usize) {
+        let (direction, distance, le) = match light {
+            ShapelessLight::Delta(light) => {
                 let Some(arrival) = arrival(light, self.point) else {
                     return;
                 };
                 (arrival.wi, arrival.distance, arrival.irradiance)
             }
-            Lamp::Disk(disk) => (disk.sample(self.rng), f64::INFINITY, disk.le),
+            ShapelessLight::Disk(disk) => (disk.sample(self.rng), f64::INFINITY, disk.le),
         };
         let value = le * self.shading.value_cos(direction);
         if value == DVec3::ZERO || self.world.nearer(&self.ray(direction), distance) {
             return;
         }
-        match lamp {
-            Lamp::Delta(_) => (self.found)(value, Way::Certain { emitter: number }),
-            Lamp::Disk(disk) => {
+        match light {
+            ShapelessLight::Delta(_) => (self.found)(value, Way::Certain { emitter: number }),
+            ShapelessLight::Disk(disk) => {
                 // A direction sampled in the disk counts as inside, even if rounding puts it beyond the edge.
                 let density = disk.density_inside();
                 self.reflected(value, number, direction, density, density);
@@ -192,8 +192,8 @@ impl<R: Rng, F: FnMut(DVec3, Way)> Sample<'_, '_, R, F> {
                         density,
                     );
                 }
-                for (lamp, number) in self.world.lamps().iter().zip(self.world.first_lamp()..) {
-                    if let Lamp::Disk(disk) = lamp {
+                for (light, number) in self.world.shapeless_lights().iter().zip(self.world.first_shapeless()..) {
+                    if let ShapelessLight::Disk(disk) = light {
                         let density = disk.density(wi);
                         self.reflected(disk.radiance(wi) * value, number, wi, density, density);
                     }

@@ -15,9 +15,9 @@ mod crest;
 mod emitter;
 mod estimate;
 mod geometry;
-mod lamp;
 mod microfacet;
 pub mod probe;
+mod shapeless;
 mod sky;
 mod statistics;
 pub mod ties;
@@ -68,8 +68,8 @@ pub fn render(scene: &Scene, film: FilmSize, spp: u32, seed: u64, progress: &(dy
         let (x, y) = ((index % width) as f64, (index / width) as f64);
         let mut moments = Moments::default();
         for _ in 0..spp {
-            let eye = camera.eye(x, y, &mut rng);
-            moments.add(estimate::radiance(&world, &eye, &mut rng));
+            let camera_ray = camera.sampled_ray(x, y, &mut rng);
+            moments.add(estimate::radiance(&world, &camera_ray, &mut rng));
         }
         let before = done.fetch_add(u64::from(spp), Ordering::Relaxed);
         progress(before + u64::from(spp));

@@ -45,7 +45,7 @@ impl<'s> Probe<'s> {
 
     /// Number of emitters, including dark ones.
     pub fn emitters(&self) -> usize {
-        self.world.first_lamp() + self.world.lamps().len()
+        self.world.first_shapeless() + self.world.shapeless_lights().len()
     }
 
     /// The position of a scene point on the film, in pixels; `None` behind the camera.
@@ -67,9 +67,9 @@ impl<'s> Probe<'s> {
         let mut rng = stream(seed ^ 0x5bd1_e995_0000_0000, pixel as u64);
         let width = self.film.width as usize;
         let (x, y) = ((pixel % width) as f64, (pixel / width) as f64);
-        let eye = self.camera.eye(x, y, &mut rng);
+        let camera_ray = self.camera.sampled_ray(x, y, &mut rng);
         let mut found = Vec::new();
-        contributions(&self.world, &eye, &mut rng, |radiance, way| {
+        contributions(&self.world, &camera_ray, &mut rng, |radiance, way| {
             if radiance.max_element() > 0.0 {
                 found.push(Found {
                     pixel: pixel as u32,

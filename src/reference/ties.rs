@@ -70,18 +70,19 @@ impl<'s> Ties<'s> {
     }
 
     /// Whether a sample of the renderer is a tie: its camera ray, or one of the rays from its hit point.
-    pub fn of_sample(&self, eye: Segment, onward: &[Segment]) -> Option<Tie> {
-        self.of_eye(eye).or_else(|| self.of_onward(eye, onward))
+    pub fn of_sample(&self, camera_ray: Segment, onward: &[Segment]) -> Option<Tie> {
+        self.of_camera_ray(camera_ray)
+            .or_else(|| self.of_onward(camera_ray, onward))
     }
 
     /// Whether a camera ray is a tie.
-    pub fn of_eye(&self, eye: Segment) -> Option<Tie> {
-        self.of(eye, None)
+    pub fn of_camera_ray(&self, camera_ray: Segment) -> Option<Tie> {
+        self.of(camera_ray, None)
     }
 
     /// Whether all that a camera ray may hit are triangles in one plane, each hit certainly: of these the renderer's rule names one.
-    pub fn in_one_plane(&self, eye: Segment) -> bool {
-        let ray = self.ray(eye);
+    pub fn in_one_plane(&self, camera_ray: Segment) -> bool {
+        let ray = self.ray(camera_ray);
         let met = self.met(&ray, f64::INFINITY, None);
         let Some(first) = met.first() else {
             return false;
@@ -92,15 +93,15 @@ impl<'s> Ties<'s> {
     }
 
     /// Whether one of the rays from the hit point of a camera ray is a tie.
-    pub fn of_onward(&self, eye: Segment, onward: &[Segment]) -> Option<Tie> {
-        let left = self.first(&self.ray(eye));
+    pub fn of_onward(&self, camera_ray: Segment, onward: &[Segment]) -> Option<Tie> {
+        let left = self.first(&self.ray(camera_ray));
         onward.iter().find_map(|&segment| self.of(segment, left))
     }
 
     /// Whether two points with their normals, as two renders have them on a camera ray, are one up to rounding: on the shape that
     /// the ray hits, by the error of its place and by how far its normal turns over that.
-    pub fn one_point(&self, eye: Segment, [p, n]: [DVec3; 2], [q, m]: [DVec3; 2]) -> bool {
-        let ray = self.ray(eye);
+    pub fn one_point(&self, camera_ray: Segment, [p, n]: [DVec3; 2], [q, m]: [DVec3; 2]) -> bool {
+        let ray = self.ray(camera_ray);
         let Some((index, meeting)) = self.world.nearest(&ray) else {
             return false;
         };
@@ -123,16 +124,16 @@ impl<'s> Ties<'s> {
     pub fn of_pixel(&self, pixel: usize, seed: u64) -> Option<Tie> {
         let mut rng: Pcg64 = stream(seed ^ 0x71e5_0000_0000, pixel as u64);
         let width = self.film.width as usize;
-        let eye = self
+        let camera_ray = self
             .pinhole
-            .eye((pixel % width) as f64, (pixel / width) as f64, &mut rng);
-        if let Some((tie, surely)) = self.along(&eye, f64::INFINITY, None) {
+            .sampled_ray((pixel % width) as f64, (pixel / width) as f64, &mut rng);
+        if let Some((tie, surely)) = self.along(&camera_ray, f64::INFINITY, None) {
             return (surely && self.matters(tie)).then_some(tie);
         }
-        let Some(Sight::Reflector { shading, point }) = self.world.look(&eye) else {
+        let Some(Sight::Reflector { shading, point }) = self.world.look(&camera_ray) else {
             return None;
         };
-        let left = self.first(&eye);
+        let left = self.first(&camera_ray);
         let by_brdf = (shading.sample(&mut rng), f64::INFINITY);
         let lights = self.world.emitters().iter();
         let towards = lights.filter_map(|light| light.sample(point, shading.n, self.world.shapes(), &mut rng));
@@ -339,8 +340,8 @@ mod tests {
             direction: DVec3::new(1.0 + aside, 9.0, -0.3),
             end: f64::INFINITY,
         };
-        let eye = at([-1.0, 0.0, 0.3]);
-        assert_eq!(ties.of_sample(eye, &[from(0.0)]), None);
+        let camera_ray = at([-1.0, 0.0, 0.3]);
+        assert_eq!(ties.of_sample(camera_ray, &[from(0.0)]), None);
         let (mut low, mut high) = (0.0, 5.0);
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
@@ -351,8 +352,8 @@ mod tests {
                 high = middle
             }
         }
-        assert_eq!(ties.of_sample(eye, &[from(low)]), Some(Tie(0, 1)));
-        assert_eq!(ties.of_sample(eye, &[from(low + 1e-3)]), None);
+        assert_eq!(ties.of_sample(camera_ray, &[from(low)]), Some(Tie(0, 1)));
+        assert_eq!(ties.of_sample(camera_ray, &[from(low + 1e-3)]), None);
     }
 
     #[test]

@@ -6,7 +6,7 @@ use super::brdf::Shading;
 use super::bvh::Bvh;
 use super::emitter::Emitter;
 use super::geometry::{Bounds, Meeting, Ray, Shape};
-use super::lamp::Lamp;
+use super::shapeless::ShapelessLight;
 use super::sky::Sky;
 use crate::scene::{Bsdf, MaterialId, Scene, Surface, Wrap};
 
@@ -20,7 +20,7 @@ pub struct World<'s> {
     starts: Vec<u32>,
     emitters: Vec<Emitter>,
     sky: Option<Sky<'s>>,
-    lamps: Vec<Lamp>,
+    shapeless_lights: Vec<ShapelessLight>,
     tree: Bvh,
 }
 
@@ -103,7 +103,7 @@ impl<'s> World<'s> {
             starts,
             emitters,
             sky: scene.environment().map(Sky::new),
-            lamps: scene.lights().iter().map(Lamp::new).collect(),
+            shapeless_lights: scene.lights().iter().map(ShapelessLight::new).collect(),
             tree,
         }
     }
@@ -119,23 +119,23 @@ impl<'s> World<'s> {
     }
 
     /// Lights without shape.
-    pub fn lamps(&self) -> &[Lamp] {
-        &self.lamps
+    pub fn shapeless_lights(&self) -> &[ShapelessLight] {
+        &self.shapeless_lights
     }
 
     /// The number of the first light without shape, counted behind emitters and the environment.
-    pub fn first_lamp(&self) -> usize {
+    pub fn first_shapeless(&self) -> usize {
         self.emitters.len() + usize::from(self.sky.is_some())
     }
 
     /// The radiance from beyond the shapes.
     pub fn beyond(&self, direction: DVec3) -> DVec3 {
         let of_sky = self.sky.as_ref().map_or(DVec3::ZERO, |sky| sky.radiance(direction));
-        let of_lamps = self.lamps.iter().map(|lamp| match lamp {
-            Lamp::Disk(disk) => disk.radiance(direction),
-            Lamp::Delta(_) => DVec3::ZERO,
+        let of_shapeless = self.shapeless_lights.iter().map(|light| match light {
+            ShapelessLight::Disk(disk) => disk.radiance(direction),
+            ShapelessLight::Delta(_) => DVec3::ZERO,
         });
-        of_sky + of_lamps.sum::<DVec3>()
+        of_sky + of_shapeless.sum::<DVec3>()
     }
 
     /// All shapes, by index.

@@ -76,7 +76,7 @@ impl Scene {
         if self.camera().lens.is_some() || self.meshes().len() > MOST || self.spheres().len() > MOST {
             return Vec::new();
         }
-        let eye = self.camera().origin;
+        let origin = self.camera().origin;
         // A visible sphere has surface on every side, so every light may reach it.
         let ball_in_sight = self
             .spheres()
@@ -86,9 +86,11 @@ impl Scene {
             mesh.triangles.iter().any(|corners| {
                 let [a, b, c] = corners.map(|corner| mesh.vertices[corner as usize]);
                 let normal = (b - a).cross(c - a).normalize();
-                let [toward_eye, toward_light] = [eye, light.center].map(|point| normal.dot(point - a));
-                let slack = light.radius + MARGIN * ((eye - a).length() + (light.center - a).length());
-                toward_eye * toward_light >= 0.0 || toward_light.abs() <= slack || toward_eye.abs() <= slack * MARGIN
+                let [toward_camera, toward_light] = [origin, light.center].map(|point| normal.dot(point - a));
+                let slack = light.radius + MARGIN * ((origin - a).length() + (light.center - a).length());
+                toward_camera * toward_light >= 0.0
+                    || toward_light.abs() <= slack
+                    || toward_camera.abs() <= slack * MARGIN
             })
         };
         let reflects = |mesh: &&Arc<Mesh>| matches!(mesh.surface, Surface::Material(_)) && mesh.normals.is_none();

@@ -7,7 +7,7 @@ use super::{Camera, FilmSize, Fov};
 /// The view frustum: four planes through the camera and the edges of the picture, with the visible side inwards.
 #[derive(Clone, Debug)]
 pub(super) struct Frustum {
-    eye: DVec3,
+    origin: DVec3,
     /// Unit normals that point inwards; empty with a lens, which sees beyond the edges.
     planes: Vec<DVec3>,
 }
@@ -32,14 +32,14 @@ impl Frustum {
             None => vec![plane(right, x), plane(-right, x), plane(up, y), plane(-up, y)],
         };
         Self {
-            eye: camera.origin,
+            origin: camera.origin,
             planes,
         }
     }
 
     /// Whether a camera ray may hit a sphere.
     pub fn may_see_ball(&self, center: DVec3, radius: f64) -> bool {
-        let away = center - self.eye;
+        let away = center - self.origin;
         let reach = radius + MARGIN * (away.length() + radius);
         self.planes.iter().all(|plane| plane.dot(away) >= -reach)
     }
@@ -48,7 +48,7 @@ impl Frustum {
     pub fn may_see_points(&self, points: &[DVec3]) -> bool {
         self.planes.iter().all(|plane| {
             points.iter().any(|&point| {
-                let away = point - self.eye;
+                let away = point - self.origin;
                 plane.dot(away) >= -MARGIN * away.length()
             })
         })
@@ -77,7 +77,7 @@ mod tests {
         assert!(!ball(6.0, 0.0, -5.0, 0.70) && ball(6.0, 0.0, -5.0, 0.72));
         // The upper edge is half as far away.
         assert!(ball(0.0, 2.4, -5.0, 0.01) && !ball(0.0, 2.6, -5.0, 0.01));
-        assert!(ball(0.0, 0.0, 5.0, 6.0), "around the eye");
+        assert!(ball(0.0, 0.0, 5.0, 6.0), "around the camera");
         let at = |z: f64| [[-9.0, 0.0], [9.0, 0.0], [0.0, 9.0]].map(|[x, y]| camera.origin + DVec3::new(x, y, z));
         assert!(
             frustum.may_see_points(&at(-1.0)),

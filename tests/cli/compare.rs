@@ -62,6 +62,32 @@ fn figures_as_table_and_as_json_across_formats() {
 }
 
 #[test]
+fn the_table_says_what_its_z_scores_lack() {
+    let folder = tempfile::tempdir().unwrap();
+    let a = picture(folder.path(), "a.npy", 20, 10, |i| if i % 2 == 0 { 1.5 } else { 1.0 });
+    let b = picture(folder.path(), "b.npy", 20, 10, |_| 1.0);
+    let even = picture(folder.path(), "e.npy", 20, 10, |_| 0.25);
+    // One pixel whose few samples agree: its score is 20 000, that of its block less than 20.
+    let few = picture(folder.path(), "f.npy", 20, 10, |i| if i == 0 { 2.5e-5 } else { 0.25 });
+    let [a, b, even, few] = [&a, &b, &even, &few].map(|path| path.to_str().unwrap());
+    let table = |args: &[&str]| text(&compare(&[&[a, b], args].concat()).stdout);
+    let one_sided = "one picture's standard errors are not known: its noise is in the z-scores";
+    let too_small = "standard errors of pixels are too small: blocks and the mean tell more";
+    for (args, lacks, doubtful) in [
+        (&[][..], false, false),
+        (&["--stderr", even][..], true, false),
+        (&["--stderr-a", even], true, false),
+        (&["--stderr", even, "--stderr-a", even], false, false),
+        (&["--stderr", few, "--stderr-a", few], false, true),
+    ] {
+        let table = table(args);
+        assert_eq!(table.contains(one_sided), lacks, "{args:?}: {table}");
+        assert_eq!(table.contains(too_small), doubtful, "{args:?}: {table}");
+        assert_eq!(table.contains("z of pixels"), !args.is_empty(), "{table}");
+    }
+}
+
+#[test]
 fn the_exit_code_follows_the_limit() {
     let folder = tempfile::tempdir().unwrap();
     let a = picture(folder.path(), "a.npy", 4, 4, |_| 1.1);

@@ -1,9 +1,9 @@
 //! The study of costs on a scene whose truth is known to have no harmful setting.
 
 use octolux::scene::{EstimatorKind, FilmSize, SamplerKind};
-use octolux::study::cost::knobs::{Choice, Variant};
 use octolux::study::cost::measure::{self, Effort};
 use octolux::study::cost::price::{Price, Verdict};
+use octolux::study::cost::settings::{Choice, Variant};
 use octolux::study::cost::{analyse, truth};
 
 use super::runs;
@@ -14,8 +14,8 @@ pub fn prices() -> Vec<Price> {
     let scene = runs::load("tests/two-lights.toml");
     let film = FilmSize { width: 24, height: 16 };
     let settings = runs::settings(film.width, film.height, EstimatorKind::Light);
-    let turned = |knob: &'static str, value: &str, choice: Choice| Variant {
-        knob,
+    let turned = |setting: &'static str, value: &str, choice: Choice| Variant {
+        setting,
         value: value.to_owned(),
         what: "",
         choice,

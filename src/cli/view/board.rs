@@ -4,6 +4,7 @@
 //! looks, and costs no samples.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Duration;
 
@@ -98,6 +99,8 @@ struct Page {
 pub struct Board {
     pinned: Mutex<Pinned>,
     changed: Condvar,
+    /// Nanoseconds of threads that looks have taken.
+    cost: AtomicU64,
 }
 
 /// The next message for a page.
@@ -146,6 +149,16 @@ impl Board {
             .pages
             .values()
             .any(|page| page.credit > 0 && page.seen_look == newest)
+    }
+
+    /// Counts what a look took of the time of threads: see [`Pace`](super::pace::Pace).
+    pub fn charge(&self, cost: Duration) {
+        self.cost.fetch_add(cost.as_nanos() as u64, Ordering::Relaxed);
+    }
+
+    /// What all looks have taken.
+    pub fn cost(&self) -> Duration {
+        Duration::from_nanos(self.cost.load(Ordering::Relaxed))
     }
 
     /// Sends every page a message.

@@ -14,6 +14,7 @@ use super::board::{Board, Layer, Look};
 use super::camera::Changes;
 use super::desk::{Desk, Shown};
 use super::message::{Ask, By, Choice};
+use super::pace::{self, Meter, Pace};
 use super::race::Race;
 use super::said;
 use crate::cli::options::Options;
@@ -22,20 +23,11 @@ use octolux::pipeline::{Prepared, Settings, SetupError};
 use octolux::run::{MOST_SPP, Run};
 use octolux::scene::{Effects, FilmSize, Scene};
 
-/// Interval of looks at a young picture.
-const LOOK: Duration = Duration::from_millis(100);
-
-/// Interval of looks at an old one. A look costs some milliseconds of a thread, and later changes are hardly visible.
-const LATE_LOOK: Duration = Duration::from_millis(500);
-
-/// Ratio of a picture's age and the interval of looks.
-const LOOKS_OF_AN_AGE: u32 = 20;
-
 /// A first picture with more pixels than this is preceded by a smaller one.
 const LARGE: u32 = 1 << 16;
 
-/// Interval of looks at a race, which shows several pictures and measures their errors.
-const RACE_LOOK: Duration = Duration::from_millis(250);
+/// Interval of figures between two looks.
+const TELL: Duration = Duration::from_millis(500);
 
 /// Maximum seconds of a first pass after a camera change without a smaller preview.
 const SWIFT: f64 = 0.02;
@@ -91,7 +83,15 @@ pub struct Engine {
     playing: bool,
     /// The run is finished, or was ended for a pending order.
     halted: bool,
-    looked: Option<Instant>,
+    /// When looks at this picture are taken.
+    pace: Pace,
+    meter: Meter,
+    /// How long it was rendered, turns of a race and of its reference together.
+    age: Duration,
+    /// The age when its figures were last sent.
+    told: Duration,
+    /// The threads of a render.
+    threads: u32,
     /// Seconds of the last picture's first pass.
     first_pass: f64,
 }
@@ -118,7 +118,11 @@ impl Engine {
             epoch: 0,
             playing: true,
             halted: true,
-            looked: None,
+            pace: Pace::new(false, Duration::ZERO),
+            meter: Meter::default(),
+            age: Duration::ZERO,
+            told: Duration::ZERO,
+            threads: u32::try_from(settings.threads).unwrap_or(u32::MAX).max(1),
             first_pass: UNKNOWN,
         }
     }
@@ -211,7 +215,7 @@ impl Engine {
             }
             Order::Ask(_, Ask::Aim { x, y }) => self.aim(x, y),
             // Other threads answer these.
-            Order::Ask(_, Ask::Next | Ask::Sample { .. } | Ask::Pixel { .. }) => {}
+            Order::Ask(_, Ask::Next { .. } | Ask::Sample { .. } | Ask::Pixel { .. }) => {}
         }
     }
 
@@ -315,28 +319,36 @@ impl Engine {
     fn fresh(&mut self) {
         self.epoch += 1;
         self.halted = false;
-        self.looked = None;
+        self.pace = Pace::new(matches!(self.show, Show::Race(_)), self.board.cost());
+        (self.age, self.told) = (Duration::ZERO, Duration::ZERO);
+        // What it took to prepare the scene is no look.
+        self.meter.lap(Duration::ZERO);
         self.tell();
     }
 
     fn step(&mut self) {
-        let (more, every) = match &mut self.show {
-            Show::Nothing => (false, LOOK),
+        let begun = Instant::now();
+        let more = match &mut self.show {
+            Show::Nothing => false,
             Show::Picture(run) => {
-                let more = run.step_until(Some(Instant::now() + LOOK)).is_more();
+                let more = run.step_until(Some(begun + pace::SHORTEST)).is_more();
                 self.first_pass = run.first_block_time().as_secs_f64();
-                (more, (run.render_time() / LOOKS_OF_AN_AGE).clamp(LOOK, LATE_LOOK))
+                more
             }
-            Show::Race(race) => (race.step(), RACE_LOOK),
+            Show::Race(race) => race.step(),
         };
+        self.age += begun.elapsed();
         self.halted = !more;
         if self.is_given_up() {
             return;
         }
-        let due = self.looked.is_none_or(|looked| looked.elapsed() >= every);
+        let due = self.pace.is_due(self.age, self.threads, self.board.cost());
         // The first and last look are also posted for pages that connect later.
-        if !more || self.looked.is_none() || (due && self.board.is_awaited()) {
+        if !more || self.pace.is_first() || (due && self.board.is_awaited()) {
             self.look();
+        } else if self.age >= self.told + TELL {
+            self.tell();
+            self.told = self.age;
         }
     }
 
@@ -349,7 +361,9 @@ impl Engine {
         }
     }
 
+    /// Posts a look. All threads of the render wait for it.
     fn look(&mut self) {
+        let begun = Instant::now();
         let layers = match &mut self.show {
             Show::Nothing => return self.tell(),
             Show::Picture(run) => {
@@ -362,8 +376,11 @@ impl Engine {
             Show::Race(race) => race.look(),
         };
         self.pin(layers);
-        self.looked = Some(Instant::now());
+        self.pace.look(self.age);
+        self.told = self.age;
         self.tell();
+        // Between looks this thread does little but wait for those that render.
+        self.board.charge(self.meter.lap(begun.elapsed()) * self.threads);
     }
 
     fn pin(&self, layers: Vec<Arc<Layer>>) {

@@ -13,12 +13,19 @@ pub const MOST_RACERS: usize = 4;
 /// Maximum number of passes of a pixel per request.
 pub const MOST_SAMPLES: u32 = 256;
 
+/// The longest time that a page may say it drew, in milliseconds: it slows down the looks of all pages.
+pub const MOST_MS: f64 = 1000.0;
+
 /// One message.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(tag = "do", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Ask {
     /// The page has shown a picture and is ready for another one.
-    Next,
+    Next {
+        /// Milliseconds that it took to draw, up to [`MOST_MS`].
+        #[serde(default)]
+        ms: f64,
+    },
     /// Continue rendering.
     Go,
     /// Pause until `Go`.
@@ -136,6 +143,9 @@ impl Ask {
             Self::Sample { count, .. } if !(1..=MOST_SAMPLES).contains(count) => {
                 Err(format!("1 to {MOST_SAMPLES} samples are drawn at once"))
             }
+            Self::Next { ms } if !(0.0..=MOST_MS).contains(ms) => {
+                Err(format!("a picture is drawn in 0 to {MOST_MS} ms"))
+            }
             Self::Write { exposure } if !(-64.0..=64.0).contains(exposure) => {
                 Err("an exposure is a number of stops from -64 to 64".to_owned())
             }
@@ -171,6 +181,8 @@ mod tests {
             "[]",
             "{}",
             r#"{"do":"rm"}"#,
+            r#"{"do":"next","ms":-1}"#,
+            r#"{"do":"next","ms":1e6}"#,
             r#"{"do":"sample","x":-1,"y":0,"pass":0,"count":1}"#,
             r#"{"do":"sample","x":1,"y":0,"pass":0,"count":100000}"#,
             r#"{"do":"write","exposure":1e9}"#,
@@ -182,6 +194,6 @@ mod tests {
         ] {
             assert!(Ask::read(bad).is_err(), "{bad}");
         }
-        assert_eq!(Ask::read(r#"{"do":"next"}"#), Ok(Ask::Next));
+        assert_eq!(Ask::read(r#"{"do":"next"}"#), Ok(Ask::Next { ms: 0.0 }));
     }
 }

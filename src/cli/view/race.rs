@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use super::board::{Layer, REFERENCE};
 use super::message::{By, Choice};
 use super::reference::{Oracle, Ready, Twins, counted};
+use super::rims;
 use octolux::film::Picture;
 use octolux::pipeline::{Prepared, Progress, Settings, SetupError};
 use octolux::run::{Goal, MOST_SPP, Run};
@@ -43,8 +44,7 @@ enum Reference {
 pub struct Race {
     racers: Vec<Racer>,
     reference: Reference,
-    /// The pixels whose errors count: not the rims of lights. There a sample is a light's whole radiance or nothing, by every estimator.
-    /// One rim of a bright light in a dark pixel, which the reference missed, would be greater than all other errors together.
+    /// The pixels whose errors count: not the [rims](rims) of lights.
     counts: Vec<bool>,
 }
 
@@ -78,8 +78,11 @@ impl Race {
                 curve: Vec::new(),
             })
         };
-        let racers = choices.iter().map(racer).collect::<Result<_, SetupError>>();
-        let racers = racers.map_err(|error| error.to_string())?;
+        let racers = choices.iter().enumerate().map(|(at, choice)| {
+            // The page opens the settings of this racer.
+            racer(choice).map_err(|error: SetupError| format!("racer {}: {error}", at + 1))
+        });
+        let racers = racers.collect::<Result<_, String>>()?;
         let reference = match reference {
             Ok(picture) => Reference::Ready(Ready::given(picture)),
             Err((By::Mis, limit)) => Reference::Twins(Twins::new(prepared, limit).map_err(|error| error.to_string())?),
@@ -88,7 +91,7 @@ impl Race {
         Ok(Self {
             racers,
             reference,
-            counts: prepared.rims().into_iter().map(|rim| !rim).collect(),
+            counts: rims::counted(scene, prepared),
         })
     }
 

@@ -5,7 +5,7 @@ use std::io::{self, Read, Write};
 use std::net::{Shutdown, TcpStream};
 use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use tungstenite::protocol::{Role, WebSocketConfig};
 use tungstenite::{Message, WebSocket};
@@ -13,6 +13,7 @@ use tungstenite::{Message, WebSocket};
 use super::board::{Board, Layer, News};
 use super::engine::Order;
 use super::message::{self, Ask};
+use super::pace::Meter;
 use super::{desk, frame};
 
 /// Interval of pings to a silent page.
@@ -73,6 +74,8 @@ pub fn serve(stream: TcpStream, board: &Arc<Board>, desk: &Arc<desk::Desk>, engi
             .max_frame_size(Some(message::LONGEST));
         Ok(WebSocket::from_raw_socket(end, Role::Server, Some(config)))
     };
+    // A page on this machine draws with the processors that render.
+    let here = stream.peer_addr()?.ip().to_canonical().is_loopback();
     let (mut reader, mut writer) = (end(&stream)?, end(&stream)?);
     let page = board.enter();
     let news = board.clone();
@@ -81,7 +84,7 @@ pub fn serve(stream: TcpStream, board: &Arc<Board>, desk: &Arc<desk::Desk>, engi
         let _ = writer.get_ref().stream.shutdown(Shutdown::Both);
         news.forget(page);
     })?;
-    read(&mut reader, page, board, desk, engine);
+    read(&mut reader, page, here, board, desk, engine);
     board.leave(page);
     let _ = stream.shutdown(Shutdown::Both);
     let _ = writing.join();
@@ -89,7 +92,7 @@ pub fn serve(stream: TcpStream, board: &Arc<Board>, desk: &Arc<desk::Desk>, engi
 }
 
 /// Forwards requests until the page disconnects or sends an invalid message.
-fn read(socket: &mut WebSocket<End>, page: u64, board: &Board, desk: &desk::Desk, engine: &Sender<Order>) {
+fn read(socket: &mut WebSocket<End>, page: u64, here: bool, board: &Board, desk: &desk::Desk, engine: &Sender<Order>) {
     loop {
         let text = match socket.read() {
             Ok(Message::Text(text)) => text,
@@ -102,7 +105,12 @@ fn read(socket: &mut WebSocket<End>, page: u64, board: &Board, desk: &desk::Desk
             }
         };
         match Ask::read(&text) {
-            Ok(Ask::Next) => board.credit(page),
+            Ok(Ask::Next { ms }) => {
+                if here {
+                    board.charge(Duration::from_secs_f64(1e-3 * ms));
+                }
+                board.credit(page);
+            }
             Ok(ask) => {
                 if let Some(answer) = desk.answer(&ask) {
                     board.answer(page, answer);
@@ -122,11 +130,14 @@ fn read(socket: &mut WebSocket<End>, page: u64, board: &Board, desk: &desk::Desk
 
 /// Sends updates until the page disconnects.
 fn write(socket: &mut WebSocket<End>, board: &Board, page: u64) -> Result<(), tungstenite::Error> {
+    let mut meter = Meter::default();
+    meter.lap(Duration::ZERO);
     let mut sent = (0, BTreeMap::<u8, Arc<Layer>>::new());
     loop {
         match board.news(page, PULSE) {
             News::Text(text) => socket.send(Message::text(text))?,
             News::Look(look) => {
+                let begun = Instant::now();
                 if sent.0 != look.epoch {
                     sent = (look.epoch, BTreeMap::new());
                 }
@@ -137,6 +148,7 @@ fn write(socket: &mut WebSocket<End>, board: &Board, page: u64) -> Result<(), tu
                 }
                 // Asks the page to report when it is ready for another look.
                 socket.send(Message::text(format!(r#"{{"kind":"look","epoch":{}}}"#, look.epoch)))?;
+                board.charge(meter.lap(begun.elapsed()));
             }
             News::Quiet => socket.send(Message::Ping(Default::default()))?,
             News::Closed => return socket.close(None).and_then(|()| socket.flush()),

@@ -52,8 +52,10 @@ impl<M: Model> Stage for PerMesh<M> {
                         let numbers = per_triangle::Numbers { by_brdf_lanes, u, v };
                         let view = picked.triangles.seen_from(point.p);
                         let by_light = by_light & view.rises_above(point.bsdf.normal());
-                        let worth = (le, picked.share);
-                        if let Some(found) = per_triangle::sample(chunk.mix, &point, &view, worth, numbers, by_light) {
+                        let le_and_share = (le, picked.share);
+                        if let Some(found) =
+                            per_triangle::sample(chunk.mix, &point, &view, le_and_share, numbers, by_light)
+                        {
                             let rays = QueuedRays::to_light(&point, &address, &found);
                             aimed.push(found.active, &rays, L::from_bits(picked.skip_id));
                         }

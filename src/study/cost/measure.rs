@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use super::knobs::Variant;
+use super::settings::Variant;
 use crate::pipeline::{Counters, Prepared, SetupError};
 use crate::run::Observer;
 use crate::scene::{FilmSize, Scene};

@@ -1,6 +1,6 @@
 //! What accuracy costs in time, measured on a scene.
 //!
-//! Every setting (the defaults, and each setting changed alone: [`knobs`]) is rendered with at least 16 seeds, in rounds
+//! Every setting (the defaults, and each setting changed alone: [`settings`]) is rendered with at least 16 seeds, in rounds
 //! ([`measure`]). Its *spread* over the seeds is the error that falls with time ([`fit`]); its *bias* is the error that stays
 //! ([`bias`], measured against the independent oracle of [`truth`]). [`price`] combines the two.
 
@@ -8,11 +8,11 @@ pub mod bias;
 pub mod curves;
 mod expected;
 pub mod fit;
-pub mod knobs;
 pub mod measure;
 pub mod phases;
 pub mod price;
 pub mod schedule;
+pub mod settings;
 pub mod statistics;
 pub mod strip;
 pub mod truth;
@@ -27,10 +27,10 @@ use crate::pipeline::{Prepared, Settings, SetupError};
 use crate::run::Observer;
 use crate::scene::{FilmSize, Scene};
 use crate::study::error::{Errors, NotFinite};
-use knobs::Variant;
 use measure::{Effort, Runs};
 use phases::Phases;
 use price::{Price, Verdict};
+use settings::Variant;
 use strip::Strip;
 use truth::Truth;
 
@@ -221,7 +221,7 @@ fn possible(scene: &Scene, settings: Settings) -> Result<(Vec<Variant>, Impossib
     let first = starts(settings)?;
     let (mut variants, mut impossible) = (Vec::new(), Vec::new());
     let emitters = first.features().emitters;
-    for variant in knobs::variants(
+    for variant in settings::variants(
         settings,
         (first.accel(), first.lanes()),
         first.cull().is_some(),

@@ -3,8 +3,8 @@
 
 use std::time::Instant;
 
-use super::knobs::Variant;
 use super::measure::{self, Effort};
+use super::settings::Variant;
 use crate::pipeline::SetupError;
 use crate::run::Observer;
 use crate::scene::{FilmSize, Scene};

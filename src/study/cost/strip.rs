@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::curves::{Weights, weighted};
-use super::knobs::Variant;
 use super::measure::{self, Effort, Runs};
+use super::settings::Variant;
 use super::truth::Truth;
 use crate::pipeline::SetupError;
 use crate::run::Observer;
@@ -75,7 +75,7 @@ pub fn render(
     let minus = |(x, r): (&[f32; 3], &[f64; 3])| std::array::from_fn(|c| f64::from(x[c]) - r[c]);
     let mut strip = Strip::default();
     for (variant, runs) in variants.iter().zip(all) {
-        if !matches!(variant.knob, "" | "estimator") || watch.stopped() {
+        if !matches!(variant.setting, "" | "estimator") || watch.stopped() {
             continue;
         }
         let spp = ((time / pass(runs)).round() as u32).max(1);

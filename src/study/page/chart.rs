@@ -351,7 +351,7 @@ fn name(price: &Price, layout: Layout, about: About) -> String {
             let value = format!("{:.2}", slope.value).replace('-', "−");
             Some(format!("{value} ± {:.2}", slope.reach()))
         }
-        (About::Time, _) if !price.variant.knob.is_empty() => {
+        (About::Time, _) if !price.variant.setting.is_empty() => {
             Some(format!("time × {}", words::number(price.time_ratio.value)))
         }
         _ => None,

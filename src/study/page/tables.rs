@@ -39,7 +39,7 @@ pub fn cheapest(study: &Study, circumstances: &Circumstances) -> String {
 pub fn prices(study: &Study) -> String {
     let row = |price: &Price| {
         let verdict = format!("<span class=\"verdict {0}\">{0}</span>", price.verdict);
-        let plain = price.verdict == Verdict::Default && price.variant.knob.is_empty();
+        let plain = price.verdict == Verdict::Default && price.variant.setting.is_empty();
         let relative = |text: String| if plain { "1".to_owned() } else { text };
         let setting = if price.arguments.is_empty() {
             format!("<b>{}</b>", price.label)

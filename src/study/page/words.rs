@@ -147,7 +147,7 @@ pub fn bias(figure: Figure) -> String {
 
 /// The name of a setting in a sentence.
 pub fn name(price: &Price) -> String {
-    if price.verdict == Verdict::Default || price.variant.knob.is_empty() {
+    if price.verdict == Verdict::Default || price.variant.setting.is_empty() {
         format!("the default ({})", price.variant.choice.settings.estimator.name())
     } else {
         price.arguments.trim().to_owned()
@@ -196,7 +196,7 @@ pub fn headline(study: &Study) -> Headline {
     // The first sentence is large and wraps at blanks: use no-break spaces between numbers and units.
     let time_unbroken = |price: &Price| time(price).replace(' ', "\u{a0}");
     let first = asked.replacen('a', "A", 1);
-    let answer = if best.variant.knob.is_empty() || faster < 1.05 {
+    let answer = if best.variant.setting.is_empty() || faster < 1.05 {
         format!(
             "{first} takes {} with the default settings, and nothing is cheaper.",
             time_unbroken(default)
@@ -223,7 +223,7 @@ fn estimators(study: &Study, asked: &str, time: &dyn Fn(&Price) -> String) -> St
     let others: Vec<String> = study
         .prices
         .iter()
-        .filter(|price| price.variant.knob == "estimator")
+        .filter(|price| price.variant.setting == "estimator")
         .map(|price| format!("{} {}", price.label, time(price)))
         .collect();
     if others.is_empty() {

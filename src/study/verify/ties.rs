@@ -167,7 +167,7 @@ pub fn explain(
 
 fn of_replay(ties: &Ties<'_>, replay: &Replay) -> Option<Tie> {
     let onward: Vec<Segment> = replay.rays.iter().map(of_pipeline).collect();
-    ties.of_sample(eye(replay), &onward)
+    ties.of_sample(camera_ray(replay), &onward)
 }
 
 /// The cause of the samples that differ by more than half of `tolerance`: all have one, and there are any.
@@ -201,21 +201,21 @@ fn of_differences(
 fn cause(scene: &Scene, ties: &Ties<'_>, a: &Replay, b: &Replay, tolerance: f64) -> Option<Cause> {
     let face = |replay: &Replay| replay.hit.map(|met| (met.geometry, met.primitive));
     if face(a) != face(b) {
-        let tie = ties.of_eye(eye(a))?;
-        return (!named(scene, tie) || !ties.in_one_plane(eye(a))).then_some(Cause::Tie(tie));
+        let tie = ties.of_camera_ray(camera_ray(a))?;
+        return (!named(scene, tie) || !ties.in_one_plane(camera_ray(a))).then_some(Cause::Tie(tie));
     }
     let (here, there) = (a.point?, b.point?);
     let wide = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
     let place = |point: &Point| [wide(point.p), wide(point.n)];
     let alike = |(a, b): (&f32, &f32)| f64::from((a - b).abs()) <= tolerance * f64::from(a.max(*b));
-    if !ties.one_point(eye(a), place(&here), place(&there)) || !here.rho.iter().zip(&there.rho).all(alike) {
+    if !ties.one_point(camera_ray(a), place(&here), place(&there)) || !here.rho.iter().zip(&there.rho).all(alike) {
         return None;
     }
     if answers_agree(a, b) {
         return Some(Cause::Rounding);
     }
     let onward: Vec<Segment> = a.rays.iter().chain(&b.rays).map(of_pipeline).collect();
-    ties.of_onward(eye(a), &onward).map(Cause::Tie)
+    ties.of_onward(camera_ray(a), &onward).map(Cause::Tie)
 }
 
 /// Whether the scene names two bodies as meshes that overlap in one plane.
@@ -237,7 +237,7 @@ fn answers_agree(a: &Replay, b: &Replay) -> bool {
         && beside.all(|[a, b]| a.blocked_by.is_some() == b.blocked_by.is_some() || !same(a.wi, b.wi))
 }
 
-fn eye(replay: &Replay) -> Segment {
+fn camera_ray(replay: &Replay) -> Segment {
     segment(replay.origin, replay.direction, f32::INFINITY)
 }
 

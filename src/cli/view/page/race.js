@@ -11,13 +11,24 @@ export const name = racer => `${racer.estimator}, ${racer.adaptive ? "adaptive "
 const $ = id => document.getElementById(id);
 
 export class RacePanel {
-  constructor(start) {
+  /** `start(race)` asks for a race; `refused(what, field)` shows what is wrong and where. */
+  constructor(start, refused) {
     this.choices = FIRST.map(([estimator, sampler]) => ({ estimator, sampler, adaptive: false }));
     $("race-add").onclick = () => { this.choices.push({ ...this.choices.at(-1) }); this.draw(); };
     $("race-start").onclick = () => {
+      const by = $("race-by").value, field = $("race-seconds"), seconds = Number(field.value);
+      if (by !== "file" && !(seconds >= 0.1 && seconds <= 3600)) return refused("A reference takes 0.1 to 3600 seconds.", field);
       $("race-choices").open = false;
-      const by = $("race-by").value, seconds = Number($("race-seconds").value);
-      start({ racers: this.choices, ...(by === "file" ? {} : { by, seconds: Math.max(0.1, Math.min(3600, seconds || 10)) }) });
+      this.waits = true;
+      start({ racers: this.choices, ...(by === "file" ? {} : { by, seconds }) });
+    };
+    this.refused = what => {
+      if (!this.waits) return false;
+      this.waits = false;
+      // The server says which racer it means, if it means one.
+      const row = $("race-setup").children[/^racer (\d)/.exec(what)?.[1] - 1];
+      refused(what, row?.querySelector("select") ?? $("race-start"));
+      return true;
     };
     $("race-by").onchange = () => { $("race-seconds-label").hidden = $("race-by").value === "file"; };
     new ResizeObserver(() => this.curves()).observe($("curves"));
@@ -64,6 +75,7 @@ export class RacePanel {
   take(race) {
     const had = this.race;
     this.race = race;
+    if (race) this.waits = false;
     $("race-running").hidden = !race;
     $("race-start").textContent = race ? "Start again" : "Start";
     if (!race) { if (had) $("race-choices").open = true; return; }
@@ -85,7 +97,7 @@ export class RacePanel {
       // Monte Carlo errors fall as one over the time: the factor in error is one in time.
       const factor = last && best ? last[1] / best[1] : NaN;
       const cells = ["", name(racer), racer.least === racer.most ? racer.least : `${racer.least}–${racer.most}`,
-        last ? amount(last[1]) : "–", !last ? "–" : factor <= 1 ? "leads" : `${factor < 10 ? factor.toFixed(1) : +factor.toPrecision(2)} ×`];
+        last ? amount(last[1]) : "–", !last ? "–" : factor <= 1 ? "leads" : `${factor < 10 ? factor.toFixed(1) : factor < 1e4 ? +factor.toPrecision(2) : amount(factor)} ×`];
       row.append(...cells.map(text => Object.assign(document.createElement("td"), { textContent: text })));
       return row;
     }));

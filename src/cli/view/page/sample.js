@@ -8,7 +8,7 @@ const unit = a => { const l = Math.hypot(...a); return a.map(x => x / l); };
 const mix = (a, s, b, t) => a.map((x, i) => s * x + t * b[i]);
 
 /** How the techniques are called and coloured. */
-const TECHNIQUES = { cone: ["uniform in a light's cone", 0], cap: ["a light's cap by the cosine", 3], brdf: ["the BRDF's lobe", 1], lobe: ["the lobe inside a light's cap", 1], sphere: ["the whole sphere", 2] };
+const TECHNIQUES = { cone: ["uniform in a light's cone", 0], cap: ["a light's cap by the cosine", 3], brdf: ["the BRDF's lobe", 1], lobe: ["the lobe inside a light's cap", 1], sphere: ["the whole sphere", 2], light: ["a light's own sampling", 0] };
 /** Others by their own name. */
 const technique = name => TECHNIQUES[name] ?? [name, 3];
 const figure = x => x === 0 ? "0" : Math.abs(x) >= 1e-3 && Math.abs(x) < 1e5 ? String(+x.toPrecision(3)) : x.toExponential(1);

@@ -29,10 +29,13 @@ function ask(message) {
   if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message));
 }
 
+let effort = 0;
 function see(buffer) {
+  const begun = performance.now();
   const id = new Uint32Array(buffer, 0, 1)[0];
   if (!layers.has(id)) layers.set(id, new Layer(id));
   layers.get(id).take(buffer);
+  effort += performance.now() - begun;
 }
 
 const HEAR = {
@@ -41,7 +44,9 @@ const HEAR = {
     frames++;
     redraw(() => {
       drawn = { epoch, at: performance.now(), first: drawn?.first ?? performance.timeOrigin + performance.now() };
-      ask({ do: "next" });
+      // Drawing takes time from a render on the same machine, which takes fewer looks then.
+      ask({ do: "next", ms: Math.min(effort, 1000) });
+      effort = 0;
     });
   },
   hello(message) {
@@ -103,7 +108,7 @@ const HEAR = {
     if (opens) $("sample-panel").scrollIntoView({ block: "start" });
   },
   pixel(message) { exact = message; pointer(); },
-  said({ level, what }) { say(what, level); },
+  said({ level, what }) { if (level !== "error" || !races.refused(what)) say(what, level); },
 };
 const hear = message => HEAR[message.kind]?.(message);
 
@@ -116,6 +121,7 @@ function redraw(then) {
   asked = true;
   requestAnimationFrame(() => {
     asked = false;
+    const begun = performance.now();
     const shown = visible();
     stage.draw(shown, tone, errors && status?.race ? layers.get(REFERENCE) : null);
     labels(shown);
@@ -124,6 +130,7 @@ function redraw(then) {
     // The pixel whose sample is open.
     const { at } = samples;
     if (at && !$("sample-panel").hidden) stage.mark(at.x, at.y, shown.length);
+    if (after.length) effort += performance.now() - begun;
     const done = after;
     after = [];
     done.forEach(f => f());
@@ -214,6 +221,11 @@ const samples = new SamplePanel(ask), lights = new Lights(ask);
 const races = new RacePanel(race => {
   errors = false; choose("look"); press("race-error", false);
   ask({ do: "race", ...race });
+}, (what, field) => {
+  panel("race", true);
+  $("race-choices").open = true;
+  field.focus();
+  say(what, "error");
 });
 let ending = false;
 

@@ -15,7 +15,7 @@ pub struct Choice {
 }
 
 /// One row of the table.
-pub struct Knob {
+pub struct Setting {
     /// The name of its command-line option, without dashes.
     pub name: &'static str,
     /// What it decides, in a few words.
@@ -25,8 +25,8 @@ pub struct Knob {
 }
 
 /// All settings, in the order of the report.
-pub const KNOBS: [Knob; 9] = [
-    Knob {
+pub const SETTINGS: [Setting; 9] = [
+    Setting {
         name: "estimator",
         what: "how directions of light are drawn",
         values: |from| {
@@ -34,7 +34,7 @@ pub const KNOBS: [Knob; 9] = [
             EstimatorKind::ALL.into_iter().map(of).collect()
         },
     },
-    Knob {
+    Setting {
         name: "sampler",
         what: "where random numbers come from",
         values: |from| {
@@ -42,12 +42,12 @@ pub const KNOBS: [Knob; 9] = [
             SamplerKind::ALL.into_iter().map(of).collect()
         },
     },
-    Knob {
+    Setting {
         name: "adaptive",
         what: "samples go where the relative noise is",
         values: |from| vec![(String::new(), Choice { adaptive: true, ..from })],
     },
-    Knob {
+    Setting {
         name: "lanes",
         what: "rays a packet",
         values: |from| {
@@ -57,12 +57,12 @@ pub const KNOBS: [Knob; 9] = [
                 .collect()
         },
     },
-    Knob {
+    Setting {
         name: "threads",
         what: "how many threads render",
         values: |from| vec![("1".to_owned(), from.with(|s| s.threads = 1))],
     },
-    Knob {
+    Setting {
         name: "accel",
         what: "how rays find what they hit",
         values: |from| {
@@ -70,7 +70,7 @@ pub const KNOBS: [Knob; 9] = [
             AccelKind::ALL.into_iter().map(of).collect()
         },
     },
-    Knob {
+    Setting {
         name: "robust",
         what: "whether Embree closes the edges between triangles",
         values: |from| {
@@ -78,7 +78,7 @@ pub const KNOBS: [Knob; 9] = [
             [("on", true), ("off", false)].map(of).into()
         },
     },
-    Knob {
+    Setting {
         name: "cull",
         what: "whether shapes are left out for a tile at once",
         values: |from| {
@@ -86,7 +86,7 @@ pub const KNOBS: [Knob; 9] = [
             [("on", true), ("off", false)].map(of).into()
         },
     },
-    Knob {
+    Setting {
         name: "lights",
         what: "which lights a pass samples, where there are many",
         values: |from| {
@@ -109,8 +109,9 @@ impl Choice {
 /// A measured choice: the defaults, or the defaults with one setting changed.
 #[derive(Clone, Debug, Serialize)]
 pub struct Variant {
-    /// The setting; empty for the defaults.
-    pub knob: &'static str,
+    /// The setting; empty for the defaults. Its name in `study.json` is older.
+    #[serde(rename = "knob")]
+    pub setting: &'static str,
     /// Its value, if it has one.
     pub value: String,
     /// What it decides.
@@ -124,7 +125,7 @@ impl Variant {
     /// The defaults.
     pub fn defaults(settings: Settings) -> Self {
         Self {
-            knob: "",
+            setting: "",
             value: String::new(),
             what: "",
             choice: Choice {
@@ -136,22 +137,22 @@ impl Variant {
 
     /// Its short name in tables and charts: `mis`, `1 lane`, `adaptive`.
     pub fn label(&self) -> String {
-        match (self.knob, self.value.as_str()) {
+        match (self.setting, self.value.as_str()) {
             ("", _) => "default".to_owned(),
-            (knob, "") => knob.to_owned(),
-            ("lanes" | "threads", "1") => format!("1 {}", self.knob.trim_end_matches('s')),
-            ("lanes" | "threads", count) => format!("{count} {}", self.knob),
-            ("robust" | "cull" | "lights", value) => format!("{} {value}", self.knob),
+            (setting, "") => setting.to_owned(),
+            ("lanes" | "threads", "1") => format!("1 {}", self.setting.trim_end_matches('s')),
+            ("lanes" | "threads", count) => format!("{count} {}", self.setting),
+            ("robust" | "cull" | "lights", value) => format!("{} {value}", self.setting),
             (_, value) => value.to_owned(),
         }
     }
 
     /// The arguments to add to `octolux render SCENE`.
     pub fn arguments(&self) -> String {
-        match (self.knob, self.value.as_str()) {
+        match (self.setting, self.value.as_str()) {
             ("", _) => String::new(),
-            (knob, "") => format!(" --{knob}"),
-            (knob, value) => format!(" --{knob} {value}"),
+            (setting, "") => format!(" --{setting}"),
+            (setting, value) => format!(" --{setting} {value}"),
         }
     }
 }
@@ -182,12 +183,12 @@ pub fn variants(
         })
     };
     let same = |choice: &Choice| resolved(choice) == resolved(&from);
-    let turned = KNOBS.iter().flat_map(|knob| {
-        let values = (knob.values)(from).into_iter().filter(|(_, choice)| !same(choice));
+    let turned = SETTINGS.iter().flat_map(|setting| {
+        let values = (setting.values)(from).into_iter().filter(|(_, choice)| !same(choice));
         values.map(|(value, choice)| Variant {
-            knob: knob.name,
+            setting: setting.name,
             value,
-            what: knob.what,
+            what: setting.what,
             choice,
         })
     });
@@ -212,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn each_variant_turns_one_knob_and_none_is_the_default() {
+    fn each_variant_turns_one_setting_and_none_is_the_default() {
         let all = variants(settings(), (AccelKind::Linear, Lanes::Eight), true, 3);
         let labels: Vec<String> = all.iter().map(Variant::label).collect();
         assert_eq!(
@@ -244,7 +245,7 @@ mod tests {
         let many = variants(settings(), (AccelKind::Embree, Lanes::Eight), false, 65);
         let lights: Vec<String> = many
             .iter()
-            .filter(|v| v.knob == "lights")
+            .filter(|v| v.setting == "lights")
             .map(Variant::arguments)
             .collect();
         assert_eq!(lights, [" --lights all", " --lights 64"]);

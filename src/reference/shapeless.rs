@@ -16,7 +16,7 @@ const SINGLE: f64 = 1e-6;
 
 /// A light of the scene.
 #[derive(Debug)]
-pub enum Lamp {
+pub enum ShapelessLight {
     /// At each point, its light comes from a single direction.
     Delta(Light),
     /// A sun.
@@ -45,7 +45,7 @@ pub struct Arrival {
     pub irradiance: DVec3,
 }
 
-impl Lamp {
+impl ShapelessLight {
     /// From the scene's light.
     pub fn new(light: &Light) -> Self {
         match *light {

@@ -151,11 +151,7 @@ mod tests {
                 let (guess, most) = (total / (200.0 * mean), total / (mean * 1e-5));
                 let expected = bisected(&off, guess, most);
                 let alone = calls.replace(0);
-                assert_eq!(
-                    solve(&off, guess, most).to_bits(),
-                    expected.to_bits(),
-                    "{total}, {bend}"
-                );
+                assert_eq!(solve(off, guess, most).to_bits(), expected.to_bits(), "{total}, {bend}");
                 assert!(
                     calls.get() <= alone.max(20),
                     "{} values instead of {alone}",

@@ -47,6 +47,7 @@
 //! | `DiskWithoutItsSlant` | the disk of a light counts as if it was overhead | weight |
 //! | `DiskDenserInTheMiddle` | directions to a light's disk denser towards its axis | density |
 //! | `OpenLightOverhead` | a light that nothing can block counts as if it was overhead | oracle |
+//! | `OpenLightNeverSets` | a light that nothing can block counts as if all of it was above every point's horizon | closed form |
 //! | `SecondForAll` | every point has a second direction, those that see a light wholly with full weight | oracle |
 //! | `RouletteWeightForgotten` | one sample in 256 of a lobe's tail, with the weight of one | rings |
 //! | `TailAlwaysTaken` | all samples of a lobe's tail, with the weight of 256 | rings |
@@ -157,6 +158,7 @@ mod tests {
         DiskWithoutItsSlant "weight",
         DiskDenserInTheMiddle "density",
         OpenLightOverhead "oracle",
+        OpenLightNeverSets "closed form",
         SecondForAll "oracle",
         RouletteWeightForgotten "rings",
         TailAlwaysTaken "rings",

@@ -27,8 +27,13 @@
 //! means separately (0.00053 and 0.00061), and its root better than averaging roots (0.00069): a window of 3 x 3 pixels gives
 //! 0.0020, 5 x 5 0.00061, 7 x 7 0.00053, 9 x 9 0.00059.
 
+mod share;
+
+use std::ops::Range;
+
 use rayon::prelude::*;
 
+use self::share::{Bounds, Weights};
 use crate::scene::FilmSize;
 
 /// Statistics of a pixel over a few passes.
@@ -38,6 +43,14 @@ pub struct Noise {
     pub mean: [f64; 3],
     /// Variance of a sample, up to one factor for all pixels.
     pub variance: [f64; 3],
+}
+
+impl Noise {
+    /// The variance of a sample relative to the squared mean, as in relMSE, summed over colours.
+    pub fn relative(&self) -> f64 {
+        let channels = self.mean.iter().zip(self.variance);
+        channels.map(|(mean, variance)| variance / (mean * mean + DARK)).sum()
+    }
 }
 
 /// The content of a pixel.
@@ -85,41 +98,33 @@ pub fn pilot(spp: u32) -> u32 {
 }
 
 /// Samples of each pixel, row by row, `spp` on average: together exactly `spp` times the pixels, less one if that is odd.
-/// `noise` comes from [`pilot`] passes, which are included in the counts; `kinds` must not depend on any sample.
-pub fn allocate(size: FilmSize, noise: &[Noise], kinds: &[Kind], spp: u32) -> Vec<u32> {
-    let weights = smooth(
-        size,
-        &noise.par_iter().map(relative_variance).collect::<Vec<_>>(),
-        kinds,
-    );
+/// `noise` is [`Noise::relative`] in [`pilot`] passes, which are included in the counts; `kinds` must not depend on any sample.
+pub fn allocate(size: FilmSize, noise: &[f64], kinds: &[Kind], spp: u32) -> Vec<u32> {
     let width = size.width as usize;
-    let pixels_of = |colour: usize| -> Vec<usize> {
-        let row = |y: usize| ((y + colour) % 2..width).step_by(2).map(move |x| y * width + x);
-        (0..size.height as usize).flat_map(row).collect()
-    };
     let pairs = u64::from(spp) * noise.len() as u64 / 2;
     let blacks = noise.len().div_ceil(2);
     let black_pairs = (u128::from(pairs) * blacks as u128 / noise.len() as u128) as u64;
     let least = u64::from(pilot(spp).max(spp / FLOOR).div_ceil(2));
     let edges = kinds.iter().filter(|&&kind| kind != Kind::Plain).count();
-    let of_edges = if edges * EDGES <= kinds.len() {
-        least.max(u64::from(spp / 2))
-    } else {
-        least
+    let bounds = Bounds {
+        least,
+        of_edges: if edges * EDGES <= kinds.len() {
+            least.max(u64::from(spp / 2))
+        } else {
+            least
+        },
+        most: (u64::from(spp) * MOST / 2).min(1 << 30),
     };
-    let least_of = |i: usize| if kinds[i] == Kind::Plain { least } else { of_edges };
-    let most = (u64::from(spp) * MOST / 2).min(1 << 30);
-    let of_colour = |colour: usize, total: u64| {
-        let pixels = pixels_of(colour);
-        let weights: Vec<f64> = pixels.iter().map(|&i| weights[i]).collect();
-        let least: Vec<u64> = pixels.iter().map(|&i| least_of(i)).collect();
-        (pixels, apportion(&weights, total, &least, most))
-    };
-    let (blacks, whites) = rayon::join(|| of_colour(0, black_pairs), || of_colour(1, pairs - black_pairs));
+    let [black, white] = smooth(size, noise, kinds);
+    let (blacks, whites) = rayon::join(
+        || black.apportion(black_pairs, bounds),
+        || white.apportion(pairs - black_pairs, bounds),
+    );
     let mut samples = vec![0; noise.len()];
-    for (pixels, shares) in [blacks, whites] {
-        for (i, pairs) in pixels.into_iter().zip(shares) {
-            samples[i] = 2 * pairs as u32;
+    let mut shares = [blacks.into_iter(), whites.into_iter()];
+    for (y, row) in samples.chunks_mut(width).enumerate() {
+        for (x, samples) in row.iter_mut().enumerate() {
+            *samples = 2 * shares[(x + y) % 2].next().unwrap_or_default();
         }
     }
     samples
@@ -154,124 +159,111 @@ pub fn next_stop(goals: impl Iterator<Item = u32>, first: u32) -> u32 {
     pass
 }
 
-fn relative_variance(noise: &Noise) -> f64 {
-    let channels = noise.mean.iter().zip(noise.variance);
-    channels.map(|(mean, variance)| variance / (mean * mean + DARK)).sum()
-}
+/// Rows that are smoothed together; even.
+const BAND: usize = 8;
 
-/// For each pixel, the root of the mean of `values` over the pixels of the other chessboard colour and of its kind in the
-/// window around it; over all kinds if there are none of its kind.
-fn smooth(size: FilmSize, values: &[f64], kinds: &[Kind]) -> Vec<f64> {
+/// For the pixels of each chessboard colour, row by row, the root of the mean of `values` over the pixels of the other colour and of
+/// their kind in the window around them; over all kinds if there are none of their kind.
+fn smooth(size: FilmSize, values: &[f64], kinds: &[Kind]) -> [Weights; 2] {
     let (width, height) = (size.width as usize, size.height as usize);
-    let mut smoothed = vec![0.0; values.len()];
-    let rows = smoothed.par_chunks_mut(width).enumerate();
-    rows.for_each(|(y, row)| {
-        let own = &kinds[y * width..][..width];
-        for (of_edges, reach) in [(false, REACH), (true, REACH_OF_EDGES)] {
-            if own.iter().any(|&kind| (kind != Kind::Plain) == of_edges) {
-                smooth_row((width, height), (values, kinds), y, reach as usize, |x, mean| {
-                    if (own[x] != Kind::Plain) == of_edges {
-                        row[x] = mean.sqrt();
-                    }
-                });
+    // Two rows have as many pixels of one colour as of the other. If the number is odd, there is one black pixel more.
+    let most = values.len().div_ceil(2);
+    let mut weights = [vec![0.0; most], vec![0.0; most]];
+    let [black, white] = &mut weights;
+    let bands = black
+        .par_chunks_mut(BAND / 2 * width)
+        .zip(white.par_chunks_mut(BAND / 2 * width));
+    bands.enumerate().for_each(|(band, (black, white))| {
+        let rows = band * BAND..height.min((band + 1) * BAND);
+        let plain = PlainBand::around(&rows, (width, height), values, kinds);
+        let mut next = [black.iter_mut(), white.iter_mut()];
+        let (mut sums, mut counts) = (vec![0.0; width], vec![0; width]);
+        for y in rows {
+            plain.sum(y, (width, height), &mut sums, &mut counts);
+            for x in 0..width {
+                let window = |reach: u32| window((x, y), (width, height), reach as usize);
+                let (mut sum, mut count) = (sums[x], u32::from(counts[x]));
+                let own = kinds[y * width + x];
+                if own != Kind::Plain {
+                    let same = window(REACH_OF_EDGES).filter(|&at| kinds[at] == own);
+                    (sum, count) = same.fold((0.0, 0), |(sum, count), at| (sum + values[at], count + 1));
+                }
+                if count == 0 {
+                    let all = window(if own == Kind::Plain { REACH } else { REACH_OF_EDGES });
+                    (sum, count) = all.fold((0.0, 0), |(sum, count), at| (sum + values[at], count + 1));
+                }
+                if let Some(weight) = next[(x + y) % 2].next() {
+                    *weight = (sum / f64::from(count.max(1))).sqrt();
+                }
             }
         }
     });
-    smoothed
+    let mut edges = [0, 1].map(|_| Vec::with_capacity(most));
+    for (y, row) in kinds.chunks(width).enumerate() {
+        for (x, &kind) in row.iter().enumerate() {
+            edges[(x + y) % 2].push(kind != Kind::Plain);
+        }
+    }
+    let [black, mut white] = weights;
+    white.truncate(values.len() - most);
+    let [of_black, of_white] = edges;
+    [(black, of_black), (white, of_white)].map(|(weights, edges)| Weights { weights, edges })
 }
 
-/// Tells the mean of the window of each column of row `y`. Adds one place of the window for the whole row at a time: in vectors.
-fn smooth_row(
-    (width, height): (usize, usize),
-    (values, kinds): (&[f64], &[Kind]),
-    y: usize,
-    reach: usize,
-    mut tell: impl FnMut(usize, f64),
-) {
-    let own = &kinds[y * width..][..width];
-    let (mut sums, mut counts) = (vec![0.0; width], vec![0.0; width]);
-    let window = || {
-        let rows = y.saturating_sub(reach)..height.min(y + reach + 1);
-        rows.flat_map(move |row| {
-            (0..=2 * reach)
-                .filter(move |across| (row + y + across + reach) % 2 == 1)
-                .map(move |across| (row, across))
-        })
-    };
-    for (row, across) in window() {
-        // Column `x + across - reach`.
-        let first = reach.saturating_sub(across);
-        let end = width.min((width + reach).saturating_sub(across));
-        if first >= end {
-            continue;
-        }
-        let others = row * width + first + across - reach..row * width + end + across - reach;
-        let (values, kinds) = (&values[others.clone()], &kinds[others]);
-        let to = sums[first..end].iter_mut().zip(&mut counts[first..end]);
-        for (((sum, count), own), (value, kind)) in to.zip(&own[first..end]).zip(values.iter().zip(kinds)) {
-            let same = f64::from(u8::from(kind == own));
-            *sum += same * value;
-            *count += same;
-        }
-    }
-    for (x, (mut sum, mut count)) in sums.into_iter().zip(counts).enumerate() {
-        if count == 0.0 {
-            let there = |&(_, across): &(usize, usize)| (reach..width + reach).contains(&(x + across));
-            for (row, across) in window().filter(there) {
-                sum += values[row * width + x + across - reach];
-                count += 1.0;
-            }
-        }
-        tell(x, sum / f64::max(count, 1.0));
-    }
+/// The pixels of the other colour in the window around a pixel, row by row.
+fn window((x, y): (usize, usize), (width, height): (usize, usize), reach: usize) -> impl Iterator<Item = usize> {
+    let columns = x.saturating_sub(reach)..width.min(x + reach + 1);
+    (y.saturating_sub(reach)..height.min(y + reach + 1)).flat_map(move |row| {
+        let first = columns.start + (columns.start + row + x + y + 1) % 2;
+        (first..columns.end).step_by(2).map(move |column| row * width + column)
+    })
 }
 
-/// Divides `total` in proportion to the weights, with each share clamped to its own `least` and to `most`: `clamp(scale *
-/// weight)` with the one scale that spends exactly `total`. Shares are rounded so that every prefix sum is accurate to one.
-/// `total` must be at least the sum of `least`, and at most `most` times the number of shares.
-fn apportion(weights: &[f64], total: u64, least: &[u64], most: u64) -> Vec<u64> {
-    let mean = weights.iter().sum::<f64>() / weights.len() as f64;
-    // Keeps every pixel within reach of a finite scale, and makes pixels without noise share equally.
-    let sure = if mean > 0.0 { mean * 1e-4 } else { 1.0 };
-    let low: Vec<f64> = least.iter().map(|&least| least as f64).collect();
-    let high = most as f64;
-    let share = |scale: f64, weight: f64, low: f64| (scale * weight.max(sure)).clamp(low, high);
-    // Eight parallel sums, which the compiler vectorizes.
-    let spent = |scale: f64| {
-        let ((eights, rest), (lows, low)) = (weights.as_chunks::<8>(), low.as_chunks::<8>());
-        let mut sums = [0.0; 8];
-        for (eight, lows) in eights.iter().zip(lows) {
-            for ((sum, &weight), &low) in sums.iter_mut().zip(eight).zip(lows) {
-                *sum += share(scale, weight, low);
+/// The plain pixels of some rows and of those that their windows reach: values and a 1, or 0 for other pixels.
+struct PlainBand {
+    first: usize,
+    values: Vec<f64>,
+    ones: Vec<u8>,
+}
+
+impl PlainBand {
+    fn around(rows: &Range<usize>, (width, height): (usize, usize), values: &[f64], kinds: &[Kind]) -> Self {
+        let first = rows.start.saturating_sub(REACH as usize);
+        let all = first * width..height.min(rows.end + REACH as usize) * width;
+        let plain = kinds[all.clone()].iter().map(|&kind| kind == Kind::Plain);
+        Self {
+            first,
+            values: (values[all].iter().zip(plain.clone()))
+                .map(|(&value, plain)| if plain { value } else { 0.0 })
+                .collect(),
+            ones: plain.map(u8::from).collect(),
+        }
+    }
+
+    /// Sums over the window of each column of row `y`. Adds one place of the window for the whole row at a time: in vectors.
+    fn sum(&self, y: usize, (width, height): (usize, usize), sums: &mut [f64], counts: &mut [u8]) {
+        let reach = REACH as usize;
+        sums.fill(0.0);
+        counts.fill(0);
+        for row in y.saturating_sub(reach)..height.min(y + reach + 1) {
+            for across in (0..=2 * reach).filter(|across| (row + y + across + reach) % 2 == 1) {
+                // Column `x + across - reach`.
+                let first = reach.saturating_sub(across);
+                let end = width.min((width + reach).saturating_sub(across));
+                if first >= end {
+                    continue;
+                }
+                let begin = (row - self.first) * width + first + across - reach;
+                let others = begin..begin + end - first;
+                for (sum, value) in sums[first..end].iter_mut().zip(&self.values[others.clone()]) {
+                    *sum += value;
+                }
+                for (count, one) in counts[first..end].iter_mut().zip(&self.ones[others]) {
+                    *count += one;
+                }
             }
         }
-        let rest = rest.iter().zip(low).map(|(&weight, &low)| share(scale, weight, low));
-        sums.iter().sum::<f64>() + rest.sum::<f64>()
-    };
-    let (mut below, mut above) = (0.0, high / sure);
-    // Right without bounds; the floor makes it less.
-    let mut scale = total as f64 / (mean.max(sure) * weights.len() as f64);
-    for _ in 0..100 {
-        let off = spent(scale) - total as f64;
-        if off.abs() < 0.25 {
-            break;
-        }
-        *(if off > 0.0 { &mut above } else { &mut below }) = scale;
-        scale = below.midpoint(above);
     }
-    let (mut sum, mut given) = (0.0, 0);
-    let mut shares: Vec<u64> = Vec::with_capacity(weights.len());
-    for (&weight, &low) in weights.iter().zip(&low) {
-        sum += share(scale, weight, low);
-        let upto = sum.round() as u64;
-        shares.push(upto - given);
-        given = upto;
-    }
-    // Beyond 2^50 samples the sums above are themselves rounded; the last pixel takes the difference.
-    if let Some(last) = shares.last_mut() {
-        *last = (*last + total).saturating_sub(given);
-    }
-    shares
 }
 
 #[cfg(test)]
@@ -280,13 +272,13 @@ mod tests {
     use crate::sampling::hash::mix;
 
     /// Noise over seven orders of magnitude.
-    fn noise(pixels: u32, seed: u32) -> Vec<Noise> {
+    fn noise(pixels: u32, seed: u32) -> Vec<f64> {
         let unit = |i: u32| f64::from(mix(mix(i) ^ seed)) / 4_294_967_296.0;
         let one = |i| Noise {
             mean: [unit(4 * i), unit(4 * i + 1), 0.0],
             variance: [10_f64.powf(7.0 * unit(4 * i + 2) - 5.0), unit(4 * i + 3), 0.0],
         };
-        (0..pixels).map(one).collect()
+        (0..pixels).map(|i| one(i).relative()).collect()
     }
 
     /// Edges in one pixel of `of`.
@@ -305,7 +297,7 @@ mod tests {
             for spp in [9, 16, 64, 77, 1000] {
                 let (size, pixels) = (FilmSize { width, height }, width * height);
                 let kinds = kinds(pixels, spp);
-                for noise in [noise(pixels, spp), vec![Noise::default(); pixels as usize]] {
+                for noise in [noise(pixels, spp), vec![0.0; pixels as usize]] {
                     let samples = allocate(size, &noise, &kinds, spp);
                     let total: u64 = samples.iter().map(|&n| u64::from(n)).sum();
                     let budget = u64::from(pixels) * u64::from(spp);
@@ -326,7 +318,7 @@ mod tests {
         let before = allocate(size, &noise, &kinds, 64);
         for at in 0..noise.len() {
             let own = noise[at];
-            noise[at].variance = [1e6; 3];
+            noise[at] = 1e9;
             let after = allocate(size, &noise, &kinds, 64);
             noise[at] = own;
             assert!(before != after || kinds[at] != Kind::Plain, "others do listen");
@@ -345,6 +337,7 @@ mod tests {
             mean: [1.0; 3],
             variance: [if i % 64 < 32 { 1.0 } else { 9.0 }; 3],
         };
+        let pixel = |i: u32| pixel(i).relative();
         let plain = [Kind::Plain; 64 * 32];
         let samples = allocate(size, &(0..64 * 32).map(pixel).collect::<Vec<_>>(), &plain, 100);
         let mean = |from: usize| (from..from + 20).map(|x| f64::from(samples[16 * 64 + x])).sum::<f64>() / 20.0;
@@ -365,6 +358,7 @@ mod tests {
             mean: [1.0; 3],
             variance: [variance(i); 3],
         };
+        let pixel = |i: u32| pixel(i).relative();
         let samples = allocate(size, &(0..64 * 64).map(pixel).collect::<Vec<_>>(), &kinds, 64);
         let of = |x: usize, y: usize| samples[64 * y + x];
         for x in 0..64 {

@@ -269,14 +269,14 @@ impl Film {
         self.tiles.first().is_some_and(Tile::measures_noise)
     }
 
-    /// The noise of each pixel, row by row; needs at least four passes. Parallel: to be called in the pool of a render.
-    pub fn noise(&self) -> Vec<Noise> {
+    /// [`Noise::relative`] of each pixel, row by row; needs at least four passes. Parallel: to be called in the pool of a render.
+    pub fn noise(&self) -> Vec<f64> {
         let width = self.size.width as usize;
-        let mut all = vec![Noise::default(); width * self.size.height as usize];
+        let mut all = vec![0.0; width * self.size.height as usize];
         let rows = all.par_chunks_mut(width * TILE as usize);
         let tiles = self.tiles.par_chunks(width.div_ceil(TILE as usize));
         rows.zip(tiles)
-            .for_each(|(row, tiles)| place(row, width, tiles, |tile| |pixel| tile.noise(pixel)));
+            .for_each(|(row, tiles)| place(row, width, tiles, |tile| |pixel| tile.noise(pixel).relative()));
         all
     }
 
@@ -388,10 +388,10 @@ mod tests {
             chunk.add(slot, &[radiance, 0.0, radiance, 0.0]);
         }
         tile.add(&chunk, 4);
-        let noise = film.noise();
-        assert_eq!(noise[0], Noise::default());
+        let noise = film.tiles()[0].noise(1);
         // Pairs of 2 and 6: a mean of 2 per pass, a variance of 8 per pair, 4 per pass.
-        assert_eq!((noise[1].mean, noise[1].variance), ([2.0, 0.0, 2.0], [4.0, 0.0, 4.0]));
+        assert_eq!((noise.mean, noise.variance), ([2.0, 0.0, 2.0], [4.0, 0.0, 4.0]));
+        assert_eq!(film.noise(), [0.0, noise.relative(), 0.0]);
         film.set_goals(&[4, 6, 8]);
         film.tiles_mut()[0].skip(3);
         assert_eq!(film.samples(), [4, 6, 7]);

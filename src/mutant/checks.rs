@@ -91,6 +91,7 @@ fn closed_form() {
             (!hopeless).then_some(64)
         },
     );
+    closed_forms::an_open_light_half_below_the_horizon_of_normals(10, 64);
 }
 
 fn acne() {

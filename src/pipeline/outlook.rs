@@ -79,57 +79,93 @@ impl Traced {
     }
 }
 
+/// The four neighbors after a pixel: with them all pairs of neighbors are looked at once, as joining is mutual.
+const AFTER: [(i32, u32); 4] = [(1, 0), (-1, 1), (0, 1), (1, 1)];
+
+/// Mark of a pixel whose ray hit an emitter. The bits below it are the neighbors in [`AFTER`] that the pixel does not join.
+const SHINING: u8 = 1 << AFTER.len();
+
 /// Classifies each pixel, row by row, from the rays through it and its eight neighbors.
+///
+/// Of the hits only those at the borders of the rows of tiles are kept, since memory that is new to a process is dear: all hits of 768 x
+/// 512 pixels would be 11 MB.
 pub fn kinds(prepared: &Prepared) -> Vec<Kind> {
     let FilmSize { width, height } = prepared.settings.film;
     let film = Film::new(prepared.settings.film);
     let at = |x: u32, y: u32| y as usize * width as usize + x as usize;
-    let mut all = vec![Traced::default(); width as usize * height as usize];
+    let rows_of_tiles = height.div_ceil(TILE);
+    let mut marks = vec![0; at(0, height)];
+    let mut tops = vec![Traced::default(); at(0, rows_of_tiles)];
+    let mut bottoms = tops.clone();
     prepared.pool.install(|| {
-        let rows = all.par_chunks_mut(at(0, TILE));
         let tiles = film.tiles().par_chunks(width.div_ceil(TILE) as usize);
-        rows.zip(tiles).for_each(|(row, tiles)| {
-            for tile in tiles {
-                let [[_, top], _] = tile.corners();
-                let seen = look(prepared, tile, |chunk, scratch| seen(chunk, &scratch.hits));
-                for ([x, y], seen) in tile.pixels().zip(seen) {
-                    row[at(x, y - top)] = seen;
+        let rows = marks.par_chunks_mut(at(0, TILE)).zip(tiles);
+        let borders = tops
+            .par_chunks_mut(width as usize)
+            .zip(bottoms.par_chunks_mut(width as usize));
+        rows.zip(borders)
+            .for_each_init(Vec::new, |hits, ((marks, tiles), (top, bottom))| {
+                hits.resize(marks.len(), Traced::default());
+                for tile in tiles {
+                    let [[_, top], _] = tile.corners();
+                    let seen = look(prepared, tile, |chunk, scratch| seen(chunk, &scratch.hits));
+                    for ([x, y], seen) in tile.pixels().zip(seen) {
+                        hits[at(x, y - top)] = seen;
+                    }
                 }
-            }
-        });
-    });
-    // The four neighbors after a pixel that it does not join, a bit each: all pairs of neighbors once, as joining is mutual.
-    let after = [(1, 0), (-1, 1), (0, 1), (1, 1)];
-    let parted = |x: u32, y: u32| {
-        let mut parted = 0;
-        for (bit, &(dx, dy)) in (0_u32..).zip(&after) {
-            let there = (x.wrapping_add_signed(dx), y + dy);
-            if there.0 < width && there.1 < height {
-                parted |= u8::from(!all[at(x, y)].joins(&all[at(there.0, there.1)])) << bit;
-            }
-        }
-        parted
-    };
-    prepared.pool.install(|| {
-        let parted = by_row(width, height, parted);
+                for (i, mark) in marks.iter_mut().enumerate() {
+                    let shining = if hits[i].what == SHINES { SHINING } else { 0 };
+                    *mark = shining
+                        | parted(&hits[i], i as u32 % width, width, |dx, dy| {
+                            hits.get(i + at(0, dy) + dx - 1)
+                        });
+                }
+                top.copy_from_slice(&hits[..width as usize]);
+                bottom.copy_from_slice(&hits[hits.len() - width as usize..]);
+            });
+        let rows = marks
+            .par_chunks_mut(at(0, TILE))
+            .zip(bottoms.par_chunks(width as usize));
+        rows.zip(tops.par_chunks(width as usize).skip(1))
+            .for_each(|((marks, above), below)| {
+                let last = marks.len() - width as usize;
+                for (x, mark) in marks[last..].iter_mut().enumerate() {
+                    let there = |dx, dy| if dy == 1 { below.get(x + dx - 1) } else { None };
+                    *mark |= parted(&above[x], x as u32, width, there);
+                }
+            });
         let kind = |x: u32, y: u32| {
-            let mut edge = parted[at(x, y)] != 0;
-            for (bit, &(dx, dy)) in after.iter().enumerate() {
+            let mut edge = marks[at(x, y)] & !SHINING != 0;
+            for (bit, &(dx, dy)) in AFTER.iter().enumerate() {
                 let there = (x.wrapping_sub(dx as u32), y.wrapping_sub(dy));
-                edge |= there.0 < width && there.1 < height && parted[at(there.0, there.1)] >> bit & 1 == 1;
+                edge |= there.0 < width && there.1 < height && marks[at(there.0, there.1)] >> bit & 1 == 1;
             }
             if !edge {
                 return Kind::Plain;
             }
             let mut rim = false;
             for row in y.saturating_sub(1)..height.min(y + 2) {
-                let around = &all[at(x.saturating_sub(1), row)..at(width.min(x + 2) - 1, row) + 1];
-                rim |= around.iter().any(|other| other.what == SHINES);
+                let around = &marks[at(x.saturating_sub(1), row)..at(width.min(x + 2) - 1, row) + 1];
+                rim |= around.iter().any(|mark| mark & SHINING != 0);
             }
             if rim { Kind::Rim } else { Kind::Edge }
         };
         by_row(width, height, kind)
     })
+}
+
+/// The neighbors in [`AFTER`] that a pixel of column `x` does not join, a bit each. `there` tells the hit of a neighbor, by its column from
+/// the left one's and its row, if it is known.
+fn parted<'a>(own: &Traced, x: u32, width: u32, there: impl Fn(usize, u32) -> Option<&'a Traced>) -> u8 {
+    let mut parted = 0;
+    for (bit, &(dx, dy)) in AFTER.iter().enumerate() {
+        if x.wrapping_add_signed(dx) < width
+            && let Some(other) = there((dx + 1) as usize, dy)
+        {
+            parted |= u8::from(!own.joins(other)) << bit;
+        }
+    }
+    parted
 }
 
 /// A value of every pixel, row by row.

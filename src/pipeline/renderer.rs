@@ -12,7 +12,7 @@ use super::prepared::Prepared;
 use super::progress::{Counters, Progress};
 use super::settings::Settings;
 use crate::film::allocation::{self, Kind};
-use crate::film::{Film, Noise, Tile, leaf_passes};
+use crate::film::{Film, Tile, leaf_passes};
 use crate::sampling::PassBlock;
 use crate::scene::FilmSize;
 
@@ -26,8 +26,8 @@ pub(crate) struct Renderer {
     passes: u32,
     /// The random numbers of the current block and its last pass. A paused block resumes with them.
     numbers: Option<(Arc<PassBlock>, u32)>,
-    /// Computes the samples of every pixel from the noise of every pixel and the average samples per pixel.
-    allocate: fn(FilmSize, &[Noise], &[Kind], u32) -> Vec<u32>,
+    /// Computes the samples of every pixel from the relative variance of every pixel and the average samples per pixel.
+    allocate: fn(FilmSize, &[f64], &[Kind], u32) -> Vec<u32>,
     /// Maximum samples of any pixel, once samples are allocated.
     most: Option<u32>,
 }

@@ -9,7 +9,7 @@
 use std::f64::consts::TAU;
 
 use crate::proof::Family;
-use crate::proof::closed_forms::{noise_free_scenes, test_scenes};
+use crate::proof::closed_forms::{an_open_light_half_below_the_horizon_of_normals, noise_free_scenes, test_scenes};
 use crate::proof::runs::{Estimate, Runs, settings};
 use crate::proof::stats::integrate;
 use glam::DVec3;
@@ -47,6 +47,11 @@ fn test_scenes_have_the_answers_they_state_by_independent_numbers_and_embree() {
         SEEDS,
         passes,
     );
+}
+
+#[test]
+fn an_open_light_that_dips_below_shading_normals_is_cut_there() {
+    an_open_light_half_below_the_horizon_of_normals(SEEDS, 256);
 }
 
 #[test]

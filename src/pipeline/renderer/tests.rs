@@ -41,7 +41,7 @@ emission = [10.0, 10.0, 10.0]
 
 const SEEDS: u32 = 60;
 
-type Allocate = fn(FilmSize, &[Noise], &[Kind], u32) -> Vec<u32>;
+type Allocate = fn(FilmSize, &[f64], &[Kind], u32) -> Vec<u32>;
 
 /// Mean of the picture for each seed, at 16 samples a pixel; uniform samples if `allocate` is `None`.
 fn means(sampler: SamplerKind, first_seed: u32, allocate: Option<Allocate>) -> Vec<f64> {
@@ -82,8 +82,8 @@ fn z(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// A biased method: each pixel gets samples according to its own noise.
-fn own_noise(_: FilmSize, noise: &[Noise], _: &[Kind], spp: u32) -> Vec<u32> {
-    let deviations: Vec<f64> = noise.iter().map(|n| n.variance[0].sqrt()).collect();
+fn own_noise(_: FilmSize, noise: &[f64], _: &[Kind], spp: u32) -> Vec<u32> {
+    let deviations: Vec<f64> = noise.iter().map(|noise| noise.sqrt()).collect();
     let pilot = allocation::pilot(spp);
     let pairs = f64::from((spp - pilot) / 2) * noise.len() as f64 / deviations.iter().sum::<f64>();
     let samples = |deviation| pilot + 2 * (pairs * deviation) as u32;

@@ -34,7 +34,7 @@ impl Stage for Blank {
     fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
         let Scratch { grid, hits, .. } = scratch;
         hits.clear();
-        chunk.counters.samples += grid.fill(chunk) as u64;
+        chunk.counters.samples += grid.fill::<L>(chunk) as u64;
     }
 }
 
@@ -48,7 +48,7 @@ fn trace<L: TraceLane, T: Tracer, const COMPILED_IN: u32>(chunk: &mut Chunk, scr
         T::cull_for_tile::<L>(chunk.world, chunk.tile, set);
     }
     hits.clear();
-    let samples = grid.fill(chunk);
+    let samples = grid.fill::<L>(chunk);
     // If only pixels are listed and the tile size is no multiple of the packet size, packets straddle passes, so that only the last
     // packet of a chunk has idle lanes. Past the last sample, lanes stay in its pass, because their addresses must be valid too.
     let (length, listed) = (grid.len(), grid.lists_passes());

@@ -38,7 +38,8 @@ pub fn toward_disk<L: TraceLane>(
         if active.none() {
             continue;
         }
-        if sink.open && (active & !product::clears(&point, &view)).none() {
+        let clears = mutate!(product::clears(&point, &view), OpenLightNeverSets => L::Mask::splat(true));
+        if sink.open && (active & !clears).none() {
             let found = product::unoccluded(&point, &view, active);
             sink.take(stream, at, &light.sphere, &found);
             continue;

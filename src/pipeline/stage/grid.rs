@@ -3,11 +3,19 @@
 use std::ops::Range;
 
 use super::chunk::{Chunk, Order};
-use crate::lane::Word;
+use crate::film::TILE;
+use crate::lane::{Bits, Lane, Mask};
+use crate::pipeline::columns::CAPACITY;
 use crate::pipeline::lists::Group;
 
 /// Maximum number of lanes of a packet. Columns are padded by this much, so that any packet is one load.
 const LANES: usize = 16;
+
+/// Length of the columns if the active pixels of each pass are listed: one packet is written and one read past the last sample.
+const ROOM: usize = CAPACITY + LANES;
+
+/// Maximum number of pixels of a tile.
+const PIXELS: usize = (TILE * TILE) as usize;
 
 /// Source columns of camera packets, relative to the first pixel of the tile and the first pass of the chunk, so tiles of one shape
 /// share them. They list the pixels of a tile, reused pass after pass; or every sample of a chunk, if packets mix passes.
@@ -42,11 +50,11 @@ struct Shape {
 
 impl Grid {
     /// Fills the columns for a chunk; returns the number of its samples.
-    pub fn fill(&mut self, chunk: &Chunk) -> usize {
+    pub fn fill<L: Lane>(&mut self, chunk: &Chunk) -> usize {
         let tile = chunk.tile;
         self.by_goals = !tile.goals().is_empty() && chunk.order != Order::Neighbours;
         if self.by_goals {
-            return self.pass_by_pass(chunk);
+            return self.pass_by_pass::<L::Plain>(chunk);
         }
         let listed = chunk.order == Order::Neighbours;
         // While noise is measured, pairs of passes have separate sums. With listed samples these indices must be listed too.
@@ -113,76 +121,98 @@ impl Grid {
     }
 
     /// Pass by pass, and in each the active pixels in tile order. Returns the number of samples.
-    fn pass_by_pass(&mut self, chunk: &Chunk) -> usize {
-        let (goals, first) = (chunk.tile.goals(), chunk.numbers.first());
-        let [[left, top], _] = chunk.tile.corners();
-        let first_pixel = top.wrapping_mul(chunk.film_width).wrapping_add(left);
-        // The columns of the pixels: a sample's key is copied, not hashed again.
-        let rows: Vec<(f32, f32, u32)> = (chunk.tile.offsets().iter())
-            .map(|&[x, y]| {
-                let pixel = first_pixel.wrapping_add(y.wrapping_mul(chunk.film_width).wrapping_add(x));
-                (x as f32, y as f32, chunk.numbers.key(Word(pixel)).0)
-            })
-            .collect();
-        let all: Vec<u32> = match chunk.order {
-            Order::Lists => by_group(chunk).into_iter().map(|at| at as u32).collect(),
-            _ => (0..goals.len() as u32).collect(),
-        };
-        // If all goals are even, the passes 2k and 2k + 1 have the same pixels, and the second is a copy.
-        let twins = goals.iter().all(|goal| goal.is_multiple_of(2));
-        let mut listed = vec![0..0; chunk.pass_order.len() / 2 + 2];
-        let (mut members, mut reached, mut last) = (all.clone(), 0, 0..0);
+    #[inline(never)]
+    fn pass_by_pass<L: Lane>(&mut self, chunk: &Chunk) -> usize {
         self.clear();
-        self.key.clear();
-        self.pass.clear();
         self.shape = None;
+        self.length = 0;
+        for column in [&mut self.x, &mut self.y] {
+            column.resize(ROOM, 0.0);
+        }
+        for column in [&mut self.index, &mut self.key, &mut self.pass] {
+            column.resize(ROOM, 0);
+        }
+        let all = Members::of::<L>(chunk);
+        let mut members = all.clone();
+        // If all goals are even, the passes 2k and 2k + 1 have the same pixels, and the second is a copy.
+        let twins = chunk.tile.goals().iter().all(|goal| goal.is_multiple_of(2));
+        let couple = |pass: u32| (chunk.numbers.first() + pass) / 2;
+        let mut listed = vec![0..0; chunk.pass_order.len() / 2 + 2];
+        let mut reached = 0;
         for &pass in chunk.pass_order {
-            let begin = self.x.len();
-            let twin = &mut listed[((first + pass) / 2 - (first + chunk.first) / 2) as usize];
+            let begin = self.length;
+            let twin = &mut listed[(couple(pass) - couple(chunk.first)) as usize];
             if twins && twin.start < twin.end {
-                self.repeat_range(twin.clone());
+                self.append_again::<L>(twin.clone());
             } else {
                 // Passes mostly ascend, and then pixels only drop out.
-                if first + pass < reached {
+                if pass < reached {
                     members.clone_from(&all);
                 }
-                reached = first + pass;
-                let (before, mut count) = (members.len(), 0);
-                for i in 0..before {
-                    // Writes unconditionally and advances only if active: a branch would be mispredicted.
-                    let at = members[i];
-                    members[count] = at;
-                    count += usize::from(goals[at as usize] > reached);
-                }
-                members.truncate(count);
-                if count == before && last.len() == count {
-                    self.repeat_range(last);
-                } else {
-                    self.x.extend(members.iter().map(|&at| rows[at as usize].0));
-                    self.y.extend(members.iter().map(|&at| rows[at as usize].1));
-                    self.key.extend(members.iter().map(|&at| rows[at as usize].2));
-                    self.index.extend_from_slice(&members);
-                }
-                *twin = begin..self.x.len();
-                last = twin.clone();
+                reached = pass;
+                self.append::<L>(&mut members, pass - chunk.first);
+                *twin = begin..self.length;
             }
-            self.pass.resize(self.x.len(), pass);
+            for at in (begin..self.length).step_by(L::N) {
+                L::Bits::splat(pass).store(&mut self.pass[at..]);
+            }
         }
-        self.length = self.x.len();
-        for _ in 0..LANES {
-            let last = self.length - 1;
-            self.repeat_range(last..last + 1);
-            self.pass.push(self.pass[last]);
+        // Past the last sample, lanes repeat it.
+        let (last, ends) = (self.length - 1, self.length..self.length + LANES);
+        for column in [&mut self.x, &mut self.y] {
+            let last = column[last];
+            column[ends.clone()].fill(last);
+        }
+        for column in [&mut self.index, &mut self.key, &mut self.pass] {
+            let last = column[last];
+            column[ends.clone()].fill(last);
         }
         self.length
     }
 
-    /// Appends rows again.
-    fn repeat_range(&mut self, rows: Range<usize>) {
-        self.x.extend_from_within(rows.clone());
-        self.y.extend_from_within(rows.clone());
-        self.index.extend_from_within(rows.clone());
-        self.key.extend_from_within(rows);
+    /// Drops the members that do not take part in a pass, relative to the first of the chunk, and appends the others.
+    #[inline(always)]
+    fn append<L: Lane>(&mut self, members: &mut Members, pass: u32) {
+        let (before, begin) = (members.count, self.length);
+        let mut count = 0;
+        // Compacts without branches: they would be mispredicted. In place, as a packet is read before it is overwritten.
+        for at in (0..before).step_by(L::N) {
+            let rest = L::Bits::load(&members.rest[at..]);
+            // Both are below 2^31.
+            let stays = (L::Bits::splat(pass) - rest).top_bit() & L::Mask::first(before - at);
+            let packing = L::packing(stays);
+            let x = L::load(&members.x[at..]).pack(packing);
+            let y = L::load(&members.y[at..]).pack(packing);
+            let index = packed::<L>(&members.index[at..], packing);
+            let key = packed::<L>(&members.key[at..], packing);
+            let rest = L::from_bits(rest).pack(packing).to_bits();
+            x.store(&mut members.x[count..]);
+            y.store(&mut members.y[count..]);
+            index.store(&mut members.index[count..]);
+            key.store(&mut members.key[count..]);
+            rest.store(&mut members.rest[count..]);
+            let to = begin + count;
+            x.store(&mut self.x[to..]);
+            y.store(&mut self.y[to..]);
+            index.store(&mut self.index[to..]);
+            key.store(&mut self.key[to..]);
+            count += stays.count();
+        }
+        members.count = count;
+        self.length += count;
+    }
+
+    /// Appends earlier rows again, but for their passes.
+    #[inline(always)]
+    fn append_again<L: Lane>(&mut self, rows: Range<usize>) {
+        let (from, to, count) = (rows.start, self.length, rows.len());
+        for at in (0..count).step_by(L::N) {
+            L::load(&self.x[from + at..]).store(&mut self.x[to + at..]);
+            L::load(&self.y[from + at..]).store(&mut self.y[to + at..]);
+            L::Bits::load(&self.index[from + at..]).store(&mut self.index[to + at..]);
+            L::Bits::load(&self.key[from + at..]).store(&mut self.key[to + at..]);
+        }
+        self.length += count;
     }
 
     /// By squares of 2 x 2 pixels along a Morton curve, and in each square pass by pass.
@@ -228,6 +258,54 @@ impl Grid {
         self.index.push(self.index[row]);
         self.pixel.push(self.pixel[row]);
     }
+}
+
+/// The pixels of a tile that take part in a pass and in those after it, in columns as those of [`Grid`].
+#[derive(Clone)]
+struct Members {
+    x: [f32; PIXELS + LANES],
+    y: [f32; PIXELS + LANES],
+    index: [u32; PIXELS + LANES],
+    key: [u32; PIXELS + LANES],
+    /// Number of passes of the chunk and after it in which the pixel takes part; cut off far above any number of passes.
+    rest: [u32; PIXELS + LANES],
+    count: usize,
+}
+
+impl Members {
+    /// All pixels of a tile.
+    fn of<L: Lane>(chunk: &Chunk) -> Self {
+        let (goals, first) = (chunk.tile.goals(), chunk.numbers.first() + chunk.first);
+        let [[left, top], _] = chunk.tile.corners();
+        let first_pixel = top.wrapping_mul(chunk.film_width).wrapping_add(left);
+        let order = (chunk.order == Order::Lists).then(|| by_group(chunk));
+        let mut all = Self {
+            x: [0.0; PIXELS + LANES],
+            y: [0.0; PIXELS + LANES],
+            index: [0; PIXELS + LANES],
+            key: [0; PIXELS + LANES],
+            rest: [0; PIXELS + LANES],
+            count: chunk.tile.area(),
+        };
+        for row in 0..all.count {
+            let at = order.as_ref().map_or(row, |order| order[row]);
+            let [x, y] = chunk.tile.offsets()[at];
+            (all.x[row], all.y[row], all.index[row]) = (x as f32, y as f32, at as u32);
+            all.key[row] = first_pixel.wrapping_add(y.wrapping_mul(chunk.film_width).wrapping_add(x));
+            all.rest[row] = goals[at].saturating_sub(first).min(1 << 30);
+        }
+        // From pixels to keys: a sample's key is copied later, not hashed again.
+        for at in (0..all.count).step_by(L::N) {
+            let key = chunk.numbers.key(L::Bits::load(&all.key[at..]));
+            key.store(&mut all.key[at..]);
+        }
+        all
+    }
+}
+
+#[inline(always)]
+fn packed<L: Lane>(column: &[u32], packing: L::Packing) -> L::Bits {
+    L::from_bits(L::Bits::load(column)).pack(packing).to_bits()
 }
 
 /// The pixels of a tile, group by group.

@@ -235,10 +235,12 @@ fn adaptive_renders_by_lists_are_unbiased() {
 }
 
 #[test]
-fn product_has_the_bits_of_mis_by_lists() {
-    let scene = scene(120, 30);
-    let of = |estimator| picture(&scene, listed(33, 18, estimator), 5);
-    assert_same("lists", &of(EstimatorKind::Product), &of(EstimatorKind::Mis));
+fn product_by_lists_has_the_bits_of_mis_or_mis2_power() {
+    for (spheres, triangles, same) in [(120, 30, EstimatorKind::Mis), (30, 120, EstimatorKind::Mis2Power)] {
+        let scene = scene(spheres, triangles);
+        let of = |estimator| picture(&scene, listed(33, 18, estimator), 5);
+        assert_same(same.name(), &of(EstimatorKind::Product), &of(same));
+    }
 }
 
 /// Lights that coincide, one at the camera, one of a million times the power, one that is larger than all else.

@@ -14,12 +14,13 @@ mod met;
 mod penumbra;
 mod picks;
 mod request;
+#[cfg(feature = "rival")]
+pub mod rival;
 mod rings;
 mod scratch;
 pub mod shade;
 pub mod shadow;
 pub mod surface;
-#[cfg(feature = "rival")]
 pub mod walked;
 
 pub use chunk::{Chunk, Order, Segment, pairs};

@@ -250,7 +250,7 @@ impl Bits for U32x8 {
     }
     #[inline(always)]
     fn transposed(row: impl FnMut(usize) -> [u32; 8]) -> [Self; 8] {
-        let rows: [f32x8; 8] = gather(row).map(|row| must_cast(row));
+        let rows: [f32x8; 8] = gather(row).map(must_cast);
         f32x8::transpose(rows).map(|column| Self(must_cast(column)))
     }
     #[inline(always)]

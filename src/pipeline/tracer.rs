@@ -198,13 +198,7 @@ impl Tracer for BruteForce {
     }
 
     #[inline(always)]
-    fn occluded<L: TraceLane>(
-        world: &World,
-        set: &Candidates,
-        active: L::Mask,
-        ray: &Ray<L>,
-        _: Coherence,
-    ) -> L::Mask {
+    fn occluded<L: TraceLane>(world: &World, set: &Candidates, active: L::Mask, ray: &Ray<L>, _: Coherence) -> L::Mask {
         world.line.occluded(set, active, ray)
     }
 }

@@ -113,11 +113,7 @@ pub fn agree(mut family: Family, scene: &Scene, length: u8, seeds: u32, passes: 
             let lists = asked(LightsAsked::List(length), 1, passes);
             let all = asked(LightsAsked::All, 10_001, (passes / 2).max(1));
             for ((x, y), name) in lists.iter().zip(&all).zip(names(4, 2)) {
-                let what = format!(
-                    "{} {} lists of {length} {name}",
-                    estimator.name(),
-                    sampler.name()
-                );
+                let what = format!("{} {} lists of {length} {name}", estimator.name(), sampler.name());
                 family.add(x.p(*y, 1e-5), format!("{what}: {}", x.against(*y)));
             }
         }

@@ -49,7 +49,10 @@ fn polished_points_walk_and_others_have_lists() {
             let prepared = Prepared::new(&scene, listed(37, 21, EstimatorKind::Mis)).expect("it renders");
             let _ = prepared.passes(passes).finish();
             let [walk, list] = prepared.lists().expect("lists").tables;
-            assert!(walk > 0 && (list > 0) == lists, "{passes} passes: {walk} and {list} tables");
+            assert!(
+                walk > 0 && (list > 0) == lists,
+                "{passes} passes: {walk} and {list} tables"
+            );
         }
     }
 }

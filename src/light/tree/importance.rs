@@ -271,7 +271,10 @@ impl<L: Lane> Moments<L> {
             let wide = alpha.mul_add(lateral, d2);
             let apart = (d2 - axis.dot(q) * d2.sqrt()).max(L::zero());
             let fall = (alpha * apart / wide).min(L::splat(80.0));
-            found = found * lateral.mul_add(half, d2).mul_add(exp(-fall), wide * L::splat(LOBE_FLOOR));
+            found = found
+                * lateral
+                    .mul_add(half, d2)
+                    .mul_add(exp(-fall), wide * L::splat(LOBE_FLOOR));
             over = over * wide;
         }
         found / over

@@ -141,19 +141,33 @@ impl Table {
     }
 
     /// Whether walks of single points are expected to have a smaller variance in the same time than a list. A light of a list has a
-    /// variance because its table is one for all points; a walk, because it knows nothing of visibility. Points that see no light
-    /// do not count.
+    /// variance because its table is one for all points; a walk, because it knows nothing of visibility. Of variances relative to what
+    /// a point gets, those of bright points count more.
     fn forecast(&self, seen: &[[f32; WIDE]], visible: &[f32; WIDE], weights: &[f64]) -> bool {
-        let lit = visible.iter().filter(|&&x| x > 0.0).count() as f32;
-        let squares = seen.iter().zip(weights).map(|(seen, &weight)| {
-            let share = rms(seen, visible);
-            f64::from(share * share) / weight
-        });
-        let listed = squares.sum::<f64>() as f32 / lit - 1.0;
-        // Of what a point might get, the part that it gets.
-        let sees = visible.iter().zip(&self.inverses).filter(|(visible, _)| **visible > 0.0);
-        let walked = sees.map(|(visible, all)| visible / all).sum::<f32>() / lit - 1.0;
-        listed > WALK_COSTS * (walked.max(0.0) + WALK_ERRS)
+        let env = |name: &str, or: f32| std::env::var(name).ok().and_then(|x| x.parse().ok()).unwrap_or(or);
+        let e = env("OCTOLUX_E", 1.0);
+        let (costs, errs) = (env("OCTOLUX_COSTS", 6.0), env("OCTOLUX_ERRS", 0.2));
+        let mut counts = [0.0; WIDE];
+        for (count, &inverse) in counts.iter_mut().zip(visible) {
+            if inverse > 0.0 {
+                *count = inverse.powf(-e);
+            }
+        }
+        let sum = counts.iter().sum::<f32>();
+        let mut listed = 0.0;
+        for (seen, &weight) in seen.iter().zip(weights) {
+            for k in 0..WIDE {
+                let share = seen[k] * visible[k];
+                listed += f64::from(counts[k] / sum * share * share) / weight;
+            }
+        }
+        let mut walked = 0.0;
+        for k in 0..WIDE {
+            if counts[k] > 0.0 && self.inverses[k] > 0.0 {
+                walked += counts[k] / sum * (visible[k] / self.inverses[k] - 1.0);
+            }
+        }
+        listed as f32 - 1.0 > costs * (walked.max(0.0) + errs)
     }
 
     /// Whether points walk down the tree by themselves, instead of sharing lists.

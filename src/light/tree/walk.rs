@@ -40,8 +40,8 @@ impl<L: Lane> Digits<L> {
     #[inline(always)]
     pub fn new(pair: Pair<L::Bits>, i: u32, strata: u32) -> Self {
         let (u, _) = pair.unit::<L>();
-        let i = mutate!(i, WalksShareStratum => 0);
-        let place = (u + L::splat(i as f32)) * L::splat(1.0 / strata as f32);
+        let stratum = mutate!(i, WalksShareStratum => 0);
+        let place = (u + L::splat(stratum as f32)) * L::splat(1.0 / strata as f32);
         Self {
             number: place.min(L::splat(BELOW_ONE)),
             grain: L::splat(f32::EPSILON / 2.0),
@@ -84,7 +84,10 @@ impl<L: Lane> Weighs<L> for ByMoments<L> {
     fn weigh(&self, tree: &LightTree, _: L::Mask, first: &[u32; 16]) -> [(L, L); 2] {
         let Self((p, n, lobe)) = *self;
         // No loop: the two wait for divisions and roots together.
-        let (a, b) = (Moments::<L>::gather(tree, first, 0), Moments::<L>::gather(tree, first, 1));
+        let (a, b) = (
+            Moments::<L>::gather(tree, first, 0),
+            Moments::<L>::gather(tree, first, 1),
+        );
         [(a.brief(p, n, lobe), a.power), (b.brief(p, n, lobe), b.power)]
     }
 }
@@ -212,7 +215,9 @@ mod tests {
             let walks = 1_u32 << 18;
             for i in (0..walks).step_by(8) {
                 let number = |k: usize| {
-                    <F32x8 as Lane>::Bits::from_fn(|lane| pcg4d([Word(i + lane as u32), Word(at as u32), Word(0), Word(9)])[k].0)
+                    <F32x8 as Lane>::Bits::from_fn(|lane| {
+                        pcg4d([Word(i + lane as u32), Word(at as u32), Word(0), Word(9)])[k].0
+                    })
                 };
                 let digits = Digits::new(Pair(number(0), number(1)), i / 8 % 4, 4);
                 let walked = tree.walk(Mask::splat(true), from, digits);
@@ -220,7 +225,10 @@ mod tests {
                     let leaf = walked.leaf[lane] as usize;
                     counts[leaf] += 1;
                     let chance = walked.chance.lane(lane);
-                    assert!(chance > 0.0 && (chances[leaf] == 0.0 || chances[leaf] == chance), "leaf {leaf}");
+                    assert!(
+                        chance > 0.0 && (chances[leaf] == 0.0 || chances[leaf] == chance),
+                        "leaf {leaf}"
+                    );
                     chances[leaf] = chance;
                 }
             }
@@ -234,7 +242,10 @@ mod tests {
                 }
             }
             let (few, expected) = (left.0 + f64::from(walks), left.1 * f64::from(walks));
-            assert!((few - expected).abs() < 5.0 * expected.max(30.0).sqrt(), "point {at}: {few}, not {expected}");
+            assert!(
+                (few - expected).abs() < 5.0 * expected.max(30.0).sqrt(),
+                "point {at}: {few}, not {expected}"
+            );
             let sigmas = (chi2 - f64::from(cells)) / (2.0 * f64::from(cells)).sqrt();
             assert!(sigmas < 5.0, "point {at}: chi-square {chi2} of {cells}");
         }

@@ -15,9 +15,9 @@ pub use address::{Group, ListAddress};
 use probe::VisibilityProbe;
 
 use super::model::{self, Model};
-use crate::bsdf::Microfacets;
 use super::stage::{Chunk, Request};
 use super::tracer::Tracer;
+use crate::bsdf::Microfacets;
 use crate::film::{TILE, Tile};
 use crate::lane::Lane;
 use crate::light::tree::{Emitter, Pick, Table};

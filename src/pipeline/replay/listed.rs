@@ -167,7 +167,14 @@ fn walked<M: Told>(
             found: queue.each().next().map(|rays| {
                 let shadow = ray(point.p, rays.direction, rays.tfar, light.sphere);
                 let towards = (rays.direction, rays.tfar);
-                found(world, point, towards, Some(light.le), rays.value, tracer.occluded(&shadow))
+                found(
+                    world,
+                    point,
+                    towards,
+                    Some(light.le),
+                    rays.value,
+                    tracer.occluded(&shadow),
+                )
             }),
         });
         queue.clear();

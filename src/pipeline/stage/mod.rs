@@ -14,9 +14,9 @@ mod met;
 mod penumbra;
 mod picks;
 mod request;
+mod rings;
 #[cfg(feature = "rival")]
 pub mod rival;
-mod rings;
 mod scratch;
 pub mod shade;
 pub mod shadow;

@@ -20,7 +20,7 @@ use crate::light::View;
 use crate::light::tree::{Digits, From, Table, Walked};
 use crate::light::triangle::{Triangle, Triangles};
 use crate::math::Vec3;
-use crate::pipeline::lists::{Lists, Probed, UNIT};
+use crate::pipeline::lists::{Lists, Probed, UNIT, level};
 use crate::pipeline::queue::{QueuedRays, WideQueue};
 use crate::pipeline::stream::Address;
 use crate::pipeline::world::World;
@@ -44,11 +44,15 @@ impl<M: Probed> Stage for PerWalked<M> {
             return;
         };
         let (mix, all) = (chunk.mix, stream.len());
-        picks.divide(chunk, stream);
-        for pass in picks.levels() {
+        let mut divided = false;
+        for pass in levels(chunk) {
             let Some(table) = lists.tabulated(chunk, M::KIND, pass).filter(|table| table.walked()) else {
                 continue;
             };
+            if !divided {
+                picks.divide(chunk, stream);
+                divided = true;
+            }
             let way = Way {
                 lists,
                 mix,
@@ -91,6 +95,14 @@ impl<M: Probed> Stage for PerWalked<M> {
             }
         }
     }
+}
+
+/// A pass of each level of tables in the chunk.
+fn levels(chunk: &Chunk) -> Vec<u32> {
+    let mut passes: Vec<u32> = chunk.pass_order.iter().map(|pass| chunk.numbers.first() + pass).collect();
+    passes.sort_unstable();
+    passes.dedup_by_key(|pass| level(*pass));
+    passes
 }
 
 /// Numbers of the walks of a point and pass (0), and of the places on the lights that they find (from 1).

@@ -25,7 +25,7 @@ const NOT_WORTH_A_LOOK: f32 = 0.1;
 const WALK_COSTS: f32 = 6.0;
 
 /// Relative variance of one walk where all lights are visible.
-const WALK_ERRS: f32 = 0.2;
+const WALK_ERRS: f32 = 0.25;
 
 /// Visibility of a light: bit `i` for point `i`.
 pub trait Look {
@@ -141,33 +141,22 @@ impl Table {
     }
 
     /// Whether walks of single points are expected to have a smaller variance in the same time than a list. A light of a list has a
-    /// variance because its table is one for all points; a walk, because it knows nothing of visibility. Of variances relative to what
-    /// a point gets, those of bright points count more.
+    /// variance because its table is one for all points; a walk, because it knows nothing of visibility. Of these variances, relative
+    /// to what a point gets, each counts by what the point gets: points that see next to nothing would decide for all.
     fn forecast(&self, seen: &[[f32; WIDE]], visible: &[f32; WIDE], weights: &[f64]) -> bool {
-        let env = |name: &str, or: f32| std::env::var(name).ok().and_then(|x| x.parse().ok()).unwrap_or(or);
-        let e = env("OCTOLUX_E", 1.0);
-        let (costs, errs) = (env("OCTOLUX_COSTS", 6.0), env("OCTOLUX_ERRS", 0.2));
-        let mut counts = [0.0; WIDE];
-        for (count, &inverse) in counts.iter_mut().zip(visible) {
-            if inverse > 0.0 {
-                *count = inverse.powf(-e);
+        let (mut gets, mut might) = (0.0, 0.0);
+        for (visible, all) in visible.iter().zip(&self.inverses) {
+            if *visible > 0.0 && *all > 0.0 {
+                (gets, might) = (gets + visible.recip(), might + all.recip());
             }
         }
-        let sum = counts.iter().sum::<f32>();
-        let mut listed = 0.0;
+        let mut squares = 0.0;
         for (seen, &weight) in seen.iter().zip(weights) {
-            for k in 0..WIDE {
-                let share = seen[k] * visible[k];
-                listed += f64::from(counts[k] / sum * share * share) / weight;
-            }
+            let square = |(seen, visible): (&f32, &f32)| seen * (seen * visible);
+            squares += f64::from(seen.iter().zip(visible).map(square).sum::<f32>() / gets) / weight;
         }
-        let mut walked = 0.0;
-        for k in 0..WIDE {
-            if counts[k] > 0.0 && self.inverses[k] > 0.0 {
-                walked += counts[k] / sum * (visible[k] / self.inverses[k] - 1.0);
-            }
-        }
-        listed as f32 - 1.0 > costs * (walked.max(0.0) + errs)
+        let (listed, walked) = (squares as f32 - 1.0, might / gets - 1.0);
+        listed > WALK_COSTS * (walked.max(0.0) + WALK_ERRS)
     }
 
     /// Whether points walk down the tree by themselves, instead of sharing lists.

@@ -54,7 +54,6 @@
 //! | `ExpectedOnceEach` | a light of a list is weighted as if it were in every list | lists |
 //! | `WayDownForgotten` | the probability of a light within its cluster is missing from its density | lists |
 //! | `WalkForgotten` | a light that a point finds by itself is weighted as if every light had the same probability | walks |
-//! | `WalksShareStratum` | all walks of a point and pass are in the first stratum | walks |
 //! | `ColorsShareLists` | the two colors of a tile have the same lists | separate lists |
 //! | `GroupsShareLists` | the pixels of one color of a tile have one list | separate lists |
 //! | `PassesShareLists` | every pass has the list of the first | separate lists |
@@ -174,7 +173,6 @@ mod tests {
         ExpectedOnceEach "lists",
         WayDownForgotten "lists",
         WalkForgotten "walks",
-        WalksShareStratum "walks",
         ColorsShareLists "separate lists",
         GroupsShareLists "separate lists",
         PassesShareLists "separate lists",

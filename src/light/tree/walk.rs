@@ -40,8 +40,7 @@ impl<L: Lane> Digits<L> {
     #[inline(always)]
     pub fn new(pair: Pair<L::Bits>, i: u32, strata: u32) -> Self {
         let (u, _) = pair.unit::<L>();
-        let stratum = mutate!(i, WalksShareStratum => 0);
-        let place = (u + L::splat(stratum as f32)) * L::splat(1.0 / strata as f32);
+        let place = (u + L::splat(i as f32)) * L::splat(1.0 / strata as f32);
         Self {
             number: place.min(L::splat(BELOW_ONE)),
             grain: L::splat(f32::EPSILON / 2.0),

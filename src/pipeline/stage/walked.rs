@@ -99,7 +99,11 @@ impl<M: Probed> Stage for PerWalked<M> {
 
 /// A pass of each level of tables in the chunk.
 fn levels(chunk: &Chunk) -> Vec<u32> {
-    let mut passes: Vec<u32> = chunk.pass_order.iter().map(|pass| chunk.numbers.first() + pass).collect();
+    let mut passes: Vec<u32> = chunk
+        .pass_order
+        .iter()
+        .map(|pass| chunk.numbers.first() + pass)
+        .collect();
     passes.sort_unstable();
     passes.dedup_by_key(|pass| level(*pass));
     passes

@@ -286,8 +286,17 @@ fn asked(prepared: &Prepared) -> String {
             settings.estimator.name()
         );
     }
+    let polished = [Effect::Phong, Effect::Conductor].map(|model| prepared.features().effects().has(model));
+    let walks = if polished.contains(&true) {
+        format!(
+            ", or {} walks of each polished point down the tree, where the tile's table expects less noise of them",
+            lists.walks
+        )
+    } else {
+        String::new()
+    };
     format!(
-        "a list of {} lights for each group of pixels in a tile and each pass: {rule}; tree of {:.1} MB, {:.0} bytes a light, {:.0} ms to build",
+        "a list of {} lights for each group of pixels in a tile and each pass{walks}: {rule}; tree of {:.1} MB, {:.0} bytes a light, {:.0} ms to build",
         lists.length,
         lists.bytes as f64 / 1e6,
         lists.bytes as f64 / lists.lights as f64,

@@ -157,6 +157,42 @@ impl Density for Listed {
     }
 }
 
+/// [`Listed`] with a light of its own in each lane.
+#[derive(Clone, Copy, Debug)]
+pub struct ListedEach {
+    mix: Mix,
+    inverses: [f32; 16],
+}
+
+impl ListedEach {
+    /// For lights with about these selection probabilities.
+    #[inline(always)]
+    pub fn new<L: Lane>(mix: Mix, chance: L) -> Self {
+        let mut inverses = [1.0; 16];
+        (L::one() / chance).store(&mut inverses);
+        Self { mix, inverses }
+    }
+}
+
+impl Density for ListedEach {
+    const SHARES_COIN: bool = true;
+    #[inline(always)]
+    fn of(mix: Mix) -> Self {
+        Self {
+            mix,
+            inverses: [1.0; 16],
+        }
+    }
+    #[inline(always)]
+    fn mix(self) -> Mix {
+        self.mix
+    }
+    #[inline(always)]
+    fn asked<L: Lane>(self, omega: L) -> L {
+        omega * L::load(&self.inverses)
+    }
+}
+
 /// Defines types for mixes known at compile time.
 macro_rules! known {
     ($($(#[$doc:meta])* $name:ident: $mix:ident, $warp:ident;)*) => {$(

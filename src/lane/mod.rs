@@ -235,6 +235,8 @@ pub trait Bits:
     fn shr(self, by: u32) -> Self;
     /// Looks up each lane's index in a table of sixteen; only the low four bits of an index count.
     fn lookup(table: &[u32], index: Self) -> Self;
+    /// Columns of a matrix that has a row of eight numbers in each lane.
+    fn transposed(row: impl FnMut(usize) -> [u32; 8]) -> [Self; 8];
     /// Which lanes are equal.
     fn eq(self, other: Self) -> Self::Mask;
     /// Which lanes have their top bit set.

@@ -173,6 +173,10 @@ impl Bits for Word {
         Self(table[(index.0 & 15) as usize])
     }
     #[inline(always)]
+    fn transposed(mut row: impl FnMut(usize) -> [u32; 8]) -> [Self; 8] {
+        row(0).map(Self)
+    }
+    #[inline(always)]
     fn eq(self, other: Self) -> bool {
         self.0 == other.0
     }

@@ -140,6 +140,11 @@ fn rows_and_signs_are_those_of_each_lane() {
             }
         }
         assert_eq!(rows.as_ref().len(), L::N);
+        let number = |lane: usize, k: usize| (8 * lane + k) as u32;
+        let columns = L::Bits::transposed(|lane| std::array::from_fn(|k| number(lane, k)));
+        for (k, column) in columns.into_iter().enumerate() {
+            assert!((0..L::N).all(|lane| column.lane(lane) == number(lane, k)), "column {k}");
+        }
         assert!(same(L::zero().negated(L::Mask::splat(true)).lane(0), -0.0));
     }
     struct Check;

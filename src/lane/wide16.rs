@@ -7,7 +7,7 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
-use super::{Bits, Lane, Mask};
+use super::{Bits, Lane, Mask, U32x8};
 
 /// Sixteen `f32`.
 #[derive(Clone, Copy, Debug)]
@@ -224,6 +224,18 @@ impl Bits for U32x16 {
     #[inline(always)]
     fn lookup(table: &[u32], index: Self) -> Self {
         Self(avx512!(_mm512_permutexvar_epi32(index.0, Self::load(table).0)))
+    }
+    #[inline(always)]
+    fn transposed(mut row: impl FnMut(usize) -> [u32; 8]) -> [Self; 8] {
+        let (low, high) = (U32x8::transposed(&mut row), U32x8::transposed(|lane| row(8 + lane)));
+        let mut columns = [Self::splat(0); 8];
+        for (column, (low, high)) in columns.iter_mut().zip(low.into_iter().zip(high)) {
+            let mut both = [0; 16];
+            low.store(&mut both);
+            high.store(&mut both[8..]);
+            *column = Self::load(&both);
+        }
+        columns
     }
     #[inline(always)]
     fn eq(self, other: Self) -> Mask16 {

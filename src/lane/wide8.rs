@@ -249,6 +249,11 @@ impl Bits for U32x8 {
         Self::select(index.shl(28).top_bit(), of(high), of(low))
     }
     #[inline(always)]
+    fn transposed(row: impl FnMut(usize) -> [u32; 8]) -> [Self; 8] {
+        let rows: [f32x8; 8] = gather(row).map(must_cast);
+        f32x8::transpose(rows).map(|column| Self(must_cast(column)))
+    }
+    #[inline(always)]
     fn eq(self, other: Self) -> Mask8 {
         Mask8(must_cast(self.0.simd_eq(other.0)))
     }

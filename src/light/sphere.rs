@@ -116,8 +116,7 @@ impl SphereLight {
 }
 
 impl<L: Lane> View<L> {
-    /// A light of its own for each lane.
-    #[cfg(feature = "rival")]
+    /// A light of its own for each lane, without [`SphereLight::origin_power`].
     #[inline(always)]
     pub fn of(to_center: Vec3<L>, radius: L) -> Self {
         let squared = to_center.length_squared();

@@ -12,7 +12,7 @@ use octolux::settings::AccelKind;
 use octolux::study::selftest::{Effort, panels, places};
 
 /// The checks of the proof, reduced to a second in total.
-pub const CHECKS: [(&str, fn()); 17] = [
+pub const CHECKS: [(&str, fn()); 18] = [
     ("density", density),
     ("weight", weight),
     ("rings", rings::both),
@@ -26,7 +26,10 @@ pub const CHECKS: [(&str, fn()); 17] = [
     ("accelerators", accelerators_agree),
     ("acne", acne),
     ("lists", || {
-        many_lights::agree(Family::new("lists"), (500, 40), 4, 16, 4)
+        many_lights::agree(Family::new("lists"), &many_lights::scene(500, 40), 4, 16, 4)
+    }),
+    ("walks", || {
+        many_lights::agree(Family::new("walks"), &many_lights::polished(300, 40), 8, 16, 4)
     }),
     ("separate lists", many_lights::apart),
     ("large plates", large_plates),

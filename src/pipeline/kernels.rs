@@ -6,7 +6,7 @@ use std::marker::PhantomData;
 
 use super::lists::Probed;
 use super::model::{self, Model};
-use super::stage::{Chunk, Directions, Penumbra, Scratch, Stage, camera, each, listed, meshes, shade};
+use super::stage::{Chunk, Directions, Penumbra, Scratch, Stage, camera, each, listed, meshes, shade, walked};
 use super::tracer::{BruteForce, ByEmbree};
 use crate::embree::{LaneWork, TraceLane, in_eight_of_avx512, in_sixteen};
 use crate::estimator::density::{Average, ConeOnly, DiskOrCone, LobeInCap, Mix, Projected};
@@ -116,6 +116,8 @@ pub(super) trait Suited: Model {
     type Projected: Directions<Self> + per_light::Directions<f32, Self::Of<f32>>;
     /// The density of `product`. Lobes that cannot be sampled in part fall back to both techniques.
     type Product: Directions<Self> + per_light::Directions<f32, Self::Of<f32>>;
+    /// With lists, the stage of points that walk down the tree of lights by themselves. It reads the mix at run time.
+    const WALKED: Option<Kernel> = None;
 }
 
 impl Suited for model::Diffuse {
@@ -130,6 +132,7 @@ impl Suited for model::Phong {
     type Mis = Average;
     type Projected = ConeOnly;
     type Product = LobeInCap;
+    const WALKED: Option<Kernel> = Some(Kernel::of::<walked::PerWalked<Self>>());
 }
 
 impl Suited for model::Ggx {
@@ -144,6 +147,7 @@ impl Suited for model::Conductor {
     type Mis = Mix;
     type Projected = Mix;
     type Product = Mix;
+    const WALKED: Option<Kernel> = Some(Kernel::of::<walked::PerWalked<Self>>());
 }
 
 fn shade_model<M: Suited + Probed>(estimator: EstimatorKind, needs: (Effects, bool)) -> Vec<Kernel> {
@@ -164,7 +168,7 @@ fn shade_model<M: Suited + Probed>(estimator: EstimatorKind, needs: (Effects, bo
 
 /// One stage per kind of light; with `lists`, one for spheres and triangles together. Only the sphere and list stages are
 /// specialized for the density; the others read the mix at run time.
-fn kinds<D: Directions<M>, M: Probed>((needs, lists): (Effects, bool)) -> Vec<Kernel> {
+fn kinds<D: Directions<M>, M: Suited + Probed>((needs, lists): (Effects, bool)) -> Vec<Kernel> {
     let kinds = [
         (Effect::SphereLights, Kernel::of::<shade::PerLight<D, M>>()),
         (Effect::MeshLights, Kernel::of::<each::PerTriangle<M>>()),
@@ -177,15 +181,15 @@ fn kinds<D: Directions<M>, M: Probed>((needs, lists): (Effects, bool)) -> Vec<Ke
         .into_iter()
         .filter(|(kind, _)| needs.has(*kind) && !in_lists(*kind));
     let listed = lists.then(Kernel::of::<listed::PerListed<D::Listed, M>>);
+    let walked = M::WALKED.filter(|_| lists);
     #[cfg(feature = "rival")]
-    let listed = listed.map(|listed| {
-        if std::env::var_os("OCTOLUX_RIVAL").is_some() {
-            Kernel::of::<super::stage::walked::PerWalked<M>>()
-        } else {
-            listed
-        }
-    });
-    listed.into_iter().chain(there.map(|(_, row)| row)).collect()
+    let (listed, walked) = if std::env::var_os("OCTOLUX_RIVAL").is_some() {
+        (lists.then(Kernel::of::<super::stage::rival::PerRival<M>>), None)
+    } else {
+        (listed, walked)
+    };
+    let many = listed.into_iter().chain(walked);
+    many.chain(there.map(|(_, row)| row)).collect()
 }
 
 impl Kernel {

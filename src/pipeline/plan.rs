@@ -187,7 +187,8 @@ impl Plan {
         let needs = features.effects().union(forced);
         let pairs =
             2 + if let (true, Some(length)) = (estimator.per_light(), lists) {
-                length + features.unlisted() as u32
+                // A point that walks takes a pair for its ways, and one for each light that it finds.
+                length.max(2) + features.unlisted() as u32
             } else if estimator.per_light() {
                 features.lights() as u32
             } else {

@@ -41,6 +41,10 @@ pub struct ListsOfLights {
     pub length: u32,
     /// Lights in the tree.
     pub lights: usize,
+    /// Walks down the tree of each point in a pass, where points walk.
+    pub walks: u32,
+    /// Of the tables that runs have needed so far, those by which points walk, and those of lists.
+    pub tables: [usize; 2],
     /// Memory of the tree and its indices in bytes, without the lights.
     pub bytes: usize,
     /// How long it took to build.
@@ -261,6 +265,8 @@ impl Prepared {
         Some(ListsOfLights {
             length: lists.length(),
             lights: lists.tree().len(),
+            walks: lists.walks(),
+            tables: lists.tables(),
             bytes: lists.bytes(),
             build_time: lists.build_time(),
         })

@@ -35,7 +35,7 @@ use rayon::prelude::*;
 use super::prepared::Prepared;
 use super::tracer::{BruteForce, ByEmbree, Tracer};
 use super::world::World;
-use crate::embree::{LaneWork, NO_SKIP_ID, TraceLane, in_eight_of_avx512, in_sixteen};
+use crate::embree::{Coherence, LaneWork, NO_SKIP_ID, TraceLane, in_eight_of_avx512, in_sixteen};
 use crate::lane::{Bits, F32x8, Lane, Mask, has_avx512};
 use crate::linear::Candidates;
 use crate::math::Vec3;
@@ -214,7 +214,7 @@ fn run<L: TraceLane, T: Tracer>(task: &mut Task) {
                 write(world, &hit, &ray, hits, at..at + count);
             }
             Answers::Occluded(occluded) => {
-                let met = T::occluded::<L>(world, &set, active, &ray).to_bitmask();
+                let met = T::occluded::<L>(world, &set, active, &ray, Coherence::Incoherent).to_bitmask();
                 for (lane, occluded) in occluded[at..at + count].iter_mut().enumerate() {
                     *occluded = met >> lane & 1 == 1;
                 }

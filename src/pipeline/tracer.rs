@@ -80,7 +80,13 @@ pub trait Tracer {
     /// Like [`Self::nearest`], for coherent rays from the origin.
     fn nearest_from_origin<L: TraceLane>(world: &World, set: &Candidates, active: L::Mask, ray: &Ray<L>) -> Hit<L>;
     /// Which active rays hit anything but the shape with their skip id.
-    fn occluded<L: TraceLane>(world: &World, set: &Candidates, active: L::Mask, ray: &Ray<L>) -> L::Mask;
+    fn occluded<L: TraceLane>(
+        world: &World,
+        set: &Candidates,
+        active: L::Mask,
+        ray: &Ray<L>,
+        coherence: Coherence,
+    ) -> L::Mask;
 }
 
 /// Traces with Embree.
@@ -134,21 +140,17 @@ impl Tracer for ByEmbree {
     }
 
     #[inline(always)]
-    fn occluded<L: TraceLane>(world: &World, set: &Candidates, active: L::Mask, ray: &Ray<L>) -> L::Mask {
+    fn occluded<L: TraceLane>(
+        world: &World,
+        set: &Candidates,
+        active: L::Mask,
+        ray: &Ray<L>,
+        coherence: Coherence,
+    ) -> L::Mask {
         if world.by_shaft && set.is_culled() {
             return world.line.occluded(set, active, ray);
         }
-        // With lists, the rays of a packet go from one tile to one light.
-        #[cfg(not(feature = "rival"))]
-        let shared = world.lists.is_some();
-        #[cfg(feature = "rival")]
-        let shared = world.lists.as_ref().is_some_and(|lists| lists.guide.is_none());
-        let alike = if shared {
-            Coherence::Coherent
-        } else {
-            Coherence::Incoherent
-        };
-        world.accel.occluded(active, ray, alike)
+        world.accel.occluded(active, ray, coherence)
     }
 }
 
@@ -196,7 +198,7 @@ impl Tracer for BruteForce {
     }
 
     #[inline(always)]
-    fn occluded<L: TraceLane>(world: &World, set: &Candidates, active: L::Mask, ray: &Ray<L>) -> L::Mask {
+    fn occluded<L: TraceLane>(world: &World, set: &Candidates, active: L::Mask, ray: &Ray<L>, _: Coherence) -> L::Mask {
         world.line.occluded(set, active, ray)
     }
 }

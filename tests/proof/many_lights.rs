@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use octolux::pipeline::Settings;
-use octolux::scene::{EstimatorKind, SamplerKind, Scene};
+use octolux::scene::{Bsdf, EstimatorKind, SamplerKind, Scene};
 use octolux::settings::LightsAsked;
 
 use super::Family;
@@ -86,9 +86,19 @@ material = "coat"
     Scene::parse(&text, Path::new("many-lights.toml")).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Lists of a few lights have the mean of all lights, in every estimator that draws a direction for lights, in each part of the film.
-pub fn agree(mut family: Family, (spheres, triangles): (u32, u32), length: u8, seeds: u32, passes: u32) {
-    let scene = scene(spheres, triangles);
+/// The same, all polished: points walk down the tree of lights by themselves.
+pub fn polished(spheres: u32, triangles: u32) -> Scene {
+    let mut scene = scene(spheres, triangles).to_builder();
+    for material in &mut scene.materials {
+        let (rho, alpha) = (glam::DVec3::new(0.5, 0.4, 0.3), 30.0);
+        material.bsdf = Bsdf::Phong { rho, alpha };
+    }
+    scene.build().expect("a scene")
+}
+
+/// Lists of a few lights, or walks of half as many, have the mean of all lights, in every estimator that draws a direction for lights, in
+/// each part of the film.
+pub fn agree(mut family: Family, scene: &Scene, length: u8, seeds: u32, passes: u32) {
     // `product` has the bits of `mis`, by a test of its own.
     let others = |estimator: &EstimatorKind| estimator.per_light() && *estimator != EstimatorKind::Product;
     for estimator in EstimatorKind::ALL.into_iter().filter(others) {
@@ -98,16 +108,12 @@ pub fn agree(mut family: Family, (spheres, triangles): (u32, u32), length: u8, s
                 ..settings(40, 24, estimator)
             };
             let asked = |lights: LightsAsked, first: u32, passes: u32| {
-                Runs::new(&scene, Settings { lights, ..base }, passes, first, seeds).estimates(4, 2)
+                Runs::new(scene, Settings { lights, ..base }, passes, first, seeds).estimates(4, 2)
             };
             let lists = asked(LightsAsked::List(length), 1, passes);
             let all = asked(LightsAsked::All, 10_001, (passes / 2).max(1));
             for ((x, y), name) in lists.iter().zip(&all).zip(names(4, 2)) {
-                let what = format!(
-                    "{} {} {length} of {spheres} + {triangles} {name}",
-                    estimator.name(),
-                    sampler.name()
-                );
+                let what = format!("{} {} lists of {length} {name}", estimator.name(), sampler.name());
                 family.add(x.p(*y, 1e-5), format!("{what}: {}", x.against(*y)));
             }
         }

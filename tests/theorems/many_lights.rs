@@ -1,12 +1,12 @@
 //! Lists of lights: the mean of all lights, the same bits for everyone, and nothing at all where lights are few.
 
 use crate::proof::Family;
-use crate::proof::many_lights::{agree, apart, scene};
+use crate::proof::many_lights::{agree, apart, polished, scene};
 use crate::proof::pictures::{assert_same, both, differences};
 use crate::proof::runs::{other_widths, picture, settings};
 use octolux::pipeline::{Prepared, Settings};
 use octolux::run::{Goal, Saved, Shard};
-use octolux::scene::{Effect, EstimatorKind, FilmSize, SamplerKind, Scene, Surface};
+use octolux::scene::{Bsdf, Effect, EstimatorKind, FilmSize, SamplerKind, Scene, Surface};
 use octolux::settings::{AccelKind, Lanes, LightsAsked};
 
 fn listed(width: u32, height: u32, estimator: EstimatorKind) -> Settings {
@@ -23,14 +23,44 @@ fn per_light() -> impl Iterator<Item = EstimatorKind> {
 /// Welch's tests of 24 seeds, 11 parts of a film, five estimators and two samplers; a family raises a false alarm once in 50 000.
 #[test]
 fn short_lists_have_the_mean_of_all_lights() {
-    agree(Family::new("lists-100"), (100, 0), 4, 24, 8);
-    agree(Family::new("lists-65"), (40, 25), 16, 24, 4);
+    agree(Family::new("lists-100"), &scene(100, 0), 4, 24, 8);
+    agree(Family::new("lists-65"), &scene(40, 25), 16, 24, 4);
 }
 
 #[test]
 fn lists_of_one_light_and_of_two_have_it_too() {
-    agree(Family::new("lists-of-1"), (60, 40), 1, 24, 16);
-    agree(Family::new("lists-of-2"), (1000, 0), 2, 16, 8);
+    agree(Family::new("lists-of-1"), &scene(60, 40), 1, 24, 16);
+    agree(Family::new("lists-of-2"), &scene(1000, 0), 2, 16, 8);
+}
+
+/// Points with lobes walk down the tree by themselves; that has the mean too.
+#[test]
+fn walks_have_the_mean_of_all_lights() {
+    agree(Family::new("walks-100"), &polished(100, 0), 16, 24, 8);
+    agree(Family::new("walks-65"), &polished(40, 25), 8, 24, 4);
+    agree(Family::new("walk-of-1"), &polished(60, 40), 1, 24, 16);
+}
+
+/// Diffuse points never walk; polished ones do in some tiles.
+#[test]
+fn polished_points_walk_and_others_have_lists() {
+    let mut dull = scene(120, 30).to_builder();
+    for material in &mut dull.materials {
+        let rho = glam::DVec3::splat(0.5);
+        material.bsdf = Bsdf::Diffuse { rho };
+    }
+    let dull = dull.build().expect("a scene");
+    for (scene, walks) in [(&polished(120, 30), true), (&dull, false)] {
+        for passes in [1, 5, 33] {
+            let prepared = Prepared::new(scene, listed(37, 21, EstimatorKind::Mis)).expect("it renders");
+            let _ = prepared.passes(passes).finish();
+            let [walk, list] = prepared.lists().expect("lists").tables;
+            assert!(
+                walk + list > 0 && (walk > 0) == walks,
+                "{passes} passes: {walk} and {list} tables"
+            );
+        }
+    }
 }
 
 #[test]
@@ -40,8 +70,10 @@ fn colors_and_passes_have_lists_of_their_own() {
 
 #[test]
 fn widths_of_packets_and_threads_change_no_bit_of_a_render_by_lists() {
-    let scene = scene(120, 30);
-    for estimator in per_light() {
+    for (scene, estimator) in [scene(120, 30), polished(120, 30)]
+        .iter()
+        .flat_map(|scene| per_light().map(move |estimator| (scene, estimator)))
+    {
         for sampler in SamplerKind::ALL {
             let eight = Settings {
                 sampler,
@@ -49,17 +81,21 @@ fn widths_of_packets_and_threads_change_no_bit_of_a_render_by_lists() {
             };
             for lanes in other_widths() {
                 let lanes = Some(lanes);
-                both(&scene, eight, Settings { lanes, ..eight }, 5, "lists");
+                both(scene, eight, Settings { lanes, ..eight }, 5, "lists");
             }
-            both(&scene, eight, Settings { threads: 3, ..eight }, 5, "lists, threads");
+            both(scene, eight, Settings { threads: 3, ..eight }, 5, "lists, threads");
         }
     }
 }
 
 #[test]
 fn shards_and_runs_that_are_taken_up_again_have_the_bits_of_one_run_by_lists() {
-    let scene = scene(120, 0);
-    let prepared = Prepared::new(&scene, listed(33, 18, EstimatorKind::Mis)).expect("it renders");
+    taken_up_again(&scene(120, 0));
+    taken_up_again(&polished(120, 0));
+}
+
+fn taken_up_again(scene: &Scene) {
+    let prepared = Prepared::new(scene, listed(33, 18, EstimatorKind::Mis)).expect("it renders");
     // Two shards of a leaf each.
     let spp = 1024;
     let film = |number| {
@@ -74,7 +110,7 @@ fn shards_and_runs_that_are_taken_up_again_have_the_bits_of_one_run_by_lists() {
         let path = folder.path().join("state");
         let run = prepared.passes(stop).finish();
         run.save(&path, Vec::new()).expect("it can be written");
-        let other = Prepared::new(&scene, listed(33, 18, EstimatorKind::Mis)).expect("it renders");
+        let other = Prepared::new(scene, listed(33, 18, EstimatorKind::Mis)).expect("it renders");
         let resumed = other.resume(Goal::passes(64), Saved::read(&path).expect("it can be read"));
         let resumed = resumed.expect("it is the same render").finish();
         let straight = prepared.passes(64).finish();
@@ -141,20 +177,22 @@ fn estimators_without_directions_of_lights_keep_their_bits() {
 /// The radiance of a replayed sample is that of a render of one pass, and of what is told of its directions.
 #[test]
 fn a_sample_by_lists_is_replayed() {
-    replayed(30);
-    assert!(replayed(0) > 4, "samples with light");
+    for scene in [scene, polished] {
+        replayed(&scene(120, 30), false);
+        assert!(replayed(&scene(120, 0), true) > 4, "samples with light");
+    }
 }
 
-fn replayed(triangles: u32) -> u32 {
-    let scene = scene(120, triangles);
+/// How many samples have light; `all_told`: whether no triangle emits.
+fn replayed(scene: &Scene, all_told: bool) -> u32 {
     let mut lights = 0;
     for estimator in per_light() {
         let one = Settings {
             lanes: Some(Lanes::One),
             ..listed(20, 17, estimator)
         };
-        let shown = picture(&scene, one, 1);
-        let prepared = Prepared::new(&scene, one).expect("it renders");
+        let shown = picture(scene, one, 1);
+        let prepared = Prepared::new(scene, one).expect("it renders");
         for [x, y] in [[3, 9], [10, 14], [17, 12], [4, 16]] {
             let replay = prepared
                 .replay([x, y, 0])
@@ -165,7 +203,7 @@ fn replayed(triangles: u32) -> u32 {
             // Without triangles and MIS each direction is told, but for those of a blend's first model: they add up to the sample.
             let blend = replay.hit.is_some_and(|hit| [hit.geometry, hit.primitive] == [1, 2]);
             let told = matches!(estimator, EstimatorKind::Light | EstimatorKind::Projected);
-            if triangles == 0 && told && !blend {
+            if all_told && told && !blend {
                 let found = replay.asked.iter().filter_map(|asked| asked.found);
                 let lit = found.filter(|found| !found.occluded);
                 let told = lit.fold(replay.seen, |sum, found| {
@@ -205,14 +243,18 @@ fn lights_that_are_none_in_single_precision_are_black() {
 /// two tiles; 5 standard errors, once in 1.7 million.
 #[test]
 fn adaptive_renders_by_lists_are_unbiased() {
-    let scene = scene(150, 0);
+    adaptive(&scene(150, 0));
+    adaptive(&polished(150, 0));
+}
+
+fn adaptive(scene: &Scene) {
     let base = Settings {
         film: FilmSize { width: 32, height: 16 },
         lights: LightsAsked::List(2),
         ..settings(32, 16, EstimatorKind::Light)
     };
     let means = |adaptive: bool| {
-        let prepared = Prepared::new(&scene, base).expect("it renders");
+        let prepared = Prepared::new(scene, base).expect("it renders");
         let one = |seed: u32| {
             let prepared = prepared.with_seed(seed + if adaptive { 0 } else { 5000 });
             let run = if adaptive {

@@ -13,17 +13,21 @@
 mod build;
 mod cut;
 mod importance;
-mod table;
 #[cfg(feature = "rival")]
-pub mod walk;
+pub mod rival;
+mod table;
+mod walk;
 
 pub use build::Emitter;
 pub use cut::Cut;
 pub use importance::{Probes, WIDE};
 pub use table::{Look, Pick, Table};
+pub use walk::{Digits, From, Walked};
+
+use bytemuck::NoUninit;
 
 /// A set of lights.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, NoUninit)]
 #[repr(C, align(32))]
 pub struct Node {
     /// Mean position, weighted by power.

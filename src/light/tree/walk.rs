@@ -1,230 +1,279 @@
-//! The rivals of lists (feature `rival`): every lane walks down the tree by itself, by moments or by bounds. For measurements only.
+//! Each lane's own way down the tree, for points that a list for a tile does not suit: those with lobes of their own.
+
+use bytemuck::must_cast;
 
 use super::importance::Moments;
-use super::{LightTree, Node};
-use crate::lane::{Lane, Mask};
+use super::{LEAF, LightTree, Node};
+use crate::lane::{Bits, Lane, Mask};
 use crate::math::Vec3;
+use crate::sampling::Pair;
 
-/// What decides at each node.
-#[derive(Clone, Debug)]
-pub enum Guide {
-    /// [`Node::importance`].
-    Moments,
-    /// The importance of pbrt-v4 (`LightBounds::Importance` in `lights.cpp`), of the same nodes.
-    Bounds(Vec<Bound>),
-}
+/// Least probability of a child: what no estimate can exclude. Fifty levels of it would be nothing; in practice few nodes reach it.
+const LEAST: f32 = 1.0 / 4096.0;
 
-/// Bounds of a node: a box and a cone of normals.
-#[derive(Clone, Copy, Debug)]
-pub struct Bound {
-    low: [f32; 3],
-    high: [f32; 3],
-    axis: [f32; 3],
-    /// -1 for lights that shine in all directions.
-    cos_normals: f32,
-}
+/// The largest number below 1.
+const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 
-/// A leaf in each lane, and the probability of reaching it; 0 where no light was found.
+/// Points in units of the tree, their normals, and of Phong lobes the axis and the exponent.
+pub type From<L> = (Vec3<L>, Vec3<L>, Option<(Vec3<L>, L)>);
+
+/// A leaf in each lane, and the probability of reaching it.
 pub struct Walked<L> {
     /// Leaves; 0 in lanes that are not active.
     pub leaf: [u32; 16],
-    /// Probability.
+    /// Probabilities; positive in active lanes.
     pub chance: L,
 }
 
-impl LightTree {
-    /// Bounds of all nodes, from those of the leaves.
-    pub fn bounds(&self, of_leaf: impl Fn(u32) -> ([f32; 3], [f32; 3], Option<[f32; 3]>)) -> Vec<Bound> {
-        let nowhere = Bound {
-            low: [0.0; 3],
-            high: [0.0; 3],
-            axis: [0.0; 3],
-            cos_normals: -1.0,
-        };
-        let mut bounds = vec![nowhere; self.nodes.len()];
-        // Children come after their parents.
-        for (i, node) in self.nodes.iter().enumerate().rev().filter(|&(i, _)| i != 1) {
-            bounds[i] = match node.leaf() {
-                Some(leaf) => {
-                    let (low, high, normal) = of_leaf(leaf);
-                    Bound {
-                        low,
-                        high,
-                        axis: normal.unwrap_or([0.0, 0.0, 1.0]),
-                        cos_normals: if normal.is_some() { 1.0 } else { -1.0 },
-                    }
-                }
-                None => bounds[node.link as usize].and(&bounds[node.link as usize + 1]),
-            };
+/// A number in [0, 1) that selects a leaf, and digits to come. A way down the tree divides the number by the probability of each child:
+/// single precision would run out of digits, and a leaf with a chance of 2^-20 would have 16 numbers.
+#[derive(Clone, Copy, Debug)]
+pub struct Digits<L: Lane> {
+    number: L,
+    /// Distance between two possible numbers.
+    grain: L,
+    more: L::Bits,
+}
+
+impl<L: Lane> Digits<L> {
+    /// In stratum `i` of `strata`: the first number of the pair places it, the second has the digits to come.
+    #[inline(always)]
+    pub fn new(pair: Pair<L::Bits>, i: u32, strata: u32) -> Self {
+        let (u, _) = pair.unit::<L>();
+        let place = (u + L::splat(i as f32)) * L::splat(1.0 / strata as f32);
+        Self {
+            number: place.min(L::splat(BELOW_ONE)),
+            grain: L::splat(f32::EPSILON / 2.0),
+            more: pair.1,
         }
-        bounds
     }
 
-    #[expect(clippy::type_complexity, reason = "position, normal and lobe")]
-    /// Walks from the root to a leaf in each active lane. `number` in [0, 1) is used up.
+    /// Chooses the first of two children with probability `share`. Returns in which lanes, and the probability of the chosen one.
     #[inline(always)]
-    pub fn walk<L: Lane>(
+    fn choose(&mut self, share: L) -> (L::Mask, L) {
+        let first = self.number.lt(share);
+        let taken = L::select(first, share, L::one() - share);
+        let inverse = L::one() / taken;
+        self.number = L::select(first, self.number, self.number - share) * inverse;
+        self.grain = self.grain * inverse;
+        let coarse = self.grain.gt(L::splat(1.0 / (1 << 18) as f32));
+        if coarse.any() {
+            let finer = self.grain * L::splat(1.0 / 256.0);
+            let finer_number = L::from_i32(self.more.shr(24)).mul_add(finer, self.number);
+            self.number = L::select(coarse, finer_number, self.number);
+            self.grain = L::select(coarse, finer, self.grain);
+            self.more = L::Bits::select(coarse, self.more.shl(8), self.more);
+        }
+        self.number = self.number.min(L::splat(BELOW_ONE));
+        (first, taken)
+    }
+}
+
+/// What decides between two children.
+pub(super) trait Weighs<L: Lane> {
+    /// In each open lane importance and power of the node `first` and of the next.
+    fn weigh(&self, tree: &LightTree, open: L::Mask, first: &[u32; 16]) -> [(L, L); 2];
+}
+
+/// The moments of nodes.
+struct ByMoments<L: Lane>(From<L>);
+
+impl<L: Lane> Weighs<L> for ByMoments<L> {
+    #[inline(always)]
+    fn weigh(&self, tree: &LightTree, _: L::Mask, first: &[u32; 16]) -> [(L, L); 2] {
+        let Self((p, n, lobe)) = *self;
+        // No loop: the two wait for divisions and roots together.
+        let (a, b) = (
+            Moments::<L>::gather(tree, first, 0),
+            Moments::<L>::gather(tree, first, 1),
+        );
+        [(a.brief(p, n, lobe), a.power), (b.brief(p, n, lobe), b.power)]
+    }
+}
+
+impl LightTree {
+    /// Walks from the root to a leaf in each active lane, by the importance of the children. The tree must not be empty.
+    #[inline(always)]
+    pub fn walk<L: Lane>(&self, active: L::Mask, from: From<L>, digits: Digits<L>) -> Walked<L> {
+        self.way_down(active, digits, &ByMoments(from))
+    }
+
+    /// Walks down by what the guide says of pairs of nodes.
+    #[inline(always)]
+    pub(super) fn way_down<L: Lane>(
         &self,
-        guide: &Guide,
         active: L::Mask,
-        (p, n, lobe): (Vec3<L>, Vec3<L>, Option<(Vec3<L>, L)>),
-        mut number: L,
+        mut digits: Digits<L>,
+        guide: &impl Weighs<L>,
     ) -> Walked<L> {
-        let (mut at, mut leaf) = ([0_u32; 16], [0_u32; 16]);
-        let (mut chance, mut open) = (L::one().or_zero(active), active);
+        let (mut link, mut open) = ([self.nodes[0].link; 16], active);
+        let mut chance = L::one();
         loop {
-            // Lanes at a leaf stop.
-            let mut still = 0;
-            let mut first = [0_u32; 16];
+            // Lanes at a leaf stop; their links are those of the unused node and the root, which may be read.
+            let (mut first, mut still) = ([0_u32; 16], 0);
             for lane in open.lanes() {
-                let node = self.node(at[lane]);
-                match node.leaf() {
-                    Some(found) => leaf[lane] = found,
-                    None => {
-                        first[lane] = node.link;
-                        still |= 1 << lane;
-                    }
+                if link[lane] & LEAF == 0 {
+                    first[lane] = link[lane];
+                    still |= 1 << lane;
                 }
             }
             open = L::Mask::from_bitmask(still);
             if open.none() {
+                let mut leaf = [0; 16];
+                for lane in active.lanes() {
+                    leaf[lane] = link[lane] & !LEAF;
+                }
                 return Walked { leaf, chance };
             }
-            let [a, b] = [0, 1].map(|child| match guide {
-                Guide::Moments => self.gather::<L>(open, &first, child).importance(p, n, lobe),
-                Guide::Bounds(bounds) => self.bounded::<L>(bounds, open, &first, child, p, n),
-            });
+            let [(a, power), (b, other_power)] = guide.weigh(self, open, &first);
             let sum = a + b;
-            // Nothing is sampled where both have no importance.
-            open = open & sum.gt(L::zero());
-            let share = a.div_or_zero(sum, open);
-            let left = number.lt(share);
-            let taken = L::select(left, share, L::one() - share);
-            number = L::select(left, number, number - share).div_or_zero(taken, open);
-            number = number.min(L::splat(1.0 - f32::EPSILON / 2.0));
-            let walking = L::Mask::from_bitmask(still);
-            chance = L::select(walking, (chance * taken).or_zero(open), chance);
+            let sound = sum.gt(L::zero()) & sum.lt(L::splat(f32::INFINITY));
+            let share = L::select(sound, a, power) / L::select(sound, sum, power + other_power);
+            let (left, taken) = digits.choose(share.max(L::splat(LEAST)).min(L::splat(1.0 - LEAST)));
+            chance = L::select(open, chance * taken, chance);
+            let left = left.to_bitmask();
             for lane in open.lanes() {
-                let second = 1 - ((left.to_bitmask() >> lane) & 1);
-                at[lane] = first[lane] + second;
+                let second = !left >> lane & 1;
+                link[lane] = self.nodes[(first[lane] + second) as usize].link;
             }
         }
-    }
-
-    #[inline(always)]
-    fn gather<L: Lane>(&self, open: L::Mask, first: &[u32; 16], child: u32) -> Moments<L> {
-        let mut columns = [[0.0_f32; 16]; 13];
-        for lane in open.lanes() {
-            let node: &Node = self.node(first[lane] + child);
-            let spread = node.spread();
-            for k in 0..3 {
-                columns[k][lane] = node.mean[k];
-                columns[4 + k][lane] = spread[k];
-            }
-            columns[3][lane] = node.power;
-            for k in 0..6 {
-                columns[7 + k][lane] = f32::from(node.normals[k]) * (1.0 / 127.0);
-            }
-        }
-        let [x, y, z, power, u, v, w, normals @ ..] = columns.map(|column| L::load(&column));
-        Moments {
-            mean: Vec3::new(x, y, z),
-            power,
-            variance: Vec3::new(u, v, w),
-            normals,
-        }
-    }
-
-    #[inline(always)]
-    fn bounded<L: Lane>(
-        &self,
-        bounds: &[Bound],
-        open: L::Mask,
-        first: &[u32; 16],
-        child: u32,
-        p: Vec3<L>,
-        n: Vec3<L>,
-    ) -> L {
-        let mut columns = [[0.0_f32; 16]; 11];
-        for lane in open.lanes() {
-            let number = first[lane] + child;
-            let bound = &bounds[number as usize];
-            for k in 0..3 {
-                columns[k][lane] = bound.low[k];
-                columns[3 + k][lane] = bound.high[k];
-                columns[6 + k][lane] = bound.axis[k];
-            }
-            columns[9][lane] = bound.cos_normals;
-            columns[10][lane] = self.node(number).power;
-        }
-        let [lx, ly, lz, hx, hy, hz, ax, ay, az, cos_o, power] = columns.map(|column| L::load(&column));
-        let (low, high, axis) = (Vec3::new(lx, ly, lz), Vec3::new(hx, hy, hz), Vec3::new(ax, ay, az));
-        let half = L::splat(0.5);
-        let middle = (low + high) * half;
-        let apart = p - middle;
-        let squared = apart.length_squared();
-        let diagonal = high - low;
-        let d2 = squared.max(diagonal.length() * half);
-        let inverse = L::one() / squared.max(L::splat(f32::MIN_POSITIVE)).sqrt();
-        let wi = apart * inverse;
-        // The cone of directions to the bounding sphere; all directions inside.
-        let radius2 = diagonal.length_squared() * L::splat(0.25);
-        let inside = squared.lt(radius2)
-            | (p.x.ge(low.x) & p.x.le(high.x) & p.y.ge(low.y) & p.y.le(high.y) & p.z.ge(low.z) & p.z.le(high.z));
-        let sin2 = radius2 / squared.max(L::splat(f32::MIN_POSITIVE));
-        let cos_b = L::select(inside, -L::one(), (L::one() - sin2).safe_sqrt());
-        let sine = |cosine: L| (L::one() - cosine * cosine).safe_sqrt();
-        let cosine_less = |cos_a: L, cos_b: L| {
-            let turned = cos_a * cos_b + sine(cos_a) * sine(cos_b);
-            L::select(cos_a.gt(cos_b), L::one(), turned)
-        };
-        let sine_less = |cos_a: L, cos_b: L| {
-            let turned = sine(cos_a) * cos_b - cos_a * sine(cos_b);
-            L::select(cos_a.gt(cos_b), L::zero(), turned)
-        };
-        let cos_w = axis.dot(wi).abs();
-        let cos_x = cosine_less(cos_w, cos_o);
-        let sin_x = sine_less(cos_w, cos_o);
-        let turned = cos_x * cos_b + sin_x * sine(cos_b);
-        let emitted = L::select(cos_x.gt(cos_b), L::one(), turned).max(L::zero());
-        let incoming = cosine_less(wi.dot(n).abs(), cos_b).max(L::zero());
-        power * emitted * incoming / d2
     }
 }
 
-impl Bound {
-    /// Around both; cones as in `DirectionCone::Union` of pbrt-v4.
-    fn and(&self, other: &Self) -> Self {
-        let (axis, cos_normals) = union((self.axis, self.cos_normals), (other.axis, other.cos_normals));
+impl<L: Lane> Moments<L> {
+    /// A node in each lane, counted from `first`.
+    #[inline(always)]
+    fn gather(tree: &LightTree, first: &[u32; 16], child: u32) -> Self {
+        let row = |lane: usize| must_cast::<Node, [u32; 8]>(tree.nodes[(first[lane] + child) as usize]);
+        let [x, y, z, power, uv, wn, normals, _] = L::Bits::transposed(row);
+        let upper = |bits: L::Bits| L::from_bits(bits.shr(16).shl(16));
+        let lower = |bits: L::Bits| L::from_bits(bits.shl(16));
+        // Byte `i` with its sign, in 127ths.
+        let sign = L::Bits::splat(128);
+        let byte = |bits: L::Bits, i: u32| {
+            let byte = bits.shl(24 - 8 * i).shr(24);
+            L::from_i32((byte ^ sign) - sign) * L::splat(1.0 / 127.0)
+        };
         Self {
-            low: std::array::from_fn(|k| self.low[k].min(other.low[k])),
-            high: std::array::from_fn(|k| self.high[k].max(other.high[k])),
-            axis,
-            cos_normals,
+            mean: Vec3::new(L::from_bits(x), L::from_bits(y), L::from_bits(z)),
+            power: L::from_bits(power),
+            variance: Vec3::new(lower(uv), upper(uv), lower(wn)),
+            normals: [
+                byte(wn, 2),
+                byte(wn, 3),
+                byte(normals, 0),
+                byte(normals, 1),
+                byte(normals, 2),
+                byte(normals, 3),
+            ],
         }
     }
 }
 
-fn union((a, cos_a): ([f32; 3], f32), (b, cos_b): ([f32; 3], f32)) -> ([f32; 3], f32) {
-    if cos_a <= -1.0 || cos_b <= -1.0 {
-        return ([0.0, 0.0, 1.0], -1.0);
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lane::{F32x8, Word};
+    use crate::light::tree::Emitter;
+    use crate::sampling::hash::{mix, pcg4d};
+
+    fn unit(i: u32) -> f32 {
+        (mix(i) >> 8) as f32 / 16_777_216.0
     }
-    let (theta_a, theta_b) = (cos_a.min(1.0).acos(), cos_b.min(1.0).acos());
-    let dot: f32 = (0..3).map(|k| a[k] * b[k]).sum();
-    let theta_d = dot.clamp(-1.0, 1.0).acos();
-    if (theta_d + theta_b).min(std::f32::consts::PI) <= theta_a {
-        return (a, cos_a);
+
+    /// Lights with powers over eight orders of magnitude in a box; every third one is flat.
+    fn tree(number: u32) -> LightTree {
+        let light = |i: u32| Emitter {
+            light: i,
+            mean: std::array::from_fn(|k| 10.0 * unit(9 * i + k as u32)),
+            variance: [1e-5; 3],
+            normal: i.is_multiple_of(3).then_some([0.0, 0.6, 0.8]),
+            power: 10_f64.powf(8.0 * f64::from(unit(9 * i + 5))),
+        };
+        LightTree::new(&(0..number).map(light).collect::<Vec<_>>())
     }
-    if (theta_d + theta_a).min(std::f32::consts::PI) <= theta_b {
-        return (b, cos_b);
+
+    fn points<L: Lane>() -> [From<L>; 3] {
+        let up = Vec3::splat([0.0, 1.0, 0.0]);
+        let at = |p: [f32; 3]| Vec3::splat(p);
+        let lobe = |alpha: f32| Some((Vec3::splat([0.6, 0.8, 0.0]), L::splat(alpha)));
+        [
+            (at([5.0, -1.0, 5.0]), up, None),
+            (at([1.0, -2.0, 4.0]), up, lobe(50.0)),
+            (at([5.0, 5.0, 5.0]), -up, lobe(2000.0)),
+        ]
     }
-    let theta = (theta_a + theta_d + theta_b) / 2.0;
-    let across: [f32; 3] = std::array::from_fn(|k| b[k] - dot * a[k]);
-    let length = across.iter().map(|x| x * x).sum::<f32>().sqrt();
-    if theta >= std::f32::consts::PI || length < 1e-6 {
-        return ([0.0, 0.0, 1.0], -1.0);
+
+    /// 2^18 walks from each point, a fourth of them in each stratum: the lights that are expected more than 30 times by their probability
+    /// are found as often as that, the others together too. A pooled chi-square with at most 300 degrees of freedom, five sigmas.
+    #[test]
+    fn leaves_are_found_as_often_as_walks_tell() {
+        let tree = tree(300);
+        for (at, from) in points::<F32x8>().into_iter().enumerate() {
+            let (mut counts, mut chances) = (vec![0_u32; 300], vec![0.0_f32; 300]);
+            let walks = 1_u32 << 18;
+            for i in (0..walks).step_by(8) {
+                let number = |k: usize| {
+                    <F32x8 as Lane>::Bits::from_fn(|lane| {
+                        pcg4d([Word(i + lane as u32), Word(at as u32), Word(0), Word(9)])[k].0
+                    })
+                };
+                let digits = Digits::new(Pair(number(0), number(1)), i / 8 % 4, 4);
+                let walked = tree.walk(Mask::splat(true), from, digits);
+                for lane in 0..8 {
+                    let leaf = walked.leaf[lane] as usize;
+                    counts[leaf] += 1;
+                    let chance = walked.chance.lane(lane);
+                    assert!(
+                        chance > 0.0 && (chances[leaf] == 0.0 || chances[leaf] == chance),
+                        "leaf {leaf}"
+                    );
+                    chances[leaf] = chance;
+                }
+            }
+            let (mut chi2, mut cells, mut left) = (0.0, 0, (0.0, 1.0));
+            for (&count, &chance) in counts.iter().zip(&chances) {
+                let expected = f64::from(chance) * f64::from(walks);
+                if expected > 30.0 {
+                    chi2 += (f64::from(count) - expected).powi(2) / expected;
+                    cells += 1;
+                    left = (left.0 - f64::from(count), left.1 - f64::from(chance));
+                }
+            }
+            let (few, expected) = (left.0 + f64::from(walks), left.1 * f64::from(walks));
+            assert!(
+                (few - expected).abs() < 5.0 * expected.max(30.0).sqrt(),
+                "point {at}: {few}, not {expected}"
+            );
+            let sigmas = (chi2 - f64::from(cells)) / (2.0 * f64::from(cells)).sqrt();
+            assert!(sigmas < 5.0, "point {at}: chi-square {chi2} of {cells}");
+        }
     }
-    let turn = theta - theta_a;
-    let axis = std::array::from_fn(|k| a[k] * turn.cos() + across[k] / length * turn.sin());
-    (axis, theta.cos())
+
+    /// Single lanes find the lights of packets, with the same bits.
+    #[test]
+    fn a_lane_walks_alone_as_in_a_packet() {
+        let tree = tree(1000);
+        for (wide, one) in points::<F32x8>().into_iter().zip(points::<f32>()) {
+            for i in 0..200 {
+                let word = |lane: usize, k: u32| mix(16 * i + 2 * lane as u32 + k);
+                let pair = Pair(Bits::from_fn(|lane| word(lane, 0)), Bits::from_fn(|lane| word(lane, 1)));
+                let active = Mask::from_bitmask(0b1101_1011);
+                let together = tree.walk(active, wide, Digits::<F32x8>::new(pair, i % 3, 3));
+                for lane in [0, 1, 3, 4, 6, 7] {
+                    let digits = Digits::new(Pair(Word(word(lane, 0)), Word(word(lane, 1))), i % 3, 3);
+                    let alone = tree.walk::<f32>(true, one, digits);
+                    assert_eq!(alone.leaf[0], together.leaf[lane]);
+                    assert_eq!(alone.chance.to_bits(), together.chance.lane(lane).to_bits());
+                }
+            }
+        }
+    }
+
+    /// A tree of one light has no pair of nodes.
+    #[test]
+    fn one_light_is_always_found() {
+        let walked = tree(1).walk::<f32>(true, points()[0], Digits::new(Pair(Word(7), Word(9)), 0, 1));
+        assert_eq!((walked.leaf[0], walked.chance), (0, 1.0));
+    }
 }

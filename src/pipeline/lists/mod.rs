@@ -15,14 +15,13 @@ pub use address::{Group, ListAddress};
 use probe::VisibilityProbe;
 
 use super::model::{self, Model};
-use super::stage::Chunk;
+use super::stage::{Chunk, Request};
 use super::tracer::Tracer;
+use crate::bsdf::Microfacets;
 use crate::film::{TILE, Tile};
-#[cfg(feature = "rival")]
 use crate::lane::Lane;
 use crate::light::tree::{Emitter, Pick, Table};
 use crate::light::{LightTree, SphereLight, TriangleLight};
-#[cfg(feature = "rival")]
 use crate::math::Vec3;
 use crate::scene::FilmSize;
 
@@ -55,8 +54,7 @@ const KINDS: usize = 4;
 pub trait Probed: Model {
     /// The table of the model.
     const KIND: Kind;
-    /// Axis and exponent, if its lobes are powers of a cosine.
-    #[cfg(feature = "rival")]
+    /// Axis and exponent of its lobes, by which points may walk down the tree by themselves.
     #[inline(always)]
     fn lobe<L: Lane>(_: &Self::Of<L>) -> Option<(Vec3<L>, L)> {
         None
@@ -68,7 +66,6 @@ impl Probed for model::Diffuse {
 }
 impl Probed for model::Phong {
     const KIND: Kind = Kind::Phong;
-    #[cfg(feature = "rival")]
     #[inline(always)]
     fn lobe<L: Lane>(bsdf: &Self::Of<L>) -> Option<(Vec3<L>, L)> {
         Some((bsdf.wr, bsdf.alpha))
@@ -79,6 +76,15 @@ impl Probed for model::Ggx {
 }
 impl Probed for model::Conductor {
     const KIND: Kind = Kind::Conductor;
+    #[inline(always)]
+    fn lobe<L: Lane>(bsdf: &Self::Of<L>) -> Option<(Vec3<L>, L)> {
+        let Microfacets { n, wo, alpha } = bsdf.facets;
+        let cosine = n.dot(wo);
+        // As of the probes.
+        let exponent = L::splat(0.25) / (alpha * alpha).max(L::splat(f32::MIN_POSITIVE));
+        let exponent = exponent.max(L::splat(1.1)).min(L::splat(1000.0));
+        Some((n * (cosine + cosine) - wo, exponent))
+    }
 }
 
 /// The source of the lists of lights.
@@ -101,7 +107,7 @@ pub struct Lists {
     clusters: usize,
     /// What decides in walks of single lanes instead of lists.
     #[cfg(feature = "rival")]
-    pub guide: Option<crate::light::tree::walk::Guide>,
+    pub guide: Option<crate::light::tree::rival::Guide>,
     /// One table per tile, BRDF model and level.
     tables: Vec<[[OnceLock<Box<Table>>; LEVELS.len()]; KINDS]>,
 }
@@ -143,6 +149,11 @@ impl Lists {
     /// Maximum length of a list.
     pub fn length(&self) -> u32 {
         self.length
+    }
+
+    /// Walks down the tree of a point in a pass, where points walk. A walk with its ray takes longer than a ray to a listed light.
+    pub fn walks(&self) -> u32 {
+        (self.length / 2).max(1)
     }
 
     /// All pixels of a tile in squares of 4 x 4. A replay has a one-pixel tile and must build the same table.
@@ -221,6 +232,15 @@ impl Lists {
             .map(|table| &**table)
     }
 
+    /// The same, which is built if nobody has needed it before.
+    pub fn tabulated(&self, chunk: &mut Chunk, kind: Kind, pass: u32) -> Option<&Table> {
+        if self.table(chunk.tile, kind, pass).is_none() {
+            let lists = self;
+            chunk.request(Request::Tabulate { lists, kind, pass });
+        }
+        self.table(chunk.tile, kind, pass)
+    }
+
     /// Builds that table. Its rays are always traced in eight lanes, so the table is the same for all plans.
     #[inline(never)]
     pub fn tabulate<T: Tracer>(&self, chunk: &Chunk, kind: Kind, pass: u32) {
@@ -236,6 +256,15 @@ impl Lists {
             let most = clusters.min(self.clusters);
             Box::new(Table::new(&self.tree, probes, most, self.length, look))
         });
+    }
+
+    /// Numbers of tables so far by which points walk, and of lists.
+    pub fn tables(&self) -> [usize; 2] {
+        let mut numbers = [0; 2];
+        for table in self.tables.iter().flatten().flatten().filter_map(OnceLock::get) {
+            numbers[usize::from(!table.walked())] += 1;
+        }
+        numbers
     }
 
     /// Samples the list of a tile's pixels of one color for a pass.
@@ -254,8 +283,8 @@ pub fn level(pass: u32) -> usize {
 fn guide(
     tree: &LightTree,
     (spheres, triangles): (&[SphereLight], &[TriangleLight]),
-) -> Option<crate::light::tree::walk::Guide> {
-    use crate::light::tree::walk::Guide;
+) -> Option<crate::light::tree::rival::Guide> {
+    use crate::light::tree::rival::Guide;
     let bounds = |leaf: u32| {
         let light = tree.light(leaf) as usize;
         let Some(sphere) = spheres.get(light) else {

@@ -1,7 +1,7 @@
 //! Probe points of a tile: the surface points seen through pixel centers, and their visibility of lights.
 
 use super::{Kind, Lists, UNIT};
-use crate::embree::{NO_SKIP_ID, Ray};
+use crate::embree::{Coherence, NO_SKIP_ID, Ray};
 use crate::lane::{Bits, F32x8, Lane, Mask};
 use crate::light::tree::{Look, Probes, WIDE};
 use crate::linear::Candidates;
@@ -170,7 +170,7 @@ impl<T: Tracer> Look for VisibilityProbe<'_, T> {
                 skip_id: Bits::splat(skip_id),
             };
             let active = <L as Lane>::Mask::first(looking - at);
-            let occluded = T::occluded::<L>(self.world, &self.set, active, &ray);
+            let occluded = T::occluded::<L>(self.world, &self.set, active, &ray, Coherence::Coherent);
             for lane in (active & !occluded).lanes() {
                 reached |= ((1 << self.each) - 1) << ((at + lane) * self.each);
             }

@@ -7,11 +7,14 @@ use crate::embree::{Coherence, NO_SKIP_ID};
 use crate::estimator::density::{Density, Listed, Mix};
 use crate::estimator::{ShadingPoint, per_light};
 use crate::lane::Word;
+use crate::light::tree::{Digits, Table};
 use crate::math::Vec3;
 use crate::pipeline::kernels;
-use crate::pipeline::lists::{Group, ListAddress};
+use crate::pipeline::lists::{Group, ListAddress, Lists};
+use crate::pipeline::queue::WideQueue;
 use crate::pipeline::stage::listed::counted;
 use crate::pipeline::stage::pairs;
+use crate::pipeline::stage::walked::{Way, number, seen_from};
 use crate::pipeline::stream::Address;
 use crate::sampling::TechniqueSample;
 use crate::scene::EstimatorKind;
@@ -52,11 +55,15 @@ pub(super) fn directions<M: Told>(
     let by_brdf_lanes = triangles_mix == Mix::Average
         && numbers.by_brdf_lanes(address.key, address.pass, pairs::DIRECTION, tile.number());
     let mut list = Vec::new();
-    if !(by_brdf_lanes && tossed) {
+    let mut asked = Vec::new();
+    if M::WALKED.is_some() && table.walked() {
+        if !by_brdf_lanes {
+            asked = walked::<M>(sample, point, address, (lists, table));
+        }
+    } else if !(by_brdf_lanes && tossed) {
         let address = ListAddress::new(numbers, tile, Group::of(tile, sample.pixel), pass, tossed);
         lists.draw(table, &address, &mut list);
     }
-    let mut asked = Vec::new();
     for (i, pick) in list.iter().enumerate() {
         let (true, number) = lists.kind(pick.light) else {
             continue;
@@ -120,5 +127,57 @@ pub(super) fn directions<M: Told>(
         });
     }
     kinds::deltas(sample, point, address, &mut asked);
+    asked
+}
+
+/// The directions for the spheres that a point finds by itself, by the stage's own functions.
+fn walked<M: Told>(
+    Sample { tracer, chunk, .. }: &Sample,
+    point: &ShadingPoint<f32, M::Of<f32>>,
+    address: &Address<f32>,
+    (lists, table): (&Lists, &Table),
+) -> Vec<Asked> {
+    let (world, mix) = (chunk.world, chunk.mix);
+    let way = Way {
+        lists,
+        mix,
+        walks: lists.walks(),
+        table: mix.mixed().then_some(table),
+    };
+    let mut queue = WideQueue::new();
+    let mut asked = Vec::new();
+    for i in 0..way.walks {
+        let pair = |i: u32| number(chunk, mix, address, i);
+        let digits = Digits::new(pair(0), i, way.walks);
+        let walked = lists.tree().walk(true, seen_from::<f32, M>(point), digits);
+        let (true, number) = lists.kind(lists.tree().light(walked.leaf[0])) else {
+            continue;
+        };
+        way.toward::<f32, M>(world, (point, address), true, &walked, pair(1 + i), &mut queue);
+        let light = &world.lights[number];
+        let cone = light.cone(point.p);
+        asked.push(Asked {
+            light: Some(number),
+            kind: Some("sphere"),
+            sphere: Some(world.sphere_numbers[light.sphere as usize]),
+            one_minus_cos_max: Some(cone.one_minus_cos_max),
+            cone_pdf: Some(cone.pdf()),
+            technique: "cone",
+            lobe: None,
+            found: queue.each().next().map(|rays| {
+                let shadow = ray(point.p, rays.direction, rays.tfar, light.sphere);
+                let towards = (rays.direction, rays.tfar);
+                found(
+                    world,
+                    point,
+                    towards,
+                    Some(light.le),
+                    rays.value,
+                    tracer.occluded(&shadow),
+                )
+            }),
+        });
+        queue.clear();
+    }
     asked
 }

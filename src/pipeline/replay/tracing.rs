@@ -35,8 +35,8 @@ impl<'a> OneByOne<'a> {
     /// Whether anything is hit but the shape with the ray's skip id.
     pub fn occluded(&self, ray: &Ray<f32>) -> bool {
         match self.accel {
-            AccelKind::Embree => ByEmbree::occluded(self.world, &self.set, true, ray),
-            AccelKind::Linear => BruteForce::occluded(self.world, &self.set, true, ray),
+            AccelKind::Embree => ByEmbree::occluded(self.world, &self.set, true, ray, Coherence::Incoherent),
+            AccelKind::Linear => BruteForce::occluded(self.world, &self.set, true, ray, Coherence::Incoherent),
         }
     }
 }

@@ -61,21 +61,21 @@ impl<D: Directions<M>, M: Probed> Stage for PerListed<D, M> {
         } else {
             of_spheres.mix()
         };
-        prepare::<L, Mix, M>(mix, chunk, stream, all.clone());
         let tossed = mix == Mix::Average && of_spheres.mix() == Mix::Average;
         picks.divide(chunk, stream);
         chunk.request(Request::Survey { stream, points });
+        let mut prepared = Vec::new();
         for pass in picks.levels() {
-            if lists.table(chunk.tile, M::KIND, pass).is_none() {
-                chunk.request(Request::Tabulate {
-                    lists,
-                    kind: M::KIND,
-                    pass,
-                });
-            }
-            let Some(table) = lists.table(chunk.tile, M::KIND, pass) else {
-                return;
+            // Points may walk instead: see `walked`.
+            let Some(table) = lists.tabulated(chunk, M::KIND, pass).filter(|table| !table.walked()) else {
+                continue;
             };
+            for part in picks.neighbors(pass) {
+                stream.end_at(part.end);
+                prepare::<L, Mix, M>(mix, chunk, stream, part.clone());
+                stream.end_at(all.end);
+                prepared.push(part);
+            }
             picks.draw(chunk, (lists, table), (pass, tossed), |part| {
                 tossed && all_heads(stream, part)
             });
@@ -126,7 +126,11 @@ impl<D: Directions<M>, M: Probed> Stage for PerListed<D, M> {
                 }
             }
         }
-        shadow::splat_stream::<L>(chunk, stream, all);
+        for part in prepared {
+            stream.end_at(part.end);
+            shadow::splat_stream::<L>(chunk, stream, part);
+            stream.end_at(all.end);
+        }
     }
 }
 
@@ -272,7 +276,7 @@ fn toward_triangle<L: TraceLane, M: Probed>(
 
 /// Queues the BRDF rays of the points that sample their BRDF, with their densities.
 #[inline(always)]
-fn sample_brdf<L: TraceLane, M: Probed>(
+pub(super) fn sample_brdf<L: TraceLane, M: Probed>(
     mix: Mix,
     chunk: &Chunk,
     stream: &ModelStream<M>,

@@ -15,11 +15,12 @@ mod penumbra;
 mod picks;
 mod request;
 mod rings;
+#[cfg(feature = "rival")]
+pub mod rival;
 mod scratch;
 pub mod shade;
 pub mod shadow;
 pub mod surface;
-#[cfg(feature = "rival")]
 pub mod walked;
 
 pub use chunk::{Chunk, Order, Segment, pairs};

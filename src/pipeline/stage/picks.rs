@@ -80,6 +80,18 @@ impl Picks {
         self.parts.iter().filter(of_level).map(|part| part.range.clone())
     }
 
+    /// The same points, in as few ranges as possible.
+    pub fn neighbors(&self, pass: u32) -> Vec<Range<usize>> {
+        let mut ranges: Vec<Range<usize>> = Vec::new();
+        for part in self.points(pass) {
+            match ranges.last_mut() {
+                Some(range) if range.end == part.start => range.end = part.end,
+                _ => ranges.push(part),
+            }
+        }
+        ranges
+    }
+
     /// Samples the lists of these points, except where `needless` says that no point samples lights.
     pub fn draw(
         &mut self,

@@ -50,10 +50,16 @@ fn trace<L: TraceLane, T: Tracer>(
     set: &Candidates,
     light: u32,
 ) {
+    // With lists, the rays of a packet go from one tile to one light.
+    let coherence = if chunk.world.lists.is_some() {
+        Coherence::Coherent
+    } else {
+        Coherence::Incoherent
+    };
     for at in some.step_by(L::N) {
         let (active, rays) = queue.packet::<L>(at);
         let ray = segment(&rays, L::Bits::splat(light));
-        let occluded = T::occluded(chunk.world, set, active, &ray);
+        let occluded = T::occluded(chunk.world, set, active, &ray, coherence);
         let splat_unoccluded = mutate!(active & !occluded, ShadowsSkipped => active);
         splat(chunk.sum, chunk.counters, splat_unoccluded, rays.value, rays.index);
     }
@@ -83,13 +89,14 @@ pub fn splat_stream<L: Lane>(chunk: &mut Chunk, stream: &HitStream, block: Range
     }
 }
 
-/// Adds the contribution of every ray that hits nothing before its end, except the triangle with the ray's number as skip id.
+/// Adds the contribution of every ray that hits nothing before its end, except the shape with the ray's number as skip id.
 #[inline(always)]
 pub fn visible_each<L: TraceLane, T: Tracer>(chunk: &mut Chunk, queue: &mut WideQueue, set: &Candidates) {
     chunk.keep(queue);
     for at in (0..queue.len()).step_by(L::N) {
         let (active, rays, skip_id) = queue.packet::<L>(at);
-        let occluded = T::occluded(chunk.world, set, active, &segment(&rays, skip_id.to_bits()));
+        let ray = segment(&rays, skip_id.to_bits());
+        let occluded = T::occluded(chunk.world, set, active, &ray, Coherence::Incoherent);
         splat(chunk.sum, chunk.counters, active & !occluded, rays.value, rays.index);
     }
     chunk.counters.shadow_rays += queue.len() as u64;

@@ -1,131 +1,261 @@
-//! The rivals of lists (feature `rival`): every point walks down the tree of lights by itself, half as often as a list is long, and
-//! traces one ray to each light that it finds. For measurements only, and for `light` only.
+//! Shading under many lights at points with lobes of their own: every point walks down the tree of lights by itself, where that is
+//! better than a list for its tile ([`Table::walked`]).
+//!
+//! A point walks some times in a pass, with one number in each of as many equal intervals: so its walks of a pass, and those of
+//! several passes, represent all lights. Where `n` is the expected number of walks that end at a light, estimates and MIS weights are
+//! those of lists: `f m / (n (m p + q))` for a light sample and `f / (m p + q)` for a BRDF sample, with the same `m`
+//! ([`Lists::guess`]).
 
 use std::marker::PhantomData;
 
+use super::listed::sample_brdf;
+use super::shade::prepare;
 use super::{Chunk, Request, Scratch, Stage, pairs};
 use crate::bsdf::{Brdf, Tint};
 use crate::embree::TraceLane;
-use crate::estimator::density::{ConeOnly, Mix};
-use crate::estimator::{per_light, per_triangle};
+use crate::estimator::density::{ListedEach, Mix};
+use crate::estimator::{ShadingPoint, per_light, per_triangle};
 use crate::lane::{Bits, Lane, Mask};
 use crate::light::View;
+use crate::light::tree::{Digits, From, Table, Walked};
 use crate::light::triangle::{Triangle, Triangles};
 use crate::math::Vec3;
-use crate::pipeline::lists::{Lists, Probed, UNIT};
-use crate::pipeline::queue::QueuedRays;
+use crate::pipeline::lists::{Lists, Probed, UNIT, level};
+use crate::pipeline::queue::{QueuedRays, WideQueue};
+use crate::pipeline::stream::Address;
 use crate::pipeline::world::World;
+use crate::sampling::Pair;
 
-/// One light of its own for every point.
+/// Some lights of its own for every point.
 pub struct PerWalked<M>(PhantomData<M>);
 
 impl<M: Probed> Stage for PerWalked<M> {
     #[inline(always)]
     fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
-        let Scratch { hits, aimed, set, .. } = scratch;
-        let world = chunk.world;
-        let (Some(lists), Some(stream)) = (&world.lists, M::stream(hits)) else {
+        let Scratch {
+            hits,
+            picks,
+            aimed,
+            looks,
+            set,
+            ..
+        } = scratch;
+        let (Some(lists), Some(stream)) = (&chunk.world.lists, M::stream_mut(hits)) else {
             return;
         };
-        let Some(guide) = &lists.guide else { return };
-        let times = (lists.length() / 2).max(1);
-        chunk.request(Request::All { set });
-        for i in 0..times as usize {
-            for at in (0..stream.len()).step_by(L::N) {
-                let (active, point, address) = stream.packet::<L>(at);
-                let pair = |i: usize| chunk.numbers.pair(address.key, address.pass, pairs::light(i));
-                let (number, _) = pair(2 * i).unit::<L>();
-                let from = (point.p * L::splat(UNIT), point.bsdf.normal(), M::lobe::<L>(&point.bsdf));
-                let walked = lists.tree().walk(guide, active, from, number);
-                let active = active & walked.chance.gt(L::zero());
-                let expected = walked.chance * L::splat(times as f32);
-                let lamps = Lamps::<L>::of(world, lists, active, &walked.leaf);
-                let spheres = active & lamps.spheres;
-                if spheres.any() {
-                    let view = View::of(lamps.center - point.p, lamps.radius);
-                    let spheres = spheres & per_light::may_contribute(&point, &view);
-                    let drawn = per_light::draw(&view, pair(2 * i + 1));
-                    if let Some(found) = per_light::by_light(ConeOnly, &point, &drawn, spheres) {
-                        let le = lamps.le * (L::one() / expected);
-                        let rays = QueuedRays {
-                            origin: point.p,
-                            direction: found.wi,
-                            tfar: found.distance,
-                            value: found
-                                .weight
-                                .colour(le.times(point.bsdf.rho()), le)
-                                .or_zero(found.active),
-                            index: address.index,
-                        };
-                        aimed.push(found.active, &rays, L::from_bits(lamps.skip_id));
-                    }
-                }
-                let triangles = active & !lamps.spheres;
-                if triangles.any() {
-                    let view = lamps.triangles.seen_from(point.p);
-                    let triangles = triangles & view.rises_above(point.bsdf.normal());
-                    let (u, v) = pair(2 * i + 1).unit::<L>();
-                    let by_brdf_lanes = L::Mask::splat(false);
-                    let numbers = per_triangle::Numbers { by_brdf_lanes, u, v };
-                    let worth = (lamps.le, expected);
-                    if let Some(found) = per_triangle::sample(Mix::Light, &point, &view, worth, numbers, triangles) {
-                        let rays = QueuedRays::to_light(&point, &address, &found);
-                        aimed.push(found.active, &rays, L::from_bits(lamps.skip_id));
-                    }
-                }
+        let (mix, all) = (chunk.mix, stream.len());
+        let mut divided = false;
+        for pass in levels(chunk) {
+            let Some(table) = lists.tabulated(chunk, M::KIND, pass).filter(|table| table.walked()) else {
+                continue;
+            };
+            if !divided {
+                picks.divide(chunk, stream);
+                divided = true;
             }
-            chunk.request(Request::VisibleEach { queue: aimed, set });
+            let way = Way {
+                lists,
+                mix,
+                walks: lists.walks(),
+                table: mix.mixed().then_some(table),
+            };
+            chunk.request(Request::All { set });
+            for part in picks.neighbors(pass) {
+                stream.end_at(part.end);
+                prepare::<L, Mix, M>(mix, chunk, stream, part.clone());
+                for i in 0..way.walks {
+                    for at in part.clone().step_by(L::N) {
+                        let (mut active, point, address) = stream.packet::<L>(at);
+                        if mix == Mix::Average {
+                            active = active & !stream.by_brdf_lanes::<L>(at);
+                        }
+                        if active.none() {
+                            continue;
+                        }
+                        let pair = |i: u32| number(chunk, mix, &address, i);
+                        let digits = Digits::<L>::new(pair(0), i, way.walks);
+                        let walked = lists.tree().walk(active, seen_from::<L, M>(&point), digits);
+                        way.toward::<L, M>(chunk.world, (&point, &address), active, &walked, pair(1 + i), aimed);
+                    }
+                    chunk.request(Request::VisibleEach { queue: aimed, set });
+                }
+                if mix.mixed() {
+                    sample_brdf::<L, M>(mix, chunk, stream, part, looks);
+                }
+                stream.end_at(all);
+            }
+            if looks.len() > 0 {
+                chunk.request(Request::Met {
+                    queue: looks,
+                    set,
+                    lists,
+                    table,
+                    spheres: true,
+                });
+            }
+        }
+    }
+}
+
+/// A pass of each level of tables in the chunk.
+fn levels(chunk: &Chunk) -> Vec<u32> {
+    let mut passes: Vec<u32> = chunk
+        .pass_order
+        .iter()
+        .map(|pass| chunk.numbers.first() + pass)
+        .collect();
+    passes.sort_unstable();
+    passes.dedup_by_key(|pass| level(*pass));
+    passes
+}
+
+/// Numbers of the walks of a point and pass (0), and of the places on the lights that they find (from 1).
+#[inline(always)]
+pub fn number<L: Lane>(chunk: &Chunk, mix: Mix, address: &Address<L>, i: u32) -> Pair<L::Bits> {
+    let pair = pairs::light(i as usize);
+    if mix == Mix::Average {
+        chunk.numbers.after_toss(address.key, address.pass, pair)
+    } else {
+        chunk.numbers.pair(address.key, address.pass, pair)
+    }
+}
+
+/// A point in units of the tree, with its normal and its lobe.
+#[inline(always)]
+pub fn seen_from<L: TraceLane, M: Probed>(point: &ShadingPoint<L, M::Of<L>>) -> From<L> {
+    let lobe = M::lobe::<L>(&point.bsdf);
+    (point.p * L::splat(UNIT), point.bsdf.normal(), lobe)
+}
+
+/// What weighs the lights that walks find.
+pub struct Way<'a> {
+    pub lists: &'a Lists,
+    /// How light and BRDF sampling are combined.
+    pub mix: Mix,
+    /// Walks of a point in a pass.
+    pub walks: u32,
+    /// What estimates how often a light is found, if the BRDF is sampled too.
+    pub table: Option<&'a Table>,
+}
+
+impl Way<'_> {
+    /// Queues a ray to the light that was found in each lane.
+    #[inline(always)]
+    pub fn toward<L: TraceLane, M: Probed>(
+        &self,
+        world: &World,
+        (point, address): (&ShadingPoint<L, M::Of<L>>, &Address<L>),
+        active: L::Mask,
+        walked: &Walked<L>,
+        pair: Pair<L::Bits>,
+        aimed: &mut WideQueue,
+    ) {
+        let found = Found::<L>::of(world, self, active, walked);
+        // A light near the camera has a view of its own; one in each lane has all other lights.
+        let mut spheres = active & found.spheres;
+        while spheres.any() {
+            let near = (spheres & found.near).lanes().next();
+            let (view, these) = match near {
+                Some(lane) => (
+                    world.lights[found.number[lane]].seen_from(point.p),
+                    L::Mask::from_bitmask(1 << lane),
+                ),
+                None => (View::of(found.center - point.p, found.radius), spheres),
+            };
+            spheres = spheres & !these;
+            let these = these & per_light::may_contribute(point, &view);
+            let drawn = per_light::draw(&view, pair);
+            let density = ListedEach::new(self.mix, found.guess);
+            if let Some(sampled) = per_light::by_light(density, point, &drawn, these) {
+                let le = found.le;
+                let value = sampled.weight.colour(le.times(point.bsdf.rho()), le);
+                let rays = QueuedRays {
+                    origin: point.p,
+                    direction: sampled.wi,
+                    tfar: sampled.distance,
+                    value: value.or_zero(sampled.active),
+                    index: address.index,
+                };
+                aimed.push(sampled.active, &rays, L::from_bits(found.skip_id));
+            }
+        }
+        let triangles = active & !found.spheres;
+        if triangles.any() {
+            let view = found.triangles.seen_from(point.p);
+            let triangles = triangles & view.rises_above(point.bsdf.normal());
+            let (u, v) = pair.unit::<L>();
+            let by_brdf_lanes = L::Mask::splat(false);
+            let numbers = per_triangle::Numbers { by_brdf_lanes, u, v };
+            let worth = (found.le, found.guess);
+            if let Some(sampled) = per_triangle::sample(self.mix, point, &view, worth, numbers, triangles) {
+                let rays = QueuedRays::to_light(point, address, &sampled);
+                aimed.push(sampled.active, &rays, L::from_bits(found.skip_id));
+            }
         }
     }
 }
 
 /// A light in each lane.
-struct Lamps<L: Lane> {
+struct Found<L: Lane> {
     spheres: L::Mask,
+    near: L::Mask,
+    number: [usize; 16],
     center: Vec3<L>,
     radius: L,
+    /// The radiance that the light counts for.
     le: Vec3<L>,
+    /// A factor for the density of light sampling.
+    guess: L,
     triangles: Triangles<L>,
     skip_id: L::Bits,
 }
 
-impl<L: Lane> Lamps<L> {
+impl<L: Lane> Found<L> {
     #[inline(always)]
-    fn of(world: &World, lists: &Lists, active: L::Mask, leaf: &[u32; 16]) -> Self {
-        let mut columns = [[0.0_f32; 16]; 20];
-        let (mut skip_id, mut spheres) = ([0_u32; 16], 0);
+    fn of(world: &World, way: &Way, active: L::Mask, walked: &Walked<L>) -> Self {
+        let lists = way.lists;
+        let mut columns = [[0.0_f32; 16]; 21];
+        let (mut skip_id, mut number, mut spheres, mut near) = ([0_u32; 16], [0; 16], 0, 0);
         for lane in active.lanes() {
+            let leaf = walked.leaf[lane];
             let mut put = |first: usize, numbers: [f32; 3]| {
                 for (k, number) in numbers.into_iter().enumerate() {
                     columns[first + k][lane] = number;
                 }
             };
-            match lists.kind(lists.tree().light(leaf[lane])) {
-                (true, i) => {
-                    let light = &world.lights[i];
-                    put(0, light.center);
-                    put(4, light.le);
-                    columns[3][lane] = light.radius;
-                    skip_id[lane] = light.sphere;
-                    spheres |= 1 << lane;
-                }
-                (false, i) => {
-                    let light = &world.triangle_lights[i];
-                    let Triangle { corners, normal, area } = light.triangle;
-                    put(4, light.le);
-                    (0..3).for_each(|k| put(7 + 3 * k, corners[k]));
-                    put(16, normal);
-                    columns[19][lane] = area;
-                    skip_id[lane] = light.skip_id;
-                }
+            let (is_sphere, i) = lists.kind(lists.tree().light(leaf));
+            number[lane] = i;
+            if is_sphere {
+                let light = &world.lights[i];
+                put(0, light.center);
+                put(4, light.le);
+                columns[3][lane] = light.radius;
+                skip_id[lane] = light.sphere;
+                spheres |= 1 << lane;
+                near |= u32::from(light.origin_power.is_some()) << lane;
+            } else {
+                let light = &world.triangle_lights[i];
+                let Triangle { corners, normal, area } = light.triangle;
+                put(4, light.le);
+                (0..3).for_each(|k| put(7 + 3 * k, corners[k]));
+                put(16, normal);
+                columns[19][lane] = area;
+                skip_id[lane] = light.skip_id;
             }
+            columns[20][lane] = way.table.map_or(1.0, |table| table.guess(lists.tree(), leaf));
         }
         let vector = |k: usize| Vec3::new(L::load(&columns[k]), L::load(&columns[k + 1]), L::load(&columns[k + 2]));
+        let guess = L::select(active, L::load(&columns[20]), L::one());
+        let chance = mutate!(walked.chance, WalkForgotten => L::splat(1.0 / lists.tree().len() as f32));
+        let expected = chance * L::splat(way.walks as f32);
         Self {
             spheres: L::Mask::from_bitmask(spheres),
+            near: L::Mask::from_bitmask(near),
+            number,
             center: vector(0),
             radius: L::load(&columns[3]),
-            le: vector(4),
+            le: vector(4) * (guess / expected),
+            guess,
             triangles: Triangles {
                 corners: [vector(7), vector(10), vector(13)],
                 normal: vector(16),

@@ -205,3 +205,27 @@ fn looks_move_lists_to_the_lights_that_are_seen() {
     ));
     assert!(with < 0.4 * without && with > 0.02 * without, "{with} {without}");
 }
+
+/// Whether points walk: of a tile whose lobes look at different lights they do, unless most lights are hidden, or there is one lobe, or
+/// none.
+#[test]
+fn points_walk_where_lobes_differ_and_lights_are_visible() {
+    /// One of eight lights is visible.
+    struct Few;
+    impl Look for Few {
+        fn reaches(&mut self, light: u32, _: &Probes) -> u32 {
+            if mix(light).is_multiple_of(8) { 0xffff } else { 0 }
+        }
+    }
+    let lights = lights(500);
+    let tree = LightTree::new(&lights);
+    let walked = |probes: Probes, look: Option<&mut dyn Look>| Table::new(&tree, probes, 256, 16, look).walked();
+    assert!(walked(probes(true, 1), None));
+    assert!(!walked(probes(true, 1), Some(&mut Few)));
+    assert!(!walked(probes(false, 1), None));
+    let mut one = Probes::new(true);
+    for _ in 0..16 {
+        one.push([3.0, -1.0, 4.0], [0.0, 1.0, 0.0], [0.6, 0.8, 0.0], 50.0);
+    }
+    assert!(!walked(one, None));
+}

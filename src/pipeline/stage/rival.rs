@@ -1,0 +1,43 @@
+//! The rivals of lists (feature `rival`): every point walks down the tree of lights by itself, half as often as a list is long, with
+//! independent numbers, and traces one ray to each light that it finds. For measurements only, and for `light` only.
+
+use std::marker::PhantomData;
+
+use super::walked::{Way, seen_from};
+use super::{Chunk, Request, Scratch, Stage, pairs};
+use crate::embree::TraceLane;
+use crate::estimator::density::Mix;
+use crate::light::tree::Digits;
+use crate::pipeline::lists::Probed;
+
+/// One light of its own for every point, some times.
+pub struct PerRival<M>(PhantomData<M>);
+
+impl<M: Probed> Stage for PerRival<M> {
+    #[inline(always)]
+    fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
+        let Scratch { hits, aimed, set, .. } = scratch;
+        let (Some(lists), Some(stream)) = (&chunk.world.lists, M::stream(hits)) else {
+            return;
+        };
+        let Some(guide) = &lists.guide else { return };
+        let way = Way {
+            lists,
+            mix: Mix::Light,
+            walks: (lists.length() / 2).max(1),
+            table: None,
+        };
+        chunk.request(Request::All { set });
+        for i in 0..way.walks as usize {
+            for at in (0..stream.len()).step_by(L::N) {
+                let (active, point, address) = stream.packet::<L>(at);
+                let pair = |i: usize| chunk.numbers.pair(address.key, address.pass, pairs::light(i));
+                let digits = Digits::<L>::new(pair(2 * i), 0, 1);
+                let walked = lists.tree().guided(guide, active, seen_from::<L, M>(&point), digits);
+                let active = active & walked.chance.gt(L::zero());
+                way.toward::<L, M>(chunk.world, (&point, &address), active, &walked, pair(2 * i + 1), aimed);
+            }
+            chunk.request(Request::VisibleEach { queue: aimed, set });
+        }
+    }
+}

@@ -187,7 +187,7 @@ fn sums(path: &Path, facts: &mut Facts) -> Result<(), CliError> {
         None if record.passes.is_empty() => put(facts, "passes", "none: there are more shards than parts"),
         None => {
             let done = film.passes();
-            if done != record.passes {
+            if !film.has_all(&record.passes) {
                 put(facts, "format", "checkpoint of a render, whole");
                 put(facts, "done", format!("{} to {}", done.start, done.end));
             }

@@ -65,7 +65,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     // One after the other: memory only holds the sums so far and those of one part.
     for part in &parts {
         let (_, sums): (Record, Film) = sums_file::read(&part.path).map_err(|error| CliError::bad_path(&error))?;
-        if sums.passes() != part.record.passes && !part.record.passes.is_empty() {
+        if !sums.has_all(&part.record.passes) && !part.record.passes.is_empty() {
             let what = format!(
                 "{}: is the checkpoint of a render that was not finished",
                 part.path.display()

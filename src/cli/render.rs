@@ -135,6 +135,12 @@ impl Args {
             let what = "--target-error renders several pictures, and .acc holds the sums of one";
             return Err(CliError::usage(what).with_help("write .exr, .png or .npy, or say how many samples with --spp"));
         }
+        if self.shard.is_some() && (self.outputs.len() != 1 || !is_sums(&self.outputs[0])) {
+            let what = "--shard writes sums, and needs one output that ends in .acc";
+            return Err(
+                CliError::usage(what).with_help("such as -o part-3.acc; octolux merge makes a picture of the parts")
+            );
+        }
         Ok(())
     }
 
@@ -177,12 +183,6 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
             [path] => replay::run(path, &args.options, sample, args.json),
             _ => Err(CliError::usage("--replay takes one scene".to_owned())),
         };
-    }
-    if args.shard.is_some() && (args.outputs.len() != 1 || !is_sums(&args.outputs[0])) {
-        let what = "--shard writes sums, and needs one output that ends in .acc";
-        return Err(
-            CliError::usage(what).with_help("such as -o part-3.acc; octolux merge makes a picture of the parts")
-        );
     }
     args.combined()?;
     let args = &Args {

@@ -7,6 +7,7 @@
 
 use std::fs::File;
 use std::io::{self, BufReader, Read, Write};
+use std::ops::Range;
 use std::path::Path;
 
 use serde::Serialize;
@@ -30,6 +31,18 @@ const LONGEST_SIDE: u32 = 65_536;
 
 /// Size in the file of a tile without sums: five numbers of 32 bits.
 const LEAST_TILE: u64 = 20;
+
+impl Film {
+    /// Whether all samples of a render of these passes are there. Of an adaptive render the passes of a pixel differ, their mean does not.
+    pub fn has_all(&self, passes: &Range<u32>) -> bool {
+        match self.most_samples() {
+            Some(_) => {
+                self.spread().1 >= u64::from(self.size().width) * u64::from(self.size().height) * passes.len() as u64
+            }
+            None => self.passes() == *passes,
+        }
+    }
+}
 
 /// Writes the sums of `film` and `about` atomically.
 ///

@@ -22,8 +22,7 @@ pub use record::Record;
 pub use shard::Shard;
 pub use steps::{Reached, Run, Step};
 
-/// Maximum samples per pixel: far more than any picture needs, and far below the range of `u32`.
-pub const MOST_SPP: u32 = 1 << 30;
+pub use crate::scene::MOST_SPP;
 
 /// Default samples per pixel.
 pub const DEFAULT_SPP: u32 = 64;

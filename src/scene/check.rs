@@ -2,6 +2,7 @@
 //!
 //! Messages come from [`rule`](super::rule), so that scene files and builders report the same text.
 
+mod lengths;
 mod lights;
 
 use glam::DVec3;
@@ -16,6 +17,9 @@ use crate::texels::Texels;
 
 /// The longest side of a picture, in pixels.
 pub const LONGEST_SIDE: u32 = 65536;
+
+/// Maximum samples per pixel: far more than any picture needs, and far below the range of `u32`.
+pub const MOST_SPP: u32 = 1 << 30;
 
 /// Minimum memory of a pixel during rendering: sums of three colours in `f64`, and the output picture.
 const BYTES_PER_PIXEL: u64 = 40;
@@ -52,7 +56,8 @@ pub fn all(scene: &SceneBuilder) -> Result<(), InvalidScene> {
         lights::light(it).map_err(|wrong| wrong.on(Subject::Light(index), ""))?;
     }
     let sky = scene.environment.as_ref().map_or(Ok(()), environment);
-    sky.map_err(|wrong| wrong.on(Subject::Environment, ""))
+    sky.map_err(|wrong| wrong.on(Subject::Environment, ""))?;
+    lengths::ratio(scene)
 }
 
 fn single(key: &'static str) -> Property {
@@ -173,14 +178,13 @@ fn film_size(film: FilmSize) -> Checked {
 }
 
 fn render(render: RenderTable) -> Checked {
-    if render.spp != Some(0) {
-        return Ok(());
+    match render.spp {
+        Some(spp) if !(1..=MOST_SPP).contains(&spp) => {
+            let problem = format!("must be a whole number from 1 to {MOST_SPP}");
+            Err(Wrong::new(problem, "ask for a sample or more").of(single("spp"), spp))
+        }
+        _ => Ok(()),
     }
-    let wrong = Wrong::new(
-        "must be a whole number from 1 to 4294967295",
-        "ask for a sample or more",
-    );
-    Err(wrong.of(single("spp"), 0))
 }
 
 fn material(material: &Material) -> Checked {

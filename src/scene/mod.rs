@@ -50,6 +50,7 @@ use std::sync::{Arc, OnceLock};
 pub use crate::settings::{EstimatorKind, SamplerKind};
 pub use crate::texels::Texels;
 pub use builder::{LightId, MeshId, SceneBuilder, SphereId};
+pub use check::MOST_SPP;
 pub use effect::{Effect, Effects};
 pub use error::SceneError;
 pub use features::Features;

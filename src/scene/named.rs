@@ -15,7 +15,11 @@ impl Scene {
     /// The scene file at `path` and the files that it names, with the buffers of its glTF files. Nothing is checked: unreadable
     /// files are skipped, and loading the scene reports them. [`Scene::files`] has the same list for a loaded scene.
     pub fn named_files(path: &Path) -> Vec<PathBuf> {
-        let text = std::fs::read_to_string(path).unwrap_or_default();
+        // What comes through a pipe can be read only once, and is left to the loader.
+        let text = match path.is_file() {
+            true => std::fs::read_to_string(path).unwrap_or_default(),
+            false => String::new(),
+        };
         let mut names = Vec::new();
         if let Ok(table) = text.parse() {
             collect(&Value::Table(table), &mut names);

@@ -108,7 +108,7 @@ fn what_cannot_be_is_named_with_its_value() {
         ),
         (
             |s| s.render.spp = Some(0),
-            "render spp must be a whole number from 1 to 4294967295, got 0",
+            "render spp must be a whole number from 1 to 1073741824, got 0",
         ),
         (
             |s| s.materials[0] = Material::diffuse("grey", [0.5, -0.5, 0.5]),

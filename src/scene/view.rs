@@ -1,6 +1,6 @@
 //! `[camera]`, `[film]` and `[render]`.
 
-use super::check::LONGEST_SIDE;
+use super::check::{LONGEST_SIDE, MOST_SPP};
 use super::error::Fault;
 use super::table::Table;
 use super::{Camera, FilmSize, Fov, Lens, RenderTable};
@@ -82,7 +82,7 @@ fn film(table: &Table<'_>) -> Result<FilmSize, Fault> {
 
 fn render(table: &Table<'_>) -> Result<RenderTable, Fault> {
     Ok(RenderTable {
-        spp: table.get("spp").map(|value| value.whole(1, u32::MAX)).transpose()?,
+        spp: table.get("spp").map(|value| value.whole(1, MOST_SPP)).transpose()?,
         estimator: table
             .get("estimator")
             .map(|v| v.choice(&EstimatorAsked::ALL, EstimatorAsked::name))

@@ -173,6 +173,10 @@ fn a_manifest_that_makes_no_sense_is_refused() {
             "[[pictures]]\nscene = \"in/small.toml\"\nadaptive = true\ntime = \"1s\"\n",
             "cannot be used with --time, unless --target-error is given",
         ),
+        (
+            "[[pictures]]\nscene = \"in/small.toml\"\nshard = \"1/2\"\noutputs = [\"half.npy\"]\n",
+            "--shard writes sums, and needs one output that ends in .acc",
+        ),
         ("[defaults]\n[[picture]]\n", "has no key \"picture\""),
     ] {
         fs::write(place.path().join("jobs.toml"), text).unwrap();

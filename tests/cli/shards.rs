@@ -96,6 +96,17 @@ fn parts_that_do_not_fit_are_refused() {
     assert_eq!(bytes(&place, "partial.npy").len(), 64 * 64 * 12 + 128);
 }
 
+/// Its pixels have different numbers of samples, so no number of passes says that it is whole.
+#[test]
+fn the_sums_of_an_adaptive_render_make_its_picture() {
+    let place = Place::new();
+    place.succeeds("render in/small.toml --size 20x12 --quiet --spp 64 --adaptive -o a.acc -o a.npy");
+    place.succeeds("merge a.acc -o b.npy");
+    assert!(bytes(&place, "a.npy") == bytes(&place, "b.npy"));
+    let said = stdout(&place.succeeds("info a.acc"));
+    assert!(said.contains("sums of Octolux, whole"), "{said}");
+}
+
 #[test]
 fn missing_shards_are_named_for_a_job_array() {
     let place = Place::new();

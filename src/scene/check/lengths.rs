@@ -2,6 +2,7 @@
 
 use crate::scene::SceneBuilder;
 use crate::scene::invalid::{InvalidScene, Subject, Wrong};
+use crate::scene::mesh::has_area;
 
 /// Packets have lengths scaled so that the farthest shape is at 2^28. Where a shape is smaller than this share of the reach, products of
 /// four of its lengths underflow, and lights lose their brightness without a sign: by a third at 2^-76, wholly at 2^-128 (camera inside a
@@ -16,11 +17,15 @@ pub(super) fn ratio(scene: &SceneBuilder) -> Result<(), InvalidScene> {
         (Subject::Sphere(i), reach, 2.0 * sphere.radius)
     });
     let meshes = scene.meshes.iter().enumerate().map(|(i, mesh)| {
-        let corners = mesh
+        let triangles = mesh
             .triangles
             .iter()
+            .map(|t| t.map(|corner| mesh.vertices[corner as usize]));
+        // Triangles without area are dropped later.
+        let corners = triangles
+            .filter(|&corners| has_area(corners))
             .flatten()
-            .map(|&corner| mesh.vertices[corner as usize] - origin);
+            .map(|v| v - origin);
         let (mut reach, mut low, mut high) = (0.0_f64, glam::DVec3::INFINITY, glam::DVec3::NEG_INFINITY);
         for corner in corners {
             (reach, low, high) = (reach.max(corner.length()), low.min(corner), high.max(corner));

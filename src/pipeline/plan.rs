@@ -136,7 +136,7 @@ pub struct Plan {
 
 /// What `product` is where lights are in lists: its own forms are for a light that every point samples. Under triangles, which are parts
 /// of large meshes, a direction of each technique has 2.3 (`mesh-light`) and 1.2 times (4096 triangles of a sphere) less error for its time
-/// than the one-sample model of `mis`, under spheres 0.64 (`city`) and 0.9 times (1024 lights).
+/// than the one-sample model of `mis`, under spheres 0.64 (`city`) and 0.9 times (1024 lights): 192 x 128, 32 samples, three seeds, one thread.
 fn product_by_lists(features: &Features) -> EstimatorKind {
     if features.emitters > 2 * features.count(Effect::SphereLights) {
         EstimatorKind::Mis2Power

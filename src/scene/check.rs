@@ -8,6 +8,8 @@ mod lights;
 use glam::DVec3;
 use rayon::prelude::*;
 
+pub use lengths::Extremes;
+
 use super::invalid::{InvalidScene, Property, Subject, Wrong};
 use super::parts::{Bsdf, Camera, Environment, FilmSize, Fov, LatLong, Material, Mesh, RenderTable, Surface};
 use super::rule::{ETA, EXPONENT, EXTINCTION, FINITE, NOT_NEGATIVE, POSITIVE, ROUGHNESS, Rule, SHARE, VIEW_ANGLE};

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::check::Extremes;
 use super::invalid::{InvalidScene, Subject, Wrong};
 use super::light::Light;
 use super::mesh::has_area;
@@ -132,24 +133,9 @@ const SMALLEST: f64 = 1.0 / (1_u64 << 58) as f64;
 
 /// Adds notes about shapes so small relative to the scene that packets lose them.
 pub fn note_reach(scene: &SceneBuilder, notes: &mut Vec<String>) {
-    let origin = scene.camera.origin;
-    let corners = |mesh: &Mesh, t: &[u32; 3]| t.map(|i| mesh.vertices[i as usize] - origin);
-    let of_spheres = scene
-        .spheres
-        .iter()
-        .map(|s| ((s.center - origin).length() + s.radius, 2.0 * s.radius));
-    let of_meshes = scene.meshes.iter().map(|mesh| {
-        let faces = mesh.triangles.iter().map(|t| corners(mesh, t));
-        faces.fold((0.0_f64, 0.0_f64), |(reach, size), [a, b, c]| {
-            let side = (a.max(b).max(c) - a.min(b).min(c)).max_element();
-            (reach.max(a.length()).max(b.length()).max(c.length()), size.max(side))
-        })
-    });
-    let (reach, smallest) = of_spheres
-        .chain(of_meshes)
-        .fold((0.0_f64, f64::INFINITY), |(reach, smallest), (r, s)| {
-            (reach.max(r), smallest.min(s))
-        });
+    let Some((reach, smallest)) = Extremes::of(scene).map(|found| found.lengths()) else {
+        return;
+    };
     if smallest < SMALLEST * reach {
         notes.push(format!(
             "the scene reaches {reach:.1e} from the camera, and its smallest shape {smallest:.1e}: below {SMALLEST:.1e} of the reach \

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::closed;
 use super::narrow::narrow;
 use super::space::Space;
 use crate::embree::EmbreeError;
@@ -18,6 +19,8 @@ use crate::shape::{BoundingSphere, SkipIdAllocator, SkipIds};
 pub struct Emitters {
     /// Triangles of small emissive meshes.
     pub triangles: Vec<TriangleLight>,
+    /// With lists, the side of each of these triangles that can be seen: see [`closed::sides`].
+    pub sides: Vec<i8>,
     /// Large emissive meshes.
     pub meshes: Vec<MeshLight>,
     /// For each mesh of the scene, the index of its first triangle in [`Self::triangles`]; `u32::MAX` if it has none there.
@@ -67,6 +70,10 @@ impl Emitters {
         if each || Features::samples_each_triangle(mesh) {
             let lights = named.map(|(skip_id, triangle)| TriangleLight { triangle, le, skip_id });
             self.triangles.extend(lights);
+            if each {
+                let corners: Vec<_> = triangles.iter().map(|triangle| triangle.corners).collect();
+                self.sides.extend(closed::sides(&corners));
+            }
             return;
         }
         let areas: Vec<f64> = mesh

@@ -2,6 +2,7 @@
 
 mod camera;
 mod chosen;
+mod closed;
 mod columns;
 mod emitters;
 mod intersector;

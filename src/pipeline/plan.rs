@@ -243,7 +243,7 @@ impl Plan {
             together,
             pairs,
             order,
-            camera: camera.run(accel, lanes),
+            camera: camera.run(intersector.of_camera_rays(needs), lanes),
             shade: models
                 .iter()
                 .flat_map(|&model| kernels::shade(estimator, needs, lists.is_some(), model))

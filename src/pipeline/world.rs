@@ -268,7 +268,7 @@ impl World {
         });
         let sphere_geometry = scene.meshes().len() as u32;
         let lists = listed.map(|length| {
-            let kinds = (&*lights, &*lamps.triangles);
+            let kinds = (&*lights, &*lamps.triangles, &*lamps.sides);
             Lists::new(kinds, spheres.len(), lamps.first_triangles.clone(), length, film)
         });
         let sphere_textures: Vec<_> = spheres

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use octolux::pipeline::Settings;
-use octolux::scene::{Bsdf, EstimatorKind, SamplerKind, Scene};
+use octolux::scene::{Bsdf, EstimatorKind, Mesh, SamplerKind, Scene, Surface};
 use octolux::settings::LightsAsked;
 
 use super::Family;
@@ -93,6 +93,33 @@ pub fn polished(spheres: u32, triangles: u32) -> Scene {
         let (rho, alpha) = (glam::DVec3::new(0.5, 0.4, 0.3), 30.0);
         material.bsdf = Bsdf::Phong { rho, alpha };
     }
+    scene.build().expect("a scene")
+}
+
+/// The same under `bodies` tetrahedra that emit, of one mesh, and a dimmer one around all. Of some a face is turned or missing, so they have
+/// no inner side. Lights are selected by the side that should be seen.
+pub fn closed(bodies: u32) -> Scene {
+    let unit = |i: u32| f64::from(octolux::sampling::hash::mix(i + 91) >> 8) / f64::from(1 << 24);
+    let ends = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]].map(glam::DVec3::from);
+    let faces = [[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]];
+    let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
+    for i in 0..bodies {
+        let place = |k: u32| unit(8 * i + k);
+        let middle = glam::DVec3::new(8.0 * place(0) - 4.0, 1.0 + 2.5 * place(1), 8.0 * place(2) - 5.5);
+        let first = vertices.len() as u32;
+        vertices.extend(ends.map(|end| middle + (0.05 + 0.15 * place(3)) * end));
+        let mut faces = faces.map(|face| face.map(|k| first + k));
+        match i % 4 {
+            1 => faces.iter_mut().for_each(|face| face.swap(0, 1)),
+            2 => faces[2].swap(0, 1),
+            _ => {}
+        }
+        triangles.extend(&faces[usize::from(i % 4 == 3)..]);
+    }
+    let mut scene = scene(0, 0).to_builder();
+    let emission = |le: f64| Surface::Emission(le * glam::DVec3::new(1.0, 1.0, 1.5));
+    scene.mesh(Mesh::new(vertices, triangles, emission(10.0)));
+    scene.mesh(Mesh::new(ends.map(|end| 60.0 * end), faces.to_vec(), emission(0.1)));
     scene.build().expect("a scene")
 }
 

@@ -1,7 +1,7 @@
 //! Lists of lights: the mean of all lights, the same bits for everyone, and nothing at all where lights are few.
 
 use crate::proof::Family;
-use crate::proof::many_lights::{agree, apart, polished, scene};
+use crate::proof::many_lights::{agree, apart, closed, polished, scene};
 use crate::proof::pictures::{assert_same, both, differences};
 use crate::proof::runs::{other_widths, picture, settings};
 use octolux::pipeline::{Prepared, Settings};
@@ -31,6 +31,12 @@ fn short_lists_have_the_mean_of_all_lights() {
 fn lists_of_one_light_and_of_two_have_it_too() {
     agree(Family::new("lists-of-1"), &scene(60, 40), 1, 24, 16);
     agree(Family::new("lists-of-2"), &scene(1000, 0), 2, 16, 8);
+}
+
+/// Of closed meshes, lights are selected by the side that is seen; what is hidden has its share, and the mean is that of all lights.
+#[test]
+fn closed_meshes_have_the_mean_of_all_their_triangles() {
+    agree(Family::new("closed"), &closed(30), 8, 24, 8);
 }
 
 /// Points with lobes walk down the tree by themselves; that has the mean too.

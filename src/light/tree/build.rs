@@ -11,10 +11,40 @@ pub struct Emitter {
     pub mean: [f32; 3],
     /// Variance of its surface around the center, along each axis.
     pub variance: [f32; 3],
-    /// Unit normal of a flat two-sided light; `None` if it emits equally in all directions.
-    pub normal: Option<[f32; 3]>,
-    /// Its intensity along the normal; without a normal, the root of 3 times its intensity. Positive and finite.
-    pub power: f64,
+    /// The directions of its emission.
+    pub emission: Emission,
+    /// Its intensity along the normal, or anywhere. Positive and finite.
+    pub intensity: f64,
+}
+
+/// The directions in which a light emits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Emission {
+    /// Equally in all directions.
+    Round,
+    /// Flat, with a unit normal: as the cosine on both sides.
+    BothSides([f32; 3]),
+    /// As the cosine on the side of a unit normal alone.
+    OneSide([f32; 3]),
+}
+
+impl Emission {
+    /// The power of a light for its intensity, so that [`Node`]'s importance is right for a single light of any kind. Powers are
+    /// proportional to the light that is sent out, within 25 %.
+    pub(super) fn power(self) -> f64 {
+        use std::f64::consts::PI;
+        match self {
+            Self::Round => (6.0 * PI).sqrt(),
+            Self::BothSides(_) => (2.0 * PI).sqrt(),
+            Self::OneSide(_) => 1.0,
+        }
+    }
+}
+
+impl Emitter {
+    fn power(&self) -> f64 {
+        self.emission.power() * self.intensity
+    }
 }
 
 /// Number of candidate split positions.
@@ -32,21 +62,24 @@ struct Moments {
     power: f64,
     mean: [f64; 3],
     variance: [f64; 3],
-    normals: [f64; 6],
+    normals: [f64; 5],
+    facing: [f64; 3],
 }
 
 impl Moments {
     fn of(emitter: &Emitter, total: f64) -> Self {
-        let third = 1.0 / 3.0;
-        let normals = match emitter.normal.map(|n| n.map(f64::from)) {
-            Some([x, y, z]) => [x * x, y * y, z * z, x * y, x * z, y * z],
-            None => [third, third, third, 0.0, 0.0, 0.0],
+        let squares = |[x, y, z]: [f64; 3]| [x * x, y * y, x * y, x * z, y * z];
+        let (normals, facing) = match emitter.emission {
+            Emission::Round => ([1.0 / 3.0, 1.0 / 3.0, 0.0, 0.0, 0.0], [0.0; 3]),
+            Emission::BothSides(n) => (squares(n.map(f64::from)), [0.0; 3]),
+            Emission::OneSide(n) => (squares(n.map(f64::from)), n.map(f64::from)),
         };
         Self {
-            power: f64::from(LightTree::share(emitter.power, total)),
+            power: f64::from(LightTree::share(emitter.power(), total)),
             mean: emitter.mean.map(f64::from),
             variance: emitter.variance.map(f64::from),
             normals,
+            facing,
         }
     }
 
@@ -60,17 +93,20 @@ impl Moments {
             mean,
             variance: std::array::from_fn(|k| a * around(self, k) + b * around(other, k)),
             normals: std::array::from_fn(|k| a * self.normals[k] + b * other.normals[k]),
+            facing: std::array::from_fn(|k| a * self.facing[k] + b * other.facing[k]),
         }
     }
 
     fn node(&self, link: u32) -> Node {
-        // The upper half of the digits of a variance, rounded up so that it stays positive.
-        let upper = |v: f64| ((v as f32).max(LEAST_VARIANCE).to_bits() + 0xffff) >> 16;
+        // The upper half of the digits, rounded up so that what is positive stays so.
+        let upper = |x: f64, least: f32| (((x as f32).max(least).to_bits() + 0xffff) >> 16) as u16;
+        let byte = |x: f64| (x * 127.0).round() as i8;
         Node {
             mean: self.mean.map(|x| x as f32),
-            power: (self.power as f32).max(LEAST_POWER),
-            variance: self.variance.map(|v| upper(v) as u16),
-            normals: self.normals.map(|x| (x * 127.0).round() as i8),
+            power: upper(self.power, LEAST_POWER),
+            variance: self.variance.map(|v| upper(v, LEAST_VARIANCE)),
+            normals: self.normals.map(byte),
+            facing: self.facing.map(byte),
             link,
         }
     }
@@ -96,13 +132,13 @@ impl LightTree {
         if emitters.is_empty() {
             return Self::default();
         }
-        let total = emitters.iter().map(|emitter| emitter.power).sum();
+        let total = emitters.iter().map(Emitter::power).sum();
         let all = All { emitters, total };
         let mut items: Vec<Item> = (0..)
             .zip(emitters)
             .map(|(i, emitter)| Item {
                 mean: emitter.mean,
-                power: Self::share(emitter.power, total),
+                power: Self::share(emitter.power(), total),
                 emitter: i,
             })
             .collect();
@@ -268,8 +304,12 @@ mod tests {
                 light: i,
                 mean: std::array::from_fn(|k| 10.0 * unit(7 * i + k as u32) as f32),
                 variance: [1e-4; 3],
-                normal: flat.then_some([0.6, 0.0, -0.8]),
-                power: 1.0 + unit(7 * i + 5),
+                emission: if flat {
+                    Emission::OneSide([0.6, 0.0, -0.8])
+                } else {
+                    Emission::Round
+                },
+                intensity: 1.0 + unit(7 * i + 5),
             })
             .collect()
     }
@@ -285,7 +325,7 @@ mod tests {
             let (mut open, mut leaves) = (vec![0], 0);
             while let Some(at) = open.pop() {
                 let node = tree.node(at);
-                assert!(node.power > 0.0 && node.spread().iter().all(|&v| v >= LEAST_VARIANCE));
+                assert!(node.power() > 0.0 && node.spread().iter().all(|&v| v >= LEAST_VARIANCE));
                 match node.leaf() {
                     Some(leaf) => {
                         assert_eq!(places[tree.light(leaf) as usize], leaf);
@@ -294,7 +334,8 @@ mod tests {
                     }
                     None => {
                         let [a, b] = [tree.node(node.link), tree.node(node.link + 1)];
-                        assert!((a.power + b.power - node.power).abs() <= 1e-6 * node.power);
+                        // Each is rounded up by at most one part in 128.
+                        assert!((a.power() + b.power() - node.power()).abs() <= node.power() / 64.0);
                         open.extend([node.link + 1, node.link]);
                     }
                 }
@@ -308,12 +349,12 @@ mod tests {
     fn the_root_has_the_moments_of_all_lights() {
         let emitters = lights(500, true);
         let tree = LightTree::new(&emitters);
-        let total: f64 = emitters.iter().map(|e| e.power).sum();
+        let total: f64 = emitters.iter().map(|e| e.intensity).sum();
         for k in 0..3 {
-            let mean = emitters.iter().map(|e| e.power * f64::from(e.mean[k])).sum::<f64>() / total;
+            let mean = emitters.iter().map(|e| e.intensity * f64::from(e.mean[k])).sum::<f64>() / total;
             let variance = emitters
                 .iter()
-                .map(|e| e.power * (1e-4 + (f64::from(e.mean[k]) - mean).powi(2)));
+                .map(|e| e.intensity * (1e-4 + (f64::from(e.mean[k]) - mean).powi(2)));
             let variance = variance.sum::<f64>() / total;
             assert!((f64::from(tree.root().mean[k]) - mean).abs() < 1e-5);
             let spread = f64::from(tree.root().spread()[k]);
@@ -322,7 +363,8 @@ mod tests {
                 "{spread} {variance}"
             );
         }
-        assert_eq!(tree.root().normals, [46, 0, 81, 0, -61, 0]);
+        assert_eq!(tree.root().normals, [46, 0, 0, -61, 0]);
+        assert_eq!(tree.root().facing, [76, 0, -102]);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Closed-form importance of a node: an estimate of the light that points may receive from it.
 
 use super::Node;
+use super::walk::From;
 use crate::lane::{F32x8, Lane};
 use crate::math::Vec3;
 use crate::math::elementary::exp;
@@ -153,11 +154,15 @@ impl Few {
         let three = |a: [f32; 3], b: [f32; 3]| Vec3::new(half(a[0], b[0]), half(a[1], b[1]), half(a[2], b[2]));
         let nodes = Moments {
             mean: three(a.mean, b.mean),
-            power: half(a.power, b.power),
+            power: half(a.power(), b.power()),
             variance: three(a.spread(), b.spread()),
             normals: std::array::from_fn(|k| {
                 half(f32::from(a.normals[k]), f32::from(b.normals[k])) * F32x8::splat(1.0 / 127.0)
             }),
+            facing: three(
+                a.facing.map(|x| f32::from(x) * (1.0 / 127.0)),
+                b.facing.map(|x| f32::from(x) * (1.0 / 127.0)),
+            ),
         };
         let mut sums = [0.0; 2];
         for probes in &self.packets {
@@ -187,16 +192,30 @@ impl Node {
     /// - the mean of `max(n·q, 0)` under a distribution of mean `m` and variance `c` is about `(m + sqrt(m² + 2c/π)) / 2`, which is
     ///   exact at both ends and at `m = 0`; for `m < 0` in the form without cancellation;
     /// - `1 / distance³` becomes `1 / (sqrt(q² + s) (q² + s/3))`: at `q = 0`, with the cosine, it is `1/σ²` up to a factor near 1;
+    /// - the mean of the cosine at the lights, as far as they emit from one side, is found in the same way from the mean and the variance of
+    ///   normals; lights of other kinds have a power for which that is right too;
     /// - a lobe is a Gaussian of directions, convolved with the node's lateral variance.
     #[inline(always)]
     fn importance<L: Lane>(&self, p: Vec3<L>, n: Vec3<L>, lobe: Option<(Vec3<L>, L)>) -> L {
-        let moments = Moments {
+        self.moments().importance(p, n, lobe)
+    }
+
+    /// The brief form, [`Moments::brief`].
+    #[inline(always)]
+    pub(super) fn brief<L: Lane>(&self, (p, n, lobe): From<L>) -> L {
+        self.moments().brief(p, n, lobe)
+    }
+
+    /// The same moments in all lanes.
+    #[inline(always)]
+    fn moments<L: Lane>(&self) -> Moments<L> {
+        Moments {
             mean: Vec3::splat(self.mean),
-            power: L::splat(self.power),
+            power: L::splat(self.power()),
             variance: Vec3::splat(self.spread()),
             normals: self.normals.map(|x| L::splat(f32::from(x) * (1.0 / 127.0))),
-        };
-        moments.importance(p, n, lobe)
+            facing: Vec3::splat(self.facing.map(|x| f32::from(x) * (1.0 / 127.0))),
+        }
     }
 }
 
@@ -206,7 +225,8 @@ pub(super) struct Moments<L: Lane> {
     pub mean: Vec3<L>,
     pub power: L,
     pub variance: Vec3<L>,
-    pub normals: [L; 6],
+    pub normals: [L; 5],
+    pub facing: Vec3<L>,
 }
 
 impl<L: Lane> Moments<L> {
@@ -225,12 +245,12 @@ impl<L: Lane> Moments<L> {
         let cosine = L::select(m.ge(L::zero()), half * sum, half * c / sum);
         let length = all.sqrt();
         let mut found = self.power * cosine / (length * (d2 + s * third));
-        // For lights with normals, the emission in this direction: root mean square of the cosine.
-        let [xx, yy, zz, xy, xz, yz] = self.normals;
-        let across = q.x * (xx * q.x + (xy * q.y + xz * q.z) * L::splat(2.0))
-            + q.y * (yy * q.y + yz * q.z * L::splat(2.0))
-            + zz * q.z * q.z;
-        found = found * (across.max(L::zero()) / all + s * third / all).sqrt();
+        // The emission in this direction, as the cosine: mean of the cosine of the sides that emit, and its variance.
+        let m = -self.facing.dot(q) / length;
+        let square = (self.across(q).max(L::zero()) + s * third) / all;
+        let c = L::splat(TWO_OVER_PI) * ((square - m * m).max(L::zero()) + L::splat(LEAST_SENT));
+        let sum = (m * m + c).sqrt() + m.abs();
+        found = found * L::select(m.ge(L::zero()), half * sum, half * c / sum);
         if let Some((axis, alpha)) = lobe {
             let along = axis.times(axis).dot(variance);
             let lateral = ((s - along) * half).max(L::splat(super::LEAST_VARIANCE));
@@ -246,7 +266,17 @@ impl<L: Lane> Moments<L> {
 }
 
 impl<L: Lane> Moments<L> {
-    /// [`Self::importance`] for walks, which are little else: two divisions and three roots in place of seven and four, hence other
+    /// The mean square of `q` along the normals.
+    #[inline(always)]
+    fn across(&self, q: Vec3<L>) -> L {
+        let [xx, yy, xy, xz, yz] = self.normals;
+        let zz = L::one() - xx - yy;
+        q.x * (xx * q.x + (xy * q.y + xz * q.z) * L::splat(2.0))
+            + q.y * (yy * q.y + yz * q.z * L::splat(2.0))
+            + zz * q.z * q.z
+    }
+
+    /// [`Self::importance`] for walks, which are little else: two divisions and three roots in place of eight and four, hence other
     /// roundings. `lateral` and `-m` may cancel here; the floors are far below what matters.
     #[inline(always)]
     pub fn brief(&self, p: Vec3<L>, n: Vec3<L>, lobe: Option<(Vec3<L>, L)>) -> L {
@@ -258,13 +288,14 @@ impl<L: Lane> Moments<L> {
         let m = n.dot(q);
         let root = m.mul_add(m, L::splat(TWO_OVER_PI) * n.times(n).dot(variance)).sqrt();
         let cosine = (half * (root + m)).max(root * L::splat(1e-6));
-        let [xx, yy, zz, xy, xz, yz] = self.normals;
-        let across = q.x * (xx * q.x + (xy * q.y + xz * q.z) * L::splat(2.0))
-            + q.y * (yy * q.y + yz * q.z * L::splat(2.0))
-            + zz * q.z * q.z;
-        let sent = s.mul_add(third, across.max(L::zero())).sqrt();
+        // Times the root of `all`.
+        let (all, m) = (d2 + s, -self.facing.dot(q));
+        let square = s.mul_add(third, self.across(q).max(L::zero()));
+        let c = all.mul_add(L::splat(LEAST_SENT), m.mul_add(-m, square).max(L::zero()));
+        let root = m.mul_add(m, L::splat(TWO_OVER_PI) * c).sqrt();
+        let sent = (half * (root + m)).max(root * L::splat(1e-6));
         let mut found = self.power * cosine * sent;
-        let mut over = (d2 + s) * s.mul_add(third, d2);
+        let mut over = all * s.mul_add(third, d2);
         if let Some((axis, alpha)) = lobe {
             let along = axis.times(axis).dot(variance);
             let lateral = ((s - along) * half).max(L::splat(super::LEAST_VARIANCE));
@@ -281,6 +312,9 @@ impl<L: Lane> Moments<L> {
     }
 }
 
+/// What rounded normals do not tell: variance of the cosine at the lights.
+const LEAST_SENT: f32 = 1.0 / 4096.0;
+
 const TWO_OVER_PI: f32 = std::f32::consts::FRAC_2_PI;
 
 /// Assumed value of a Phong lobe far from its axis, relative to its peak.
@@ -288,16 +322,16 @@ const LOBE_FLOOR: f32 = 1e-6;
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Emitter, LightTree};
+    use super::super::{Emission, Emitter, LightTree};
     use super::*;
 
-    fn node(mean: [f32; 3], variance: f32, normal: Option<[f32; 3]>) -> Node {
+    fn node(mean: [f32; 3], variance: f32, emission: Emission) -> Node {
         let emitter = Emitter {
             light: 0,
             mean,
             variance: [variance; 3],
-            normal,
-            power: 1.0,
+            emission,
+            intensity: 1.0,
         };
         *LightTree::new(&[emitter]).root()
     }
@@ -306,21 +340,23 @@ mod tests {
         node.importance::<f32>(Vec3::splat(p), Vec3::splat(n), None)
     }
 
-    /// A small distant light has `intensity cos / distance²`; a sphere's power is the root of 3 times its intensity.
+    /// A small distant light of any kind has `intensity cos / distance²`, with the power that its kind has for an intensity.
     #[test]
     fn a_small_node_is_a_point() {
         for (p, n) in [([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]), ([1.0, 2.0, -1.0], [0.6, 0.0, 0.8])] {
             let q = [3.0 - p[0], 4.0 - p[1], 12.0 - p[2]];
             let d = f32::sqrt(q.iter().map(|x| x * x).sum());
             let cosine = (n[0] * q[0] + n[1] * q[1] + n[2] * q[2]) / d;
-            let sphere = seen(&node([3.0, 4.0, 12.0], 1e-9, None), p, n);
-            assert!(
-                (sphere * f32::sqrt(3.0) * d * d / cosine - 1.0).abs() < 1e-2,
-                "{sphere}"
-            );
-            let flat = seen(&node([3.0, 4.0, 12.0], 1e-9, Some([0.0, 0.0, 1.0])), p, n);
             let sent = (q[2] / d).abs();
-            assert!((flat * d * d / (cosine * sent) - 1.0).abs() < 1e-2, "{flat}");
+            for (emission, sent) in [
+                (Emission::Round, 1.0),
+                (Emission::BothSides([0.0, 0.0, 1.0]), sent),
+                (Emission::OneSide([0.0, 0.0, -1.0]), sent),
+                (Emission::OneSide([0.0, 0.0, 1.0]), 0.0),
+            ] {
+                let found = seen(&node([3.0, 4.0, 12.0], 1e-9, emission), p, n) * emission.power() as f32;
+                assert!((found * d * d / cosine - sent).abs() < 1e-2, "{emission:?}: {found}");
+            }
         }
     }
 
@@ -332,14 +368,10 @@ mod tests {
                 for n in [[0.0, 0.0, 1.0], [0.0, 0.6, -0.8], [1.0, 0.0, 0.0]] {
                     for lobe in [None, Some(1.001_f32), Some(30.0), Some(1e3)] {
                         let lobe = lobe.map(|alpha| (Vec3::splat([0.0, 0.6, 0.8]), alpha));
-                        for normal in [None, Some([0.0, 0.6, 0.8])] {
-                            let node = node([0.3 * place, 0.0, place], variance, normal);
-                            let moments = Moments {
-                                mean: Vec3::splat(node.mean),
-                                power: node.power,
-                                variance: Vec3::splat(node.spread()),
-                                normals: node.normals.map(|x| f32::from(x) * (1.0 / 127.0)),
-                            };
+                        let side = [0.0, 0.6, 0.8];
+                        for emission in [Emission::Round, Emission::BothSides(side), Emission::OneSide(side)] {
+                            let node = node([0.3 * place, 0.0, place], variance, emission);
+                            let moments = node.moments::<f32>();
                             let (p, n) = (Vec3::<f32>::zero(), Vec3::splat(n));
                             let (brief, long) = (moments.brief(p, n, lobe), moments.importance(p, n, lobe));
                             let peak = moments.importance(p, Vec3::splat([0.287, 0.0, 0.958]), lobe);
@@ -362,7 +394,7 @@ mod tests {
                 for n in [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]] {
                     for alpha in [None, Some(1.001_f32), Some(30.0), Some(1e6)] {
                         let lobe = alpha.map(|alpha| (Vec3::splat([0.0, 0.6, 0.8]), alpha));
-                        let node = node([0.0, 0.0, place], variance, None);
+                        let node = node([0.0, 0.0, place], variance, Emission::Round);
                         let found = node.importance::<f32>(Vec3::zero(), Vec3::splat(n), lobe);
                         assert!(
                             found >= 0.0 && found.is_finite(),

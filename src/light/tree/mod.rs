@@ -1,7 +1,7 @@
 //! A tree over lights that estimates how much light a point may receive from any subtree. Short lists of lights are sampled from
 //! it.
 //!
-//! A node stores moments instead of bounds: the power-weighted mean position of its lights, the variance around it, and the second
+//! A node stores moments instead of bounds: the power-weighted mean position of its lights, the variance around it, and the first and second
 //! moments of their normals. The importance of a node (`Node::importance`) is then a closed form that is finite and positive
 //! everywhere, even inside a node. So are all sampling probabilities made from it; lists are therefore unbiased whatever the
 //! moments are. Accuracy affects only variance, so nodes are rounded: 32 bytes each, 64 per light.
@@ -15,12 +15,14 @@ mod cut;
 mod importance;
 #[cfg(feature = "rival")]
 pub mod rival;
+mod start;
 mod table;
 mod walk;
 
-pub use build::Emitter;
+pub use build::{Emission, Emitter};
 pub use cut::Cut;
 pub use importance::{Probes, WIDE};
+pub use start::{Shares, Starts};
 pub use table::{Look, Pick, Table};
 pub use walk::{Digits, From, Walked};
 
@@ -32,12 +34,14 @@ use bytemuck::NoUninit;
 pub struct Node {
     /// Mean position, weighted by power.
     mean: [f32; 3],
-    /// Share of the power of all lights, in (0, 1].
-    power: f32,
+    /// Share of the power of all lights, in (0, 1]: the upper half of an `f32`.
+    power: u16,
     /// Variance of positions along each axis, including the extent of the lights: the upper half of an `f32`.
     variance: [u16; 3],
-    /// Means of products of two normal components: xx, yy, zz, xy, xz, yz, in 127ths.
-    normals: [i8; 6],
+    /// Means of products of two normal components: xx, yy, xy, xz, yz, in 127ths. What is left of 1 is zz.
+    normals: [i8; 5],
+    /// Mean normal of the lights that emit from one side, in 127ths; of others 0.
+    facing: [i8; 3],
     /// Index of the first of two children; with the top bit set, the index of a leaf.
     link: u32,
 }
@@ -70,7 +74,7 @@ impl Node {
 
     /// Share of the power of all lights, in (0, 1].
     pub fn power(&self) -> f32 {
-        self.power
+        f32::from_bits(u32::from(self.power) << 16)
     }
 
     /// Variance of positions along each axis.

@@ -1,7 +1,7 @@
 //! The rival of moments (feature `rival`): bounds of nodes. For measurements only.
 
-use super::LightTree;
-use super::walk::{Digits, From, Walked, Weighs};
+use super::walk::{ByMoments, Digits, From, Walked, Weighs};
+use super::{Emission, LightTree};
 use crate::lane::{Lane, Mask};
 use crate::math::Vec3;
 
@@ -22,6 +22,8 @@ pub struct Bound {
     axis: [f32; 3],
     /// -1 for lights that shine in all directions.
     cos_normals: f32,
+    /// 1 if all emit from one side.
+    one_sided: f32,
 }
 
 struct ByBounds<'a, L: Lane> {
@@ -43,24 +45,31 @@ impl<L: Lane> Weighs<L> for ByBounds<'_, L> {
 
 impl LightTree {
     /// Bounds of all nodes, from those of the leaves.
-    pub fn bounds(&self, of_leaf: impl Fn(u32) -> ([f32; 3], [f32; 3], Option<[f32; 3]>)) -> Vec<Bound> {
+    pub fn bounds(&self, of_leaf: impl Fn(u32) -> ([f32; 3], [f32; 3], Emission)) -> Vec<Bound> {
         let nowhere = Bound {
             low: [0.0; 3],
             high: [0.0; 3],
             axis: [0.0; 3],
             cos_normals: -1.0,
+            one_sided: 0.0,
         };
         let mut bounds = vec![nowhere; self.nodes.len()];
         // Children come after their parents.
         for (i, node) in self.nodes.iter().enumerate().rev().filter(|&(i, _)| i != 1) {
             bounds[i] = match node.leaf() {
                 Some(leaf) => {
-                    let (low, high, normal) = of_leaf(leaf);
+                    let (low, high, emission) = of_leaf(leaf);
+                    let (axis, cos_normals, one_sided) = match emission {
+                        Emission::Round => ([0.0, 0.0, 1.0], -1.0, 0.0),
+                        Emission::BothSides(n) => (n, 1.0, 0.0),
+                        Emission::OneSide(n) => (n, 1.0, 1.0),
+                    };
                     Bound {
                         low,
                         high,
-                        axis: normal.unwrap_or([0.0, 0.0, 1.0]),
-                        cos_normals: if normal.is_some() { 1.0 } else { -1.0 },
+                        axis,
+                        cos_normals,
+                        one_sided,
                     }
                 }
                 None => bounds[node.link as usize].and(&bounds[node.link as usize + 1]),
@@ -73,9 +82,10 @@ impl LightTree {
     #[inline(always)]
     pub fn guided<L: Lane>(&self, guide: &Guide, active: L::Mask, from: From<L>, digits: Digits<L>) -> Walked<L> {
         let (p, n, _) = from;
+        let root = ([self.nodes[0].link; 16], L::one());
         match guide {
-            Guide::Moments => self.walk(active, from, digits),
-            Guide::Bounds(bounds) => self.way_down(active, digits, &ByBounds { bounds, p, n }),
+            Guide::Moments => self.way_down(active, root, digits, &ByMoments(from)),
+            Guide::Bounds(bounds) => self.way_down(active, root, digits, &ByBounds { bounds, p, n }),
         }
     }
 
@@ -89,7 +99,7 @@ impl LightTree {
         p: Vec3<L>,
         n: Vec3<L>,
     ) -> (L, L) {
-        let mut columns = [[0.0_f32; 16]; 11];
+        let mut columns = [[0.0_f32; 16]; 12];
         for lane in open.lanes() {
             let number = first[lane] + child;
             let bound = &bounds[number as usize];
@@ -99,9 +109,10 @@ impl LightTree {
                 columns[6 + k][lane] = bound.axis[k];
             }
             columns[9][lane] = bound.cos_normals;
-            columns[10][lane] = self.node(number).power;
+            columns[10][lane] = self.node(number).power();
+            columns[11][lane] = bound.one_sided;
         }
-        let [lx, ly, lz, hx, hy, hz, ax, ay, az, cos_o, power] = columns.map(|column| L::load(&column));
+        let [lx, ly, lz, hx, hy, hz, ax, ay, az, cos_o, power, one_sided] = columns.map(|column| L::load(&column));
         let (low, high, axis) = (Vec3::new(lx, ly, lz), Vec3::new(hx, hy, hz), Vec3::new(ax, ay, az));
         let half = L::splat(0.5);
         let middle = (low + high) * half;
@@ -126,7 +137,8 @@ impl LightTree {
             let turned = sine(cos_a) * cos_b - cos_a * sine(cos_b);
             L::select(cos_a.gt(cos_b), L::zero(), turned)
         };
-        let cos_w = axis.dot(wi).abs();
+        let cos_w = axis.dot(wi);
+        let cos_w = L::select(one_sided.gt(L::zero()), cos_w, cos_w.abs());
         let cos_x = cosine_less(cos_w, cos_o);
         let sin_x = sine_less(cos_w, cos_o);
         let turned = cos_x * cos_b + sin_x * sine(cos_b);
@@ -145,6 +157,7 @@ impl Bound {
             high: std::array::from_fn(|k| self.high[k].max(other.high[k])),
             axis,
             cos_normals,
+            one_sided: self.one_sided.min(other.one_sided),
         }
     }
 }

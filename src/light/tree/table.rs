@@ -4,9 +4,10 @@
 //! is divided into strata with an expected count of one each. A light with the expected count `n` is then chosen with exactly that
 //! probability, and a list is better than as many independent choices.
 
+use super::LightTree;
 use super::cut::{Cut, inverses, rms};
 use super::importance::{Few, Probes, WIDE};
-use super::{LEAST_POWER, LightTree};
+use super::start::Starts;
 
 /// Fraction of the lists that is distributed by power alone, which no importance or visibility estimate can exclude.
 const BY_POWER: f64 = 0.03;
@@ -52,7 +53,10 @@ pub struct Table {
     nodes: Vec<u32>,
     /// Expected count of each cluster's lights; 1 for a light on every list.
     expected: Vec<f32>,
-    /// Inclusive prefix sums over the sampled clusters.
+    /// The clusters in the order of strata: those that all probes see, that some see, that none sees, and that bring next to nothing. A
+    /// stratum has lights of one kind then, and what is spent on the last two kinds makes no noise.
+    order: Vec<u32>,
+    /// Inclusive prefix sums over the sampled clusters, in that order.
     ends: Vec<f64>,
     /// Single-light clusters that are on every list.
     always: Vec<u32>,
@@ -63,7 +67,8 @@ pub struct Table {
     inverses: [f32; WIDE],
     /// Those of the points that decide inside clusters.
     few: Few,
-    walked: bool,
+    /// Where points begin their walks, if they walk.
+    starts: Option<Starts>,
 }
 
 impl Table {
@@ -98,11 +103,12 @@ impl Table {
             .collect();
         let mut seen: Vec<[f32; WIDE]> = cut.clusters.iter().map(|cluster| cluster.importance).collect();
         let mut visible_inverses = self.inverses;
+        let least = weights.iter().sum::<f32>() / weights.len() as f32 * NOT_WORTH_A_LOOK;
+        let dark: Vec<bool> = weights.iter().map(|&weight| weight <= least).collect();
         if let Some(look) = look {
-            let least = weights.iter().sum::<f32>() / weights.len() as f32 * NOT_WORTH_A_LOOK;
             let mut gets = [0.0; WIDE];
-            for ((i, seen), &weight) in seen.iter_mut().enumerate().zip(&weights) {
-                if weight > least {
+            for (i, seen) in seen.iter_mut().enumerate() {
+                if !dark[i] {
                     // One light for all points makes their rays coherent. The node index selects the light.
                     let number = crate::sampling::hash::mix(self.nodes[i]);
                     let (light, _) = self.descend(tree, self.nodes[i], f64::from(number) / 4_294_967_296.0);
@@ -123,6 +129,7 @@ impl Table {
                 weights = visible.iter().zip(&weights).map(both).collect();
             }
         }
+        self.order = self.by_visibility(cut, &seen, &dark);
         let sum: f64 = weights.iter().copied().map(f64::from).sum();
         let power: f64 = self.nodes.iter().map(|&node| f64::from(tree.node(node).power())).sum();
         let by_power = if sum > 0.0 && sum.is_finite() { BY_POWER } else { 1.0 };
@@ -131,36 +138,69 @@ impl Table {
             by_power * f64::from(tree.node(node).power()) / power + (1.0 - by_power) * told
         };
         let weights: Vec<f64> = self.nodes.iter().zip(&weights).map(weight).collect();
-        self.walked = self.probes.is_phong() && self.forecast(&seen, &visible_inverses, &weights);
-        #[cfg(feature = "rival")]
-        if let Ok(forced) = std::env::var("OCTOLUX_WALK") {
-            self.walked = self.probes.is_phong() && forced == "on";
+        if self.probes.is_phong() {
+            let starts = Starts::new(tree, &self.probes, cut, &seen, &self.inverses);
+            let walked = self.forecast(cut, &starts, &seen, &visible_inverses, &weights);
+            #[cfg(feature = "rival")]
+            let walked = std::env::var("OCTOLUX_WALK").map_or(walked, |forced| forced == "on");
+            self.starts = walked.then(|| starts.ordered());
         }
         weights
     }
 
-    /// Whether walks of single points are expected to have a smaller variance in the same time than a list. A light of a list has a
-    /// variance because its table is one for all points; a walk, because it knows nothing of visibility. Of these variances, relative
-    /// to what a point gets, each counts by what the point gets: points that see next to nothing would decide for all.
-    fn forecast(&self, seen: &[[f32; WIDE]], visible: &[f32; WIDE], weights: &[f64]) -> bool {
-        let (mut gets, mut might) = (0.0, 0.0);
-        for (visible, all) in visible.iter().zip(&self.inverses) {
-            if *visible > 0.0 && *all > 0.0 {
-                (gets, might) = (gets + visible.recip(), might + all.recip());
+    /// The clusters in the order of strata.
+    fn by_visibility(&self, cut: &Cut, seen: &[[f32; WIDE]], dark: &[bool]) -> Vec<u32> {
+        let kind = |&i: &u32| {
+            let (all, seen) = (&cut.clusters[i as usize].importance, &seen[i as usize]);
+            let mut of_probes = (0..self.probes.len()).filter(|&k| all[k] > 0.0);
+            if dark[i as usize] {
+                3
+            } else if of_probes.clone().all(|k| seen[k] == 0.0) {
+                2
+            } else {
+                u8::from(of_probes.any(|k| seen[k] == 0.0))
             }
-        }
+        };
+        let mut order: Vec<u32> = (0..seen.len() as u32).collect();
+        order.sort_by_key(kind);
+        order
+    }
+
+    /// Whether walks of single points are expected to have a smaller variance in the same time than a list. A light of a list has a
+    /// variance because its table is one for all points; a walk, because it knows little of visibility. Of these variances, relative
+    /// to what a point gets, each counts by what the point gets: points that see next to nothing would decide for all.
+    fn forecast(
+        &self,
+        cut: &Cut,
+        starts: &Starts,
+        seen: &[[f32; WIDE]],
+        visible: &[f32; WIDE],
+        weights: &[f64],
+    ) -> bool {
+        let gets: f32 = visible.iter().filter(|&&one| one > 0.0).map(|one| one.recip()).sum();
         let mut squares = 0.0;
-        for (seen, &weight) in seen.iter().zip(weights) {
+        // Of each probe, the weights of all clusters in its walk, and the squares of what it gets over these weights.
+        let (mut weighed, mut over) = ([0.0; WIDE], [0.0; WIDE]);
+        for ((cluster, seen), &weight) in cut.clusters.iter().zip(seen).zip(weights) {
             let square = |(seen, visible): (&f32, &f32)| seen * (seen * visible);
             squares += f64::from(seen.iter().zip(visible).map(square).sum::<f32>() / gets) / weight;
+            let factor = starts.factor(cluster.first);
+            for k in 0..WIDE {
+                weighed[k] += cluster.importance[k] * factor;
+                over[k] += seen[k] / factor;
+            }
         }
-        let (listed, walked) = (squares as f32 - 1.0, might / gets - 1.0);
+        let mut walked = 0.0;
+        for ((weighed, over), visible) in weighed.iter().zip(&over).zip(visible) {
+            walked += weighed * over * visible;
+        }
+        let (listed, walked) = (squares as f32 - 1.0, walked / gets - 1.0);
         listed > WALK_COSTS * (walked.max(0.0) + WALK_ERRS)
     }
 
-    /// Whether points walk down the tree by themselves, instead of sharing lists.
-    pub fn walked(&self) -> bool {
-        self.walked
+    /// Where points begin to walk down the tree by themselves, if they do so instead of sharing lists.
+    pub fn starts(&self) -> Option<&Starts> {
+        self.starts.as_ref()
     }
 
     /// Distributes a list over clusters: single-light clusters with an expected count of one or more are on every list, and the
@@ -169,9 +209,11 @@ impl Table {
         let single = |node: u32| tree.node(node).leaf().is_some();
         let mut left = length;
         let mut taken = vec![false; weights.len()];
+        // In the order of the prefix sums below, so that the last of them is the whole.
+        let order = std::mem::take(&mut self.order);
         let sum_of = |taken: &[bool]| -> f64 {
-            let others = weights.iter().zip(taken).filter(|(_, taken)| !**taken);
-            others.map(|(weight, _)| weight).sum()
+            let others = order.iter().filter(|&&i| !taken[i as usize]);
+            others.map(|&i| weights[i as usize]).sum()
         };
         loop {
             let (before, mut rest) = (left, sum_of(&taken));
@@ -193,15 +235,17 @@ impl Table {
         let others = sum_of(&taken);
         self.drawn = if self.always.len() < weights.len() { left } else { 0 };
         let (mut sum, mut end) = (0.0, 0.0);
-        for i in 0..weights.len() {
+        for (at, &i) in order.iter().enumerate() {
+            let i = i as usize;
             if !taken[i] {
                 sum += weights[i];
                 let next = f64::from(self.drawn) * (sum / others);
                 self.expected[i] = ((next - end) as f32).max(f32::MIN_POSITIVE);
                 end = next;
             }
-            self.ends[i] = end;
+            self.ends[at] = end;
         }
+        self.order = order;
     }
 
     /// Length of a list.
@@ -244,9 +288,10 @@ impl Table {
         // The sum may round up to the next stratum.
         let at = (f64::from(stratum) + number).min(f64::from(self.drawn) * BELOW_ONE);
         let last = self.ends.len() - 1;
-        let cluster = self.ends.partition_point(|&end| end <= at).min(last);
-        let start = if cluster == 0 { 0.0 } else { self.ends[cluster - 1] };
-        let width = self.ends[cluster] - start;
+        let place = self.ends.partition_point(|&end| end <= at).min(last);
+        let start = if place == 0 { 0.0 } else { self.ends[place - 1] };
+        let width = self.ends[place] - start;
+        let cluster = self.order[place] as usize;
         let within = ((at - start) / width).clamp(0.0, BELOW_ONE);
         let (leaf, chance) = self.descend(tree, self.nodes[cluster], within);
         Pick {
@@ -298,8 +343,14 @@ impl Table {
     }
 
     fn guess_in(&self, tree: &LightTree, cluster: usize, power: f32) -> f32 {
-        let all = tree.node(self.nodes[cluster]).power().max(LEAST_POWER);
-        (self.expected[cluster] * (power / all)).clamp(1e-12, 1.0)
+        let node = tree.node(self.nodes[cluster]);
+        // The powers of nodes are rounded.
+        let share = if node.leaf().is_some() {
+            1.0
+        } else {
+            power / node.power()
+        };
+        (self.expected[cluster] * share).clamp(1e-12, 1.0)
     }
 }
 

@@ -3,6 +3,7 @@
 use bytemuck::must_cast;
 
 use super::importance::Moments;
+use super::start::{Shares, Starts};
 use super::{LEAF, LightTree, Node};
 use crate::lane::{Bits, Lane, Mask};
 use crate::math::Vec3;
@@ -13,6 +14,9 @@ const LEAST: f32 = 1.0 / 4096.0;
 
 /// The largest number below 1.
 const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
+
+/// Numbers of walks at the end of some choices are no coarser than this.
+const FINE: f32 = 1.0 / (1 << 18) as f32;
 
 /// Points in units of the tree, their normals, and of Phong lobes the axis and the exponent.
 pub type From<L> = (Vec3<L>, Vec3<L>, Option<(Vec3<L>, L)>);
@@ -56,7 +60,31 @@ impl<L: Lane> Digits<L> {
         let inverse = L::one() / taken;
         self.number = L::select(first, self.number, self.number - share) * inverse;
         self.grain = self.grain * inverse;
-        let coarse = self.grain.gt(L::splat(1.0 / (1 << 18) as f32));
+        self.refine();
+        (first, taken)
+    }
+
+    /// The number.
+    #[inline(always)]
+    pub(super) fn number(&self) -> L {
+        self.number
+    }
+
+    /// Makes of a number in an interval one of [0, 1). `width` must be positive.
+    #[inline(always)]
+    pub(super) fn within(&mut self, begin: L, width: L) {
+        let inverse = L::one() / width;
+        self.number = (self.number - begin) * inverse;
+        self.grain = self.grain * inverse;
+        // The least interval is so small that its numbers need both.
+        self.refine();
+        self.refine();
+    }
+
+    /// Adds eight more bits where the number is coarse.
+    #[inline(always)]
+    fn refine(&mut self) {
+        let coarse = self.grain.gt(L::splat(FINE));
         if coarse.any() {
             let finer = self.grain * L::splat(1.0 / 256.0);
             let finer_number = L::from_i32(self.more.shr(24)).mul_add(finer, self.number);
@@ -65,7 +93,6 @@ impl<L: Lane> Digits<L> {
             self.more = L::Bits::select(coarse, self.more.shl(8), self.more);
         }
         self.number = self.number.min(L::splat(BELOW_ONE));
-        (first, taken)
     }
 }
 
@@ -76,7 +103,7 @@ pub(super) trait Weighs<L: Lane> {
 }
 
 /// The moments of nodes.
-struct ByMoments<L: Lane>(From<L>);
+pub(super) struct ByMoments<L: Lane>(pub From<L>);
 
 impl<L: Lane> Weighs<L> for ByMoments<L> {
     #[inline(always)]
@@ -92,24 +119,31 @@ impl<L: Lane> Weighs<L> for ByMoments<L> {
 }
 
 impl LightTree {
-    /// Walks from the root to a leaf in each active lane, by the importance of the children. The tree must not be empty.
+    /// Walks from a node of `starts` to a leaf in each active lane, by the importance of the children. The tree must not be empty.
     #[inline(always)]
-    pub fn walk<L: Lane>(&self, active: L::Mask, from: From<L>, digits: Digits<L>) -> Walked<L> {
-        self.way_down(active, digits, &ByMoments(from))
+    pub fn walk<L: Lane>(
+        &self,
+        active: L::Mask,
+        (starts, shares): (&Starts, &Shares<L>),
+        from: From<L>,
+        mut digits: Digits<L>,
+    ) -> Walked<L> {
+        let begin = starts.choose(self, active, shares, &mut digits);
+        self.way_down(active, begin, digits, &ByMoments(from))
     }
 
-    /// Walks down by what the guide says of pairs of nodes.
+    /// Walks down from links, which were chosen with some probability, by what the guide says of pairs of nodes.
     #[inline(always)]
     pub(super) fn way_down<L: Lane>(
         &self,
         active: L::Mask,
+        (mut link, mut chance): ([u32; 16], L),
         mut digits: Digits<L>,
         guide: &impl Weighs<L>,
     ) -> Walked<L> {
-        let (mut link, mut open) = ([self.nodes[0].link; 16], active);
-        let mut chance = L::one();
+        let mut open = active;
         loop {
-            // Lanes at a leaf stop; their links are those of the unused node and the root, which may be read.
+            // Lanes at a leaf stop; the nodes that they read are the root and the unused one.
             let (mut first, mut still) = ([0_u32; 16], 0);
             for lane in open.lanes() {
                 if link[lane] & LEAF == 0 {
@@ -145,7 +179,7 @@ impl<L: Lane> Moments<L> {
     #[inline(always)]
     fn gather(tree: &LightTree, first: &[u32; 16], child: u32) -> Self {
         let row = |lane: usize| must_cast::<Node, [u32; 8]>(tree.nodes[(first[lane] + child) as usize]);
-        let [x, y, z, power, uv, wn, normals, _] = L::Bits::transposed(row);
+        let [x, y, z, pu, vw, normals, rest, _] = L::Bits::transposed(row);
         let upper = |bits: L::Bits| L::from_bits(bits.shr(16).shl(16));
         let lower = |bits: L::Bits| L::from_bits(bits.shl(16));
         // Byte `i` with its sign, in 127ths.
@@ -156,16 +190,16 @@ impl<L: Lane> Moments<L> {
         };
         Self {
             mean: Vec3::new(L::from_bits(x), L::from_bits(y), L::from_bits(z)),
-            power: L::from_bits(power),
-            variance: Vec3::new(lower(uv), upper(uv), lower(wn)),
+            power: lower(pu),
+            variance: Vec3::new(upper(pu), lower(vw), upper(vw)),
             normals: [
-                byte(wn, 2),
-                byte(wn, 3),
                 byte(normals, 0),
                 byte(normals, 1),
                 byte(normals, 2),
                 byte(normals, 3),
+                byte(rest, 0),
             ],
+            facing: Vec3::new(byte(rest, 1), byte(rest, 2), byte(rest, 3)),
         }
     }
 }
@@ -174,21 +208,22 @@ impl<L: Lane> Moments<L> {
 mod tests {
     use super::*;
     use crate::lane::{F32x8, Word};
-    use crate::light::tree::Emitter;
+    use crate::light::tree::{Emission, Emitter, Probes};
     use crate::sampling::hash::{mix, pcg4d};
 
     fn unit(i: u32) -> f32 {
         (mix(i) >> 8) as f32 / 16_777_216.0
     }
 
-    /// Lights with powers over eight orders of magnitude in a box; every third one is flat.
+    /// Lights with powers over eight orders of magnitude in a box; a third of each kind.
     fn tree(number: u32) -> LightTree {
+        let n = [0.0, 0.6, 0.8];
         let light = |i: u32| Emitter {
             light: i,
             mean: std::array::from_fn(|k| 10.0 * unit(9 * i + k as u32)),
             variance: [1e-5; 3],
-            normal: i.is_multiple_of(3).then_some([0.0, 0.6, 0.8]),
-            power: 10_f64.powf(8.0 * f64::from(unit(9 * i + 5))),
+            emission: [Emission::Round, Emission::OneSide(n), Emission::BothSides(n)][i as usize % 3],
+            intensity: 10_f64.powf(8.0 * f64::from(unit(9 * i + 5))),
         };
         LightTree::new(&(0..number).map(light).collect::<Vec<_>>())
     }
@@ -204,12 +239,23 @@ mod tests {
         ]
     }
 
+    /// Starts for other points than those that walk.
+    fn starts(tree: &LightTree) -> Starts {
+        let mut probes = Probes::new(true);
+        for i in 0..5 {
+            probes.push([3.0 + i as f32, -2.0, 4.0], [0.0, 1.0, 0.0], [0.6, 0.8, 0.0], 40.0);
+        }
+        Starts::of(tree, &probes)
+    }
+
     /// 2^18 walks from each point, a fourth of them in each stratum: the lights that are expected more than 30 times by their probability
     /// are found as often as that, the others together too. A pooled chi-square with at most 300 degrees of freedom, five sigmas.
     #[test]
     fn leaves_are_found_as_often_as_walks_tell() {
         let tree = tree(300);
+        let starts = starts(&tree);
         for (at, from) in points::<F32x8>().into_iter().enumerate() {
+            let shares = starts.shares(&tree, from);
             let (mut counts, mut chances) = (vec![0_u32; 300], vec![0.0_f32; 300]);
             let walks = 1_u32 << 18;
             for i in (0..walks).step_by(8) {
@@ -219,7 +265,7 @@ mod tests {
                     })
                 };
                 let digits = Digits::new(Pair(number(0), number(1)), i / 8 % 4, 4);
-                let walked = tree.walk(Mask::splat(true), from, digits);
+                let walked = tree.walk(Mask::splat(true), (&starts, &shares), from, digits);
                 for lane in 0..8 {
                     let leaf = walked.leaf[lane] as usize;
                     counts[leaf] += 1;
@@ -254,15 +300,17 @@ mod tests {
     #[test]
     fn a_lane_walks_alone_as_in_a_packet() {
         let tree = tree(1000);
+        let starts = starts(&tree);
         for (wide, one) in points::<F32x8>().into_iter().zip(points::<f32>()) {
+            let (shares, own) = (starts.shares(&tree, wide), starts.shares(&tree, one));
             for i in 0..200 {
                 let word = |lane: usize, k: u32| mix(16 * i + 2 * lane as u32 + k);
                 let pair = Pair(Bits::from_fn(|lane| word(lane, 0)), Bits::from_fn(|lane| word(lane, 1)));
                 let active = Mask::from_bitmask(0b1101_1011);
-                let together = tree.walk(active, wide, Digits::<F32x8>::new(pair, i % 3, 3));
+                let together = tree.walk(active, (&starts, &shares), wide, Digits::<F32x8>::new(pair, i % 3, 3));
                 for lane in [0, 1, 3, 4, 6, 7] {
                     let digits = Digits::new(Pair(Word(word(lane, 0)), Word(word(lane, 1))), i % 3, 3);
-                    let alone = tree.walk::<f32>(true, one, digits);
+                    let alone = tree.walk::<f32>(true, (&starts, &own), one, digits);
                     assert_eq!(alone.leaf[0], together.leaf[lane]);
                     assert_eq!(alone.chance.to_bits(), together.chance.lane(lane).to_bits());
                 }
@@ -270,10 +318,14 @@ mod tests {
         }
     }
 
-    /// A tree of one light has no pair of nodes.
+    /// A tree of one light has no pair of nodes, and its walks begin at the leaf.
     #[test]
     fn one_light_is_always_found() {
-        let walked = tree(1).walk::<f32>(true, points()[0], Digits::new(Pair(Word(7), Word(9)), 0, 1));
+        let (tree, from) = (tree(1), points()[0]);
+        let starts = starts(&tree);
+        let shares = starts.shares::<f32>(&tree, from);
+        let digits = Digits::new(Pair(Word(7), Word(9)), 0, 1);
+        let walked = tree.walk(true, (&starts, &shares), from, digits);
         assert_eq!((walked.leaf[0], walked.chance), (0, 1.0));
     }
 }

@@ -20,8 +20,8 @@ use super::tracer::Tracer;
 use crate::bsdf::Microfacets;
 use crate::film::{TILE, Tile};
 use crate::lane::Lane;
-use crate::light::tree::{Emitter, Pick, Table};
-use crate::light::{LightTree, SphereLight, TriangleLight};
+use crate::light::tree::{Emission, Emitter, Pick, Table};
+use crate::light::{LightTree, SphereLight, Triangle, TriangleLight};
 use crate::math::Vec3;
 use crate::scene::FilmSize;
 
@@ -36,7 +36,7 @@ const LEVELS: [(u32, usize, usize); 3] = [(0, 64, 0), (4, 256, 8), (32, 1024, 16
 const MOST_BYTES: usize = 1 << 28;
 
 /// Bytes per cluster in a table.
-const CLUSTER: usize = 20;
+const CLUSTER: usize = 24;
 
 /// The BRDF model of a table's points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -113,9 +113,10 @@ pub struct Lists {
 }
 
 impl Lists {
-    /// Lists of `length` lights for the tiles of a film; `of_mesh` gives the first triangle light of each mesh.
+    /// Lists of `length` lights for the tiles of a film: spheres, and triangles with the [sides](super::closed::sides) that are seen;
+    /// `of_mesh` gives the first triangle light of each mesh.
     pub fn new(
-        lights: (&[SphereLight], &[TriangleLight]),
+        lights: (&[SphereLight], &[TriangleLight], &[i8]),
         spheres: usize,
         of_mesh: Vec<u32>,
         length: u32,
@@ -123,7 +124,7 @@ impl Lists {
     ) -> Self {
         let begin = Instant::now();
         let tree = LightTree::new(&emitters(lights));
-        let (spherical, triangles) = lights;
+        let (spherical, triangles, _) = lights;
         let mut of_sphere = vec![u32::MAX; spheres];
         for (number, light) in (0..).zip(spherical) {
             of_sphere[light.sphere as usize] = number;
@@ -262,7 +263,7 @@ impl Lists {
     pub fn tables(&self) -> [usize; 2] {
         let mut numbers = [0; 2];
         for table in self.tables.iter().flatten().flatten().filter_map(OnceLock::get) {
-            numbers[usize::from(!table.walked())] += 1;
+            numbers[usize::from(table.starts().is_none())] += 1;
         }
         numbers
     }
@@ -282,7 +283,7 @@ pub fn level(pass: u32) -> usize {
 #[cfg(feature = "rival")]
 fn guide(
     tree: &LightTree,
-    (spheres, triangles): (&[SphereLight], &[TriangleLight]),
+    (spheres, triangles, sides): (&[SphereLight], &[TriangleLight], &[i8]),
 ) -> Option<crate::light::tree::rival::Guide> {
     use crate::light::tree::rival::Guide;
     let bounds = |leaf: u32| {
@@ -299,10 +300,14 @@ fn guide(
                         .unwrap_or(0.0)
                 })
             };
-            return (end(f32::min), end(f32::max), Some(triangle.normal));
+            return (
+                end(f32::min),
+                end(f32::max),
+                emission(triangle, sides[light - spheres.len()]),
+            );
         };
         let end = |side: f32| sphere.center.map(|x| (x + side * sphere.radius) * UNIT);
-        (end(-1.0), end(1.0), None)
+        (end(-1.0), end(1.0), Emission::Round)
     };
     match std::env::var("OCTOLUX_RIVAL").ok()?.as_str() {
         "moments" => Some(Guide::Moments),
@@ -311,8 +316,16 @@ fn guide(
     }
 }
 
+/// The sides of a triangle that can be seen.
+fn emission(triangle: &Triangle, side: i8) -> Emission {
+    match side {
+        0 => Emission::BothSides(triangle.normal),
+        side => Emission::OneSide(triangle.normal.map(|x| f32::from(side) * x)),
+    }
+}
+
 /// Converts lights to emitters of the tree. Lights whose power underflows `f32` are left out.
-fn emitters((spheres, triangles): (&[SphereLight], &[TriangleLight])) -> Vec<Emitter> {
+fn emitters((spheres, triangles, sides): (&[SphereLight], &[TriangleLight], &[i8])) -> Vec<Emitter> {
     let mean = |le: [f32; 3]| le.iter().map(|&x| f64::from(x)).sum::<f64>() / 3.0;
     let unit = f64::from(UNIT);
     let of_spheres = (0..).zip(spheres).map(|(light, sphere)| {
@@ -321,13 +334,12 @@ fn emitters((spheres, triangles): (&[SphereLight], &[TriangleLight])) -> Vec<Emi
             light,
             mean: sphere.center.map(|x| x * UNIT),
             variance: [(radius * radius / 3.0) as f32; 3],
-            normal: None,
-            power: mean(sphere.le) * (std::f64::consts::PI * 3.0_f64.sqrt()) * radius * radius,
+            emission: Emission::Round,
+            intensity: mean(sphere.le) * std::f64::consts::PI * radius * radius,
         }
     });
-    let of_triangles = (spheres.len() as u32..)
-        .zip(triangles)
-        .map(|(light, TriangleLight { triangle, le, .. })| {
+    let of_triangles = (spheres.len() as u32..).zip(triangles.iter().zip(sides)).map(
+        |(light, (TriangleLight { triangle, le, .. }, &side))| {
             let corners = triangle.corners.map(|corner| corner.map(|x| x * UNIT));
             let [a, b, c] = corners;
             let mean_of = |k: usize| (a[k] + b[k] + c[k]) / 3.0;
@@ -344,12 +356,13 @@ fn emitters((spheres, triangles): (&[SphereLight], &[TriangleLight])) -> Vec<Emi
                 light,
                 mean: [mean_of(0), mean_of(1), mean_of(2)],
                 variance: [variance(0), variance(1), variance(2)],
-                normal: Some(triangle.normal),
-                power: mean(*le) * f64::from(triangle.area) * unit * unit,
+                emission: emission(triangle, side),
+                intensity: mean(*le) * f64::from(triangle.area) * unit * unit,
             }
-        });
+        },
+    );
     of_spheres
         .chain(of_triangles)
-        .filter(|emitter| emitter.power > 0.0 && emitter.power.is_finite())
+        .filter(|emitter| emitter.intensity > 0.0 && emitter.intensity.is_finite())
         .collect()
 }

@@ -7,7 +7,7 @@ use crate::embree::{Coherence, NO_SKIP_ID};
 use crate::estimator::density::{Density, Listed, Mix};
 use crate::estimator::{ShadingPoint, per_light};
 use crate::lane::Word;
-use crate::light::tree::{Digits, Table};
+use crate::light::tree::{Digits, Starts, Table};
 use crate::math::Vec3;
 use crate::pipeline::kernels;
 use crate::pipeline::lists::{Group, ListAddress, Lists};
@@ -56,9 +56,9 @@ pub(super) fn directions<M: Told>(
         && numbers.by_brdf_lanes(address.key, address.pass, pairs::DIRECTION, tile.number());
     let mut list = Vec::new();
     let mut asked = Vec::new();
-    if M::WALKED.is_some() && table.walked() {
+    if let Some(starts) = table.starts().filter(|_| M::WALKED.is_some()) {
         if !by_brdf_lanes {
-            asked = walked::<M>(sample, point, address, (lists, table));
+            asked = walked::<M>(sample, point, address, (lists, table, starts));
         }
     } else if !(by_brdf_lanes && tossed) {
         let address = ListAddress::new(numbers, tile, Group::of(tile, sample.pixel), pass, tossed);
@@ -135,7 +135,7 @@ fn walked<M: Told>(
     Sample { tracer, chunk, .. }: &Sample,
     point: &ShadingPoint<f32, M::Of<f32>>,
     address: &Address<f32>,
-    (lists, table): (&Lists, &Table),
+    (lists, table, starts): (&Lists, &Table, &Starts),
 ) -> Vec<Asked> {
     let (world, mix) = (chunk.world, chunk.mix);
     let way = Way {
@@ -146,10 +146,12 @@ fn walked<M: Told>(
     };
     let mut queue = WideQueue::new();
     let mut asked = Vec::new();
+    let from = seen_from::<f32, M>(point);
+    let shares = starts.shares(lists.tree(), from);
     for i in 0..way.walks {
         let pair = |i: u32| number(chunk, mix, address, i);
         let digits = Digits::new(pair(0), i, way.walks);
-        let walked = lists.tree().walk(true, seen_from::<f32, M>(point), digits);
+        let walked = lists.tree().walk(true, (starts, &shares), from, digits);
         let (true, number) = lists.kind(lists.tree().light(walked.leaf[0])) else {
             continue;
         };

@@ -67,7 +67,10 @@ impl<D: Directions<M>, M: Probed> Stage for PerListed<D, M> {
         let mut prepared = Vec::new();
         for pass in picks.levels() {
             // Points may walk instead: see `walked`.
-            let Some(table) = lists.tabulated(chunk, M::KIND, pass).filter(|table| !table.walked()) else {
+            let Some(table) = lists
+                .tabulated(chunk, M::KIND, pass)
+                .filter(|table| table.starts().is_none())
+            else {
                 continue;
             };
             for part in picks.neighbors(pass) {

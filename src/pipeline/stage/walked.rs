@@ -20,6 +20,7 @@ use crate::light::View;
 use crate::light::tree::{Digits, From, Table, Walked};
 use crate::light::triangle::{Triangle, Triangles};
 use crate::math::Vec3;
+use crate::pipeline::columns::CAPACITY;
 use crate::pipeline::lists::{Lists, Probed, UNIT, level};
 use crate::pipeline::queue::{QueuedRays, WideQueue};
 use crate::pipeline::stream::Address;
@@ -46,9 +47,10 @@ impl<M: Probed> Stage for PerWalked<M> {
         let (mix, all) = (chunk.mix, stream.len());
         let mut divided = false;
         for pass in levels(chunk) {
-            let Some(table) = lists.tabulated(chunk, M::KIND, pass).filter(|table| table.walked()) else {
+            let Some(table) = lists.tabulated(chunk, M::KIND, pass) else {
                 continue;
             };
+            let Some(starts) = table.starts() else { continue };
             if !divided {
                 picks.divide(chunk, stream);
                 divided = true;
@@ -63,22 +65,27 @@ impl<M: Probed> Stage for PerWalked<M> {
             for part in picks.neighbors(pass) {
                 stream.end_at(part.end);
                 prepare::<L, Mix, M>(mix, chunk, stream, part.clone());
-                for i in 0..way.walks {
-                    for at in part.clone().step_by(L::N) {
-                        let (mut active, point, address) = stream.packet::<L>(at);
-                        if mix == Mix::Average {
-                            active = active & !stream.by_brdf_lanes::<L>(at);
-                        }
-                        if active.none() {
-                            continue;
-                        }
-                        let pair = |i: u32| number(chunk, mix, &address, i);
+                for at in part.clone().step_by(L::N) {
+                    let (mut active, point, address) = stream.packet::<L>(at);
+                    if mix == Mix::Average {
+                        active = active & !stream.by_brdf_lanes::<L>(at);
+                    }
+                    if active.none() {
+                        continue;
+                    }
+                    let from = seen_from::<L, M>(&point);
+                    let shares = starts.shares(lists.tree(), from);
+                    let pair = |i: u32| number(chunk, mix, &address, i);
+                    for i in 0..way.walks {
                         let digits = Digits::<L>::new(pair(0), i, way.walks);
-                        let walked = lists.tree().walk(active, seen_from::<L, M>(&point), digits);
+                        let walked = lists.tree().walk(active, (starts, &shares), from, digits);
                         way.toward::<L, M>(chunk.world, (&point, &address), active, &walked, pair(1 + i), aimed);
                     }
-                    chunk.request(Request::VisibleEach { queue: aimed, set });
+                    if aimed.len() + L::N * way.walks as usize > CAPACITY {
+                        chunk.request(Request::VisibleEach { queue: aimed, set });
+                    }
                 }
+                chunk.request(Request::VisibleEach { queue: aimed, set });
                 if mix.mixed() {
                     sample_brdf::<L, M>(mix, chunk, stream, part, looks);
                 }

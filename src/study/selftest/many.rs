@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::bench::{self, SIGMAS, SelftestError};
 use super::row::{Check, Checks, Effort};
 use super::truth;
-use crate::light::tree::{Emitter, LightTree, Probes, Table};
+use crate::light::tree::{Emission, Emitter, LightTree, Probes, Table};
 use crate::pipeline::{Prepared, Settings};
 use crate::sampling::hash::mix;
 use crate::scene::{EstimatorKind, Sphere, Surface};
@@ -95,8 +95,8 @@ fn drawn(lights: u32, lists: u32) -> [f64; 2] {
         light: i,
         mean: std::array::from_fn(|k| (10.0 * unit(7 * i + k as u32)) as f32),
         variance: [1e-5; 3],
-        normal: None,
-        power: power(i),
+        emission: Emission::Round,
+        intensity: power(i),
     };
     let emitters: Vec<Emitter> = (0..lights).map(emitter).collect();
     let tree = LightTree::new(&emitters);
@@ -112,17 +112,17 @@ fn drawn(lights: u32, lists: u32) -> [f64; 2] {
         // Roots, not numbers of lights: powers span six orders of magnitude, and picks follow power.
         sums[0].push(
             list.iter()
-                .map(|pick| emitters[pick.light as usize].power.sqrt() / pick.expected)
+                .map(|pick| emitters[pick.light as usize].intensity.sqrt() / pick.expected)
                 .sum(),
         );
         sums[1].push(
             list.iter()
-                .map(|pick| emitters[pick.light as usize].power / pick.expected)
+                .map(|pick| emitters[pick.light as usize].intensity / pick.expected)
                 .sum(),
         );
     }
     let truths =
-        [f64::sqrt, |x| x].map(|of: fn(f64) -> f64| emitters.iter().map(|emitter| of(emitter.power)).sum::<f64>());
+        [f64::sqrt, |x| x].map(|of: fn(f64) -> f64| emitters.iter().map(|emitter| of(emitter.intensity)).sum::<f64>());
     std::array::from_fn(|k| {
         let found = Estimate::of(&sums[k]);
         (found.mean - truths[k]).abs() / found.variance.sqrt()

@@ -1,21 +1,22 @@
 //! Tests lists against sums over all lights, and against counts.
 
 use super::*;
-use crate::light::tree::Emitter;
+use crate::light::tree::{Emission, Emitter};
 use crate::sampling::hash::mix;
 
 fn unit(i: u32) -> f32 {
     (mix(i) >> 8) as f32 / 16_777_216.0
 }
 
-/// Lights with powers over four orders of magnitude in a box; every third one is flat.
+/// Lights with powers over four orders of magnitude in a box; a third of each kind.
 fn lights(number: u32) -> Vec<Emitter> {
+    let n = [0.0, 0.6, 0.8];
     let light = |i: u32| Emitter {
         light: i,
         mean: std::array::from_fn(|k| 10.0 * unit(9 * i + k as u32)),
         variance: [1e-5; 3],
-        normal: i.is_multiple_of(3).then_some([0.0, 0.6, 0.8]),
-        power: 10_f64.powf(4.0 * f64::from(unit(9 * i + 5))),
+        emission: [Emission::Round, Emission::OneSide(n), Emission::BothSides(n)][i as usize % 3],
+        intensity: 10_f64.powf(4.0 * f64::from(unit(9 * i + 5))),
     };
     (0..number).map(light).collect()
 }
@@ -49,7 +50,8 @@ fn expectations(table: &Table, tree: &LightTree) -> Vec<f64> {
         expected[tree.light(table.firsts[cluster as usize]) as usize] = 1.0;
     }
     let mut start = 0.0;
-    for (&node, &end) in table.nodes.iter().zip(&table.ends) {
+    for (&cluster, &end) in table.order.iter().zip(&table.ends) {
+        let node = table.nodes[cluster as usize];
         let mut open = vec![(node, end - start)];
         while let Some((number, chance)) = open.pop().filter(|(_, chance)| *chance > 0.0) {
             match tree.node(number).leaf() {
@@ -171,7 +173,7 @@ fn lists_hold_lights_as_often_as_expected() {
 #[test]
 fn a_light_of_a_million_times_the_power_is_in_every_list_and_few_lights_all_are() {
     let mut emitters = lights(400);
-    emitters[123].power = 1e10;
+    emitters[123].intensity = 1e10;
     let tree = LightTree::new(&emitters);
     let table = Table::new(&tree, probes(false, 9), 64, 4, None);
     let mut list = Vec::new();
@@ -219,7 +221,8 @@ fn points_walk_where_lobes_differ_and_lights_are_visible() {
     }
     let lights = lights(500);
     let tree = LightTree::new(&lights);
-    let walked = |probes: Probes, look: Option<&mut dyn Look>| Table::new(&tree, probes, 256, 16, look).walked();
+    let walked =
+        |probes: Probes, look: Option<&mut dyn Look>| Table::new(&tree, probes, 256, 16, look).starts().is_some();
     assert!(walked(probes(true, 1), None));
     assert!(!walked(probes(true, 1), Some(&mut Few)));
     assert!(!walked(probes(false, 1), None));
@@ -228,4 +231,26 @@ fn points_walk_where_lobes_differ_and_lights_are_visible() {
         one.push([3.0, -1.0, 4.0], [0.0, 1.0, 0.0], [0.6, 0.8, 0.0], 50.0);
     }
     assert!(!walked(one, None));
+}
+
+/// Lights that no point sees have strata of their own: how many of them are in a list differs by less than one from what is expected. As
+/// many independent choices would differ by 1.2 in one list of three.
+#[test]
+fn hidden_lights_have_strata_of_their_own() {
+    let mut emitters = lights(500);
+    // So that each is worth a look.
+    emitters.iter_mut().for_each(|emitter| emitter.intensity = 1.0);
+    let tree = LightTree::new(&emitters);
+    let mut wall = Wall(emitters.clone());
+    let table = Table::new(&tree, probes(false, 3), 500, 16, Some(&mut wall));
+    let hidden = |light: u32| emitters[light as usize].mean[0] > 6.0;
+    let expected = expectations(&table, &tree);
+    let expected: f64 = (0..500).filter(|&i| hidden(i)).map(|i| expected[i as usize]).sum();
+    assert!((1.0..4.0).contains(&expected), "{expected}");
+    let mut list = Vec::new();
+    for round in 0..500 {
+        table.draw(&tree, |stratum| f64::from(unit(977 * round + stratum)), &mut list);
+        let count = list.iter().filter(|pick| hidden(pick.light)).count() as f64;
+        assert!((count - expected).abs() < 1.0, "{count} of {expected}");
+    }
 }

@@ -19,7 +19,7 @@ use crate::shape::{BoundingSphere, SkipIdAllocator, SkipIds};
 pub struct Emitters {
     /// Triangles of small emissive meshes.
     pub triangles: Vec<TriangleLight>,
-    /// With lists, the side of each of these triangles that can be seen: see [`closed::sides`].
+    /// With lists, the side of each of these triangles that can be seen: see [`closed::sides`]; else 0.
     pub sides: Vec<i8>,
     /// Large emissive meshes.
     pub meshes: Vec<MeshLight>,
@@ -70,10 +70,12 @@ impl Emitters {
         if each || Features::samples_each_triangle(mesh) {
             let lights = named.map(|(skip_id, triangle)| TriangleLight { triangle, le, skip_id });
             self.triangles.extend(lights);
-            if each {
+            self.sides.extend(if each {
                 let corners: Vec<_> = triangles.iter().map(|triangle| triangle.corners).collect();
-                self.sides.extend(closed::sides(&corners));
-            }
+                closed::sides(&corners)
+            } else {
+                vec![0; triangles.len()]
+            });
             return;
         }
         let areas: Vec<f64> = mesh

@@ -3,8 +3,6 @@
 //! A triangle emits from both sides, but of a closed surface the camera sees one side alone, and so does every point that it sees: nothing
 //! between them is transparent. Lights are selected for the side that is seen. That is an estimate: where it is wrong, noise is larger.
 
-use std::collections::HashMap;
-
 use rayon::prelude::*;
 
 /// Cells along the longest side of a mesh: vertices in one cell are one, for files repeat vertices at seams and round them.
@@ -13,20 +11,20 @@ const CELLS: f64 = (1 << 20) as f64;
 /// How far from a whole number a winding number may be by rounding.
 const WHOLE: f64 = 0.1;
 
-/// For each triangle 1 if the side of its normal `(b - a) x (c - a)` is seen from the origin's part of space, -1 if the other side is, and 0
-/// if the triangle belongs to no closed surface. A part of the mesh that hangs together is closed if each edge has two triangles, which
-/// pass it in opposite directions.
-pub fn sides(triangles: &[[[f32; 3]; 3]]) -> Vec<i8> {
-    let corners = weld(triangles);
-    let (mut parts, open) = parts(&corners);
-    let mut found: HashMap<u32, Part> = HashMap::new();
+/// For each triangle, three indices of vertices, 1 if the side of its normal `(b - a) x (c - a)` is seen from the origin's part of space, -1
+/// if the other side is, and 0 if the triangle belongs to no closed surface. A part of the mesh that hangs together is closed if each edge has
+/// two triangles, which pass it in opposite directions.
+pub fn sides(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<i8> {
+    let numbers = weld(vertices);
+    let (mut sets, open) = sets(&numbers, triangles);
+    let mut parts: Vec<Part> = triangles.iter().map(|_| Part::default()).collect();
     for (i, triangle) in (0..).zip(triangles) {
-        let part = found.entry(parts.of(i)).or_default();
+        let part = &mut parts[sets.of(i) as usize];
         part.open |= open[i as usize];
-        part.add(triangle);
+        part.add(triangle.map(|corner| vertices[corner as usize]));
     }
     (0..triangles.len() as u32)
-        .map(|i| found[&parts.of(i)].side())
+        .map(|i| parts[sets.of(i) as usize].side())
         .collect()
 }
 
@@ -41,7 +39,7 @@ struct Part {
 }
 
 impl Part {
-    fn add(&mut self, triangle: &[[f32; 3]; 3]) {
+    fn add(&mut self, triangle: [[f32; 3]; 3]) {
         let [a, b, c] = triangle.map(|corner| glam::Vec3::from(corner).as_dvec3());
         let product = a.dot(b.cross(c));
         let [la, lb, lc] = [a, b, c].map(glam::DVec3::length);
@@ -61,40 +59,51 @@ impl Part {
     }
 }
 
-/// For each corner a number that all corners at its place have.
-fn weld(triangles: &[[[f32; 3]; 3]]) -> Vec<[u64; 3]> {
-    let ends = || triangles.iter().flatten();
-    let end = |most: fn(f32, f32) -> f32, k: usize| ends().map(|corner| corner[k]).reduce(most).unwrap_or(0.0);
+/// For each vertex a number that all vertices at its place have.
+fn weld(vertices: &[[f32; 3]]) -> Vec<u32> {
+    let end = |most: fn(f32, f32) -> f32, k: usize| vertices.iter().map(|p| p[k]).reduce(most).unwrap_or(0.0);
     let low: [f32; 3] = std::array::from_fn(|k| end(f32::min, k));
-    let size = (0..3)
-        .map(|k| f64::from(end(f32::max, k)) - f64::from(low[k]))
-        .fold(0.0, f64::max);
+    let sizes = (0..3).map(|k| f64::from(end(f32::max, k)) - f64::from(low[k]));
+    let size = sizes.fold(0.0, f64::max);
     let scale = if size > 0.0 { CELLS / size } else { 0.0 };
-    let cell = |corner: [f32; 3]| {
+    let cell = |p: &[f32; 3]| {
         (0..3).fold(0, |cell, k| {
-            let along = (f64::from(corner[k]) - f64::from(low[k])) * scale;
+            let along = (f64::from(p[k]) - f64::from(low[k])) * scale;
             cell << 21 | along.round() as u64
         })
     };
-    triangles.par_iter().map(|corners| corners.map(cell)).collect()
+    let mut cells: Vec<(u64, u32)> = vertices.iter().map(cell).zip(0..).collect();
+    cells.par_sort_unstable();
+    let mut numbers = vec![0; vertices.len()];
+    for same in cells.chunk_by(|a, b| a.0 == b.0) {
+        for &(_, vertex) in same {
+            numbers[vertex as usize] = same[0].1;
+        }
+    }
+    numbers
 }
 
 /// Sets of triangles that share edges, and whether a triangle has an edge that closes nothing.
-fn parts(corners: &[[u64; 3]]) -> (Sets, Vec<bool>) {
-    // Each edge as its ends, whether it is passed from the greater one, and its triangle.
-    let edges_of = |(i, &[a, b, c]): (usize, &[u64; 3])| {
+fn sets(numbers: &[u32], triangles: &[[u32; 3]]) -> (Sets, Vec<bool>) {
+    // Each edge: its ends, the lesser first, whether it is passed from there, and its triangle.
+    let mut edges: Vec<(u64, bool, u32)> = Vec::with_capacity(3 * triangles.len());
+    for (i, triangle) in (0..).zip(triangles) {
+        let [a, b, c] = triangle.map(|corner| numbers[corner as usize]);
         // A triangle without area has no border.
-        let proper = a != b && b != c && c != a;
-        let edges = [(a, b), (b, c), (c, a)].map(|(a, b)| (a.min(b), a.max(b), a > b, i as u32));
-        edges.into_iter().filter(move |_| proper)
-    };
-    let mut edges: Vec<_> = corners.par_iter().enumerate().flat_map_iter(edges_of).collect();
+        if a != b && b != c && c != a {
+            let edge = |(a, b): (u32, u32)| (u64::from(a.min(b)) << 32 | u64::from(a.max(b)), a < b, i);
+            edges.extend([(a, b), (b, c), (c, a)].map(edge));
+        }
+    }
     edges.par_sort_unstable();
-    let (mut sets, mut open) = (Sets((0..corners.len() as u32).collect()), vec![false; corners.len()]);
-    for edge in edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
-        let closes = matches!(edge, [first, second] if first.2 != second.2);
+    let (mut sets, mut open) = (
+        Sets((0..triangles.len() as u32).collect()),
+        vec![false; triangles.len()],
+    );
+    for edge in edges.chunk_by(|a, b| a.0 == b.0) {
+        let closes = matches!(edge, [first, second] if first.1 != second.1);
         for &(.., triangle) in edge {
-            sets.join(triangle, edge[0].3);
+            sets.join(triangle, edge[0].2);
             open[triangle as usize] |= !closes;
         }
     }
@@ -123,7 +132,6 @@ impl Sets {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
 
     /// A tetrahedron with outward normals around a point.
     fn body(middle: [f32; 3], size: f32) -> Vec<[[f32; 3]; 3]> {
@@ -132,6 +140,12 @@ mod tests {
         [[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]]
             .map(|t| t.map(corner))
             .to_vec()
+    }
+
+    /// The sides of triangles that share no vertices: these must be welded.
+    fn sides(mesh: &[[[f32; 3]; 3]]) -> Vec<i8> {
+        let corners: Vec<u32> = (0..3 * mesh.len() as u32).collect();
+        super::sides(mesh.as_flattened(), corners.as_chunks().0)
     }
 
     fn turned(mesh: &[[[f32; 3]; 3]]) -> Vec<[[f32; 3]; 3]> {

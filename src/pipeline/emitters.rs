@@ -71,8 +71,8 @@ impl Emitters {
             let lights = named.map(|(skip_id, triangle)| TriangleLight { triangle, le, skip_id });
             self.triangles.extend(lights);
             self.sides.extend(if each {
-                let corners: Vec<_> = triangles.iter().map(|triangle| triangle.corners).collect();
-                closed::sides(&corners)
+                let vertices: Vec<_> = mesh.vertices.iter().map(|&vertex| space.point(vertex)).collect();
+                closed::sides(&vertices, &mesh.triangles)
             } else {
                 vec![0; triangles.len()]
             });

@@ -80,9 +80,15 @@ impl LightTree {
 
     /// Walks from the root to a leaf in each active lane, by what the guide says.
     #[inline(always)]
-    pub fn guided<L: Lane>(&self, guide: &Guide, active: L::Mask, from: From<L>, digits: Digits<L>) -> Walked<L> {
+    pub fn guided<L: Lane>(
+        &self,
+        guide: &Guide,
+        active: [L::Mask; 2],
+        from: From<L>,
+        digits: [Digits<L>; 2],
+    ) -> [Walked<L>; 2] {
         let (p, n, _) = from;
-        let root = ([self.nodes[0].link; 16], L::one());
+        let root = [([self.nodes[0].link; 16], L::one()); 2];
         match guide {
             Guide::Moments => self.way_down(active, root, digits, &ByMoments(from)),
             Guide::Bounds(bounds) => self.way_down(active, root, digits, &ByBounds { bounds, p, n }),

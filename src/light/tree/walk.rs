@@ -119,56 +119,66 @@ impl<L: Lane> Weighs<L> for ByMoments<L> {
 }
 
 impl LightTree {
-    /// Walks from a node of `starts` to a leaf in each active lane, by the importance of the children. The tree must not be empty.
+    /// Walks from a node of `starts` to a leaf in each active lane, by the importance of the children. The tree must not be empty. Several
+    /// walks at once take less time: at each node a walk waits for memory, roots and divisions. They do not influence each other.
     #[inline(always)]
-    pub fn walk<L: Lane>(
+    pub fn walk<L: Lane, const K: usize>(
         &self,
-        active: L::Mask,
+        active: [L::Mask; K],
         (starts, shares): (&Starts, &Shares<L>),
         from: From<L>,
-        mut digits: Digits<L>,
-    ) -> Walked<L> {
-        let begin = starts.choose(self, active, shares, &mut digits);
+        mut digits: [Digits<L>; K],
+    ) -> [Walked<L>; K] {
+        let begin = std::array::from_fn(|k| starts.choose(self, active[k], shares, &mut digits[k]));
         self.way_down(active, begin, digits, &ByMoments(from))
     }
 
     /// Walks down from links, which were chosen with some probability, by what the guide says of pairs of nodes.
     #[inline(always)]
-    pub(super) fn way_down<L: Lane>(
+    pub(super) fn way_down<L: Lane, const K: usize>(
         &self,
-        active: L::Mask,
-        (mut link, mut chance): ([u32; 16], L),
-        mut digits: Digits<L>,
+        active: [L::Mask; K],
+        mut at: [([u32; 16], L); K],
+        mut digits: [Digits<L>; K],
         guide: &impl Weighs<L>,
-    ) -> Walked<L> {
+    ) -> [Walked<L>; K] {
         let mut open = active;
         loop {
             // Lanes at a leaf stop; the nodes that they read are the root and the unused one.
-            let (mut first, mut still) = ([0_u32; 16], 0);
-            for lane in open.lanes() {
-                if link[lane] & LEAF == 0 {
-                    first[lane] = link[lane];
-                    still |= 1 << lane;
+            let mut first = [[0_u32; 16]; K];
+            for k in 0..K {
+                let mut still = 0;
+                for lane in open[k].lanes() {
+                    let link = at[k].0[lane];
+                    if link & LEAF == 0 {
+                        first[k][lane] = link;
+                        still |= 1 << lane;
+                    }
                 }
+                open[k] = L::Mask::from_bitmask(still);
             }
-            open = L::Mask::from_bitmask(still);
-            if open.none() {
-                let mut leaf = [0; 16];
-                for lane in active.lanes() {
-                    leaf[lane] = link[lane] & !LEAF;
+            if open.iter().all(|open| open.none()) {
+                return std::array::from_fn(|k| {
+                    let mut leaf = [0; 16];
+                    for lane in active[k].lanes() {
+                        leaf[lane] = at[k].0[lane] & !LEAF;
+                    }
+                    Walked { leaf, chance: at[k].1 }
+                });
+            }
+            let weighed: [_; K] = std::array::from_fn(|k| guide.weigh(self, open[k], &first[k]));
+            for (k, [(a, power), (b, other_power)]) in weighed.into_iter().enumerate() {
+                let sum = a + b;
+                let sound = sum.gt(L::zero()) & sum.lt(L::splat(f32::INFINITY));
+                let share = L::select(sound, a, power) / L::select(sound, sum, power + other_power);
+                let (left, taken) = digits[k].choose(share.max(L::splat(LEAST)).min(L::splat(1.0 - LEAST)));
+                let (link, chance) = &mut at[k];
+                *chance = L::select(open[k], *chance * taken, *chance);
+                let left = left.to_bitmask();
+                for lane in open[k].lanes() {
+                    let second = !left >> lane & 1;
+                    link[lane] = self.nodes[(first[k][lane] + second) as usize].link;
                 }
-                return Walked { leaf, chance };
-            }
-            let [(a, power), (b, other_power)] = guide.weigh(self, open, &first);
-            let sum = a + b;
-            let sound = sum.gt(L::zero()) & sum.lt(L::splat(f32::INFINITY));
-            let share = L::select(sound, a, power) / L::select(sound, sum, power + other_power);
-            let (left, taken) = digits.choose(share.max(L::splat(LEAST)).min(L::splat(1.0 - LEAST)));
-            chance = L::select(open, chance * taken, chance);
-            let left = left.to_bitmask();
-            for lane in open.lanes() {
-                let second = !left >> lane & 1;
-                link[lane] = self.nodes[(first[lane] + second) as usize].link;
             }
         }
     }
@@ -265,7 +275,7 @@ mod tests {
                     })
                 };
                 let digits = Digits::new(Pair(number(0), number(1)), i / 8 % 4, 4);
-                let walked = tree.walk(Mask::splat(true), (&starts, &shares), from, digits);
+                let [walked] = tree.walk([Mask::splat(true)], (&starts, &shares), from, [digits]);
                 for lane in 0..8 {
                     let leaf = walked.leaf[lane] as usize;
                     counts[leaf] += 1;
@@ -296,7 +306,7 @@ mod tests {
         }
     }
 
-    /// Single lanes find the lights of packets, with the same bits.
+    /// Single lanes find the lights of packets that walk twice at once, with the same bits.
     #[test]
     fn a_lane_walks_alone_as_in_a_packet() {
         let tree = tree(1000);
@@ -307,10 +317,11 @@ mod tests {
                 let word = |lane: usize, k: u32| mix(16 * i + 2 * lane as u32 + k);
                 let pair = Pair(Bits::from_fn(|lane| word(lane, 0)), Bits::from_fn(|lane| word(lane, 1)));
                 let active = Mask::from_bitmask(0b1101_1011);
-                let together = tree.walk(active, (&starts, &shares), wide, Digits::<F32x8>::new(pair, i % 3, 3));
+                let both = [i, i + 1].map(|i| Digits::<F32x8>::new(pair, i % 3, 3));
+                let [together, _] = tree.walk([active, Mask::splat(true)], (&starts, &shares), wide, both);
                 for lane in [0, 1, 3, 4, 6, 7] {
                     let digits = Digits::new(Pair(Word(word(lane, 0)), Word(word(lane, 1))), i % 3, 3);
-                    let alone = tree.walk::<f32>(true, (&starts, &own), one, digits);
+                    let [alone] = tree.walk::<f32, 1>([true], (&starts, &own), one, [digits]);
                     assert_eq!(alone.leaf[0], together.leaf[lane]);
                     assert_eq!(alone.chance.to_bits(), together.chance.lane(lane).to_bits());
                 }
@@ -325,7 +336,7 @@ mod tests {
         let starts = starts(&tree);
         let shares = starts.shares::<f32>(&tree, from);
         let digits = Digits::new(Pair(Word(7), Word(9)), 0, 1);
-        let walked = tree.walk(true, (&starts, &shares), from, digits);
+        let [walked] = tree.walk([true], (&starts, &shares), from, [digits]);
         assert_eq!((walked.leaf[0], walked.chance), (0, 1.0));
     }
 }

@@ -205,7 +205,7 @@ fn walked<M: Told>(
     for i in 0..way.walks {
         let pair = |i: u32| number(chunk, mix, address, i);
         let digits = Digits::new(pair(0), i, way.walks);
-        let walked = lists.tree().walk(true, (starts, &shares), from, digits);
+        let [walked] = lists.tree().walk([true], (starts, &shares), from, [digits]);
         let member = lists.kind(lists.tree().light(walked.leaf[0]));
         if matches!(member, Member::Triangle(_)) {
             continue;

@@ -7,7 +7,9 @@ use super::walked::{Way, seen_from};
 use super::{Chunk, Request, Scratch, Stage, pairs};
 use crate::embree::TraceLane;
 use crate::estimator::density::Mix;
+use crate::lane::Mask;
 use crate::light::tree::Digits;
+use crate::pipeline::columns::CAPACITY;
 use crate::pipeline::lists::Probed;
 
 /// One light of its own for every point, some times.
@@ -28,14 +30,20 @@ impl<M: Probed> Stage for PerRival<M> {
             table: None,
         };
         chunk.request(Request::All { set });
-        for i in 0..way.walks as usize {
+        for i in (0..way.walks as usize).step_by(2) {
             for at in (0..stream.len()).step_by(L::N) {
                 let (active, point, address) = stream.packet::<L>(at);
                 let pair = |i: usize| chunk.numbers.pair(address.key, address.pass, pairs::light(i));
-                let digits = Digits::<L>::new(pair(2 * i), 0, 1);
-                let walked = lists.tree().guided(guide, active, seen_from::<L, M>(&point), digits);
-                let active = active & walked.chance.gt(L::zero());
-                way.toward::<L, M>(chunk.world, (&point, &address), active, &walked, pair(2 * i + 1), aimed);
+                let both = [active, active & L::Mask::splat(i + 1 < way.walks as usize)];
+                let digits = [i, i + 1].map(|i| Digits::<L>::new(pair(2 * i), 0, 1));
+                let walked = lists.tree().guided(guide, both, seen_from::<L, M>(&point), digits);
+                for (i, (active, walked)) in (i..).zip(both.into_iter().zip(&walked)) {
+                    let active = active & walked.chance.gt(L::zero());
+                    way.toward::<L, M>(chunk.world, (&point, &address), active, walked, pair(2 * i + 1), aimed);
+                }
+                if aimed.len() + 2 * L::N > CAPACITY {
+                    chunk.request(Request::VisibleEach { queue: aimed, set });
+                }
             }
             chunk.request(Request::VisibleEach { queue: aimed, set });
         }

@@ -79,10 +79,13 @@ impl<M: Probed> Stage for PerWalked<M> {
                     let from = seen_from::<L, M>(&point);
                     let shares = starts.shares(lists.tree(), from);
                     let pair = |i: u32| number(chunk, mix, &address, i);
-                    for i in 0..way.walks {
-                        let digits = Digits::<L>::new(pair(0), i, way.walks);
-                        let walked = lists.tree().walk(active, (starts, &shares), from, digits);
-                        way.toward::<L, M>(chunk.world, (&point, &address), active, &walked, pair(1 + i), aimed);
+                    for i in (0..way.walks).step_by(2) {
+                        let other = active & L::Mask::splat(i + 1 < way.walks);
+                        let digits = [i, i + 1].map(|i| Digits::<L>::new(pair(0), i, way.walks));
+                        let walked = lists.tree().walk([active, other], (starts, &shares), from, digits);
+                        for (i, (active, walked)) in (i..).zip([active, other].into_iter().zip(&walked)) {
+                            way.toward::<L, M>(chunk.world, (&point, &address), active, walked, pair(1 + i), aimed);
+                        }
                     }
                     if aimed.len() + L::N * way.walks as usize > CAPACITY {
                         chunk.request(Request::VisibleEach { queue: aimed, set });

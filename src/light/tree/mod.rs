@@ -12,6 +12,7 @@
 
 mod build;
 mod cut;
+mod few;
 mod importance;
 #[cfg(feature = "rival")]
 pub mod rival;

@@ -6,14 +6,15 @@
 
 use super::LightTree;
 use super::cut::{Cut, inverses, rms};
-use super::importance::{Few, Probes, WIDE};
+use super::few::Few;
+use super::importance::{Probes, WIDE};
 use super::start::Starts;
 
 /// Fraction of the lists that is distributed by power alone, which no importance or visibility estimate can exclude.
 const BY_POWER: f64 = 0.03;
 
 /// Weight of the importance without visibility, relative to that with it: the visibility rays may miss what a pixel sees.
-const UNSEEN: f32 = 0.15;
+const UNSEEN: f32 = 0.3;
 
 /// Fraction of power in the choice between two children inside a cluster.
 const WITHIN: f64 = 0.05;

@@ -35,9 +35,10 @@ impl<M: Probed> Stage for PerRival<M> {
                 let (active, point, address) = stream.packet::<L>(at);
                 let pair = |i: usize| chunk.numbers.pair(address.key, address.pass, pairs::light(i));
                 let both = [active, active & L::Mask::splat(i + 1 < way.walks as usize)];
-                let digits = [i, i + 1].map(|i| Digits::<L>::new(pair(2 * i), 0, 1));
+                let walks = way.walks as usize;
+                let digits = [i, (i + 1).min(walks - 1)].map(|i| Digits::<L>::new(pair(2 * i), 0, 1));
                 let walked = lists.tree().guided(guide, both, seen_from::<L, M>(&point), digits);
-                for (i, (active, walked)) in (i..).zip(both.into_iter().zip(&walked)) {
+                for (i, (active, walked)) in (i..walks).zip(both.into_iter().zip(&walked)) {
                     let active = active & walked.chance.gt(L::zero());
                     way.toward::<L, M>(chunk.world, (&point, &address), active, walked, pair(2 * i + 1), aimed);
                 }

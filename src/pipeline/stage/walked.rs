@@ -83,7 +83,7 @@ impl<M: Probed> Stage for PerWalked<M> {
                         let other = active & L::Mask::splat(i + 1 < way.walks);
                         let digits = [i, i + 1].map(|i| Digits::<L>::new(pair(0), i, way.walks));
                         let walked = lists.tree().walk([active, other], (starts, &shares), from, digits);
-                        for (i, (active, walked)) in (i..).zip([active, other].into_iter().zip(&walked)) {
+                        for (i, (active, walked)) in (i..way.walks).zip([active, other].into_iter().zip(&walked)) {
                             way.toward::<L, M>(chunk.world, (&point, &address), active, walked, pair(1 + i), aimed);
                         }
                     }

@@ -114,7 +114,7 @@ fn sphere((element, number): (&str, usize), point: &[f64; 7]) -> Result<Sphere, 
     for ((name, rule), &x) in NUMBERS.iter().zip(RULES).zip(point) {
         if !rule.holds(x) {
             let what = format!("has a {element} {number} whose {name} {}, got {x:?}", rule.problem(x));
-            return Err(Fault::new(what, rule.help));
+            return Err(Fault::new(what, rule.remedy(x)));
         }
     }
     let [x, y, z, radius, red, green, blue] = *point;

@@ -34,9 +34,14 @@ pub fn list(names: &[String]) -> String {
     }
 }
 
-/// "1 light", "2 lights".
+/// "1 light", "2 lights", "2 meshes".
 pub fn plural(count: usize, noun: &str) -> String {
-    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+    let ending = match noun.ends_with(['s', 'h']) {
+        _ if count == 1 => "",
+        true => "es",
+        false => "s",
+    };
+    format!("{count} {noun}{ending}")
 }
 
 fn used(scene: &Scene) -> Vec<bool> {

@@ -14,6 +14,7 @@ use octolux::run::DEFAULT_SPP;
 use octolux::scene::{Bsdf, Effect, EstimatorKind, SamplerKind, Scene, Surface};
 use octolux::settings::LightsAsked;
 use octolux::study::effect_costs::{self, Costs};
+use octolux::study::verify::sanity::plural;
 
 /// Say what a scene contains and requires, and how it would be rendered
 #[derive(clap::Args)]
@@ -189,7 +190,7 @@ impl Explanation {
         let [diffuse, phong] = [self.diffuse, self.phong].map(|all| all - self.blends);
         let blends = match self.blends {
             0 => String::new(),
-            some => format!(", {some} blends"),
+            some => format!(", {}", plural(some, "blend")),
         };
         let rough = match self.rough {
             0 => String::new(),
@@ -235,10 +236,12 @@ impl Explanation {
         let lights = self.sphere_lights + self.mesh_lights + self.other_lights;
         let mut lines = vec![
             format!("{}: {} x {} pixels", self.scene, self.width, self.height),
-            format!("  spheres    {}, {} of them lights", self.spheres, self.sphere_lights),
+            format!("  spheres    {}{}", self.spheres, lights_of(self.sphere_lights)),
             format!(
-                "  meshes     {} with {} triangles, {} of them lights",
-                self.meshes, self.triangles, self.mesh_lights
+                "  meshes     {} with {}{}",
+                self.meshes,
+                plural(self.triangles, "triangle"),
+                lights_of(self.mesh_lights)
             ),
             format!("  lights     {lights}"),
             self.materials(),
@@ -248,7 +251,11 @@ impl Explanation {
         lines.push(format!("  absent     {}", effects::names(&self.absent)));
         lines.extend(self.notes.iter().map(|said| format!("  note       {said}")));
         lines.extend([
-            format!("  kernel     {}, {rays}, {} threads", self.kernel, self.threads),
+            format!(
+                "  kernel     {}, {rays}, {}",
+                self.kernel,
+                plural(self.threads, "thread")
+            ),
             format!("  because    {}", self.why),
             format!("  robust     {robust}"),
             format!("  cull       {cull}"),
@@ -266,15 +273,26 @@ impl Explanation {
     }
 }
 
+/// How many of some shapes are lights.
+fn lights_of(count: usize) -> String {
+    match count {
+        1 => ", 1 of them a light".to_owned(),
+        some => format!(", {some} of them lights"),
+    }
+}
+
 /// Which lights a pass samples, and by which rule.
 fn asked(prepared: &Prepared) -> String {
     let settings = prepared.settings();
     let (emitters, few) = (prepared.features().emitters, LightsAsked::FEW);
     let rule = match settings.lights {
         LightsAsked::Auto if emitters <= few => {
-            format!("{emitters} spheres and triangles that emit are not more than {few}")
+            format!("{}, not more than {few}", effects::emitting(emitters))
         }
-        LightsAsked::Auto => format!("{emitters} spheres and triangles emit, more than the {few} that are all sampled"),
+        LightsAsked::Auto => format!(
+            "{}, more than the {few} that are all sampled",
+            effects::emitting(emitters)
+        ),
         forced => format!("--lights {forced} was asked for"),
     };
     let Some(lists) = prepared.lists() else {
@@ -289,15 +307,15 @@ fn asked(prepared: &Prepared) -> String {
     let polished = [Effect::Phong, Effect::Conductor].map(|model| prepared.features().effects().has(model));
     let walks = if polished.contains(&true) {
         format!(
-            ", or {} walks of each polished point down the tree, where the tile's table expects less noise of them",
-            lists.walks
+            ", or {} of each polished point down the tree, where the tile's table expects less noise of them",
+            plural(lists.walks as usize, "walk")
         )
     } else {
         String::new()
     };
     format!(
-        "a list of {} lights for each group of pixels in a tile and each pass{walks}: {rule}; tree of {:.1} MB, {:.0} bytes a light, {:.0} ms to build",
-        lists.length,
+        "a list of {} for each group of pixels in a tile and each pass{walks}: {rule}; tree of {:.1} MB, {:.0} bytes a light, {:.0} ms to build",
+        plural(lists.length as usize, "light"),
         lists.bytes as f64 / 1e6,
         lists.bytes as f64 / lists.lights as f64,
         lists.build_time.as_secs_f64() * 1e3

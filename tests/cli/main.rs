@@ -5,6 +5,7 @@ mod broken_scenes;
 mod chosen;
 mod coincidences;
 mod compare;
+mod edges;
 mod embree;
 mod errors;
 mod explain;

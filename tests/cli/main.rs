@@ -14,6 +14,7 @@ mod info;
 mod inputs;
 #[cfg(target_os = "linux")]
 mod losses;
+mod manifests;
 mod not_a_number;
 mod options;
 mod place;

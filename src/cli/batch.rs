@@ -3,14 +3,12 @@
 use std::io::{self, IsTerminal as _};
 use std::path::PathBuf;
 
-use clap::builder::RangedU64ValueParser;
-
 use super::done::Done;
 use super::interrupt::Interrupt;
 use super::manifest;
 use super::reading::LoadOptions;
 use super::several::BatchScheduler;
-use super::{CliError, Exit};
+use super::{CliError, Exit, leftovers, units};
 use octolux::pipeline::all_threads;
 
 const EXAMPLES: &str = "\
@@ -43,7 +41,7 @@ pub struct Args {
     #[arg(long)]
     again: bool,
     /// Threads, 1 to 1024 [default: as many as the machine offers]
-    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
+    #[arg(long, value_name = "N", value_parser = units::threads(), allow_negative_numbers = true)]
     threads: Option<usize>,
     #[command(flatten)]
     reading: LoadOptions,
@@ -60,10 +58,16 @@ pub struct Args {
 /// # Errors
 /// A manifest that cannot be read, and outputs that could not be written.
 pub fn run(args: &Args) -> Result<Exit, CliError> {
-    let mut wanted = manifest::read(&args.manifest)?;
+    let exit = render(args);
+    leftovers::remove_empty();
+    exit
+}
+
+fn render(args: &Args) -> Result<Exit, CliError> {
+    let mut pictures = manifest::read(&args.manifest)?;
     let interrupt = Interrupt::listen(args.quiet)?;
     let threads = args.threads.unwrap_or_else(all_threads);
-    for one in &mut wanted {
+    for one in &mut pictures {
         one.quiet = args.quiet;
         one.json = args.json || !io::stdout().is_terminal();
         if args.reading.allow_outside {
@@ -78,5 +82,5 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
         done: Some(Done::open(&manifest::notes_beside(&args.manifest))?),
         again: args.again,
     };
-    Ok(crowd.render(wanted))
+    Ok(crowd.render(pictures))
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::inputs::Inputs;
-use super::{CliError, Exit, report};
+use super::{CliError, Exit, outputs, report};
 use octolux::film::{Attributes, Picture, check_output, read_picture, write_picture};
 use octolux::study::error::{Errors, Invalid, NotFinite, relmse_of_reference};
 use octolux::study::significance::{Measured, Significance, ZScores};
@@ -30,7 +30,7 @@ pub struct Args {
     #[arg(long)]
     pub json: bool,
     /// Exit with 1 if relmse is above X, or if a value is negative (NaN and infinite ones always do)
-    #[arg(long, value_name = "X", value_parser = limit)]
+    #[arg(long, value_name = "X", value_parser = limit, allow_negative_numbers = true)]
     pub max_relmse: Option<f64>,
 }
 
@@ -106,6 +106,7 @@ fn difference(args: &Args, path: &Path, a: &Picture, b: &Picture) -> Result<(), 
     ];
     let read = read.into_iter().flatten().cloned();
     Inputs::of("this comparison", read).are_kept_by([path])?;
+    outputs::without_placeholder(path)?;
     check_output(path).map_err(|error| CliError::bad_path(&error))?;
     let pixel = |(a, b): (&[f32; 3], &[f32; 3])| [0, 1, 2].map(|k| (a[k] - b[k]).abs());
     let pixels = a.pixels.iter().zip(&b.pixels).map(pixel).collect();
@@ -158,7 +159,13 @@ fn within_limit(args: &Args, comparison: &Comparison) -> Result<Exit, CliError> 
     let errors = &comparison.errors;
     let invalid = errors.invalid.total() + errors.reference_invalid.total();
     if invalid > 0 {
-        return Err(CliError::failed(format!("{invalid} values are negative")));
+        return Err(CliError::failed(format!(
+            "{} negative",
+            match invalid {
+                1 => "1 value is".to_owned(),
+                some => format!("{some} values are"),
+            }
+        )));
     }
     if errors.relmse > limit {
         return Err(CliError::failed(format!(
@@ -251,5 +258,5 @@ fn limit(text: &str) -> Result<f64, String> {
     text.parse()
         .ok()
         .filter(|limit: &f64| limit.is_finite() && *limit >= 0.0)
-        .ok_or("a limit is 0 or above".into())
+        .ok_or("a limit is a number, 0 or above".into())
 }

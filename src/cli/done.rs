@@ -10,7 +10,7 @@ use std::sync::{Mutex, PoisonError};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use super::CliError;
+use super::{CliError, leftovers};
 
 /// The record of one batch.
 #[derive(Debug)]
@@ -34,9 +34,19 @@ impl Done {
     /// # Errors
     /// A record that cannot be read or appended to.
     pub fn open(path: &Path) -> Result<Self, CliError> {
-        let failed = |error: io::Error| CliError::failed(format!("{}: {error}", path.display()));
+        let failed = |error: io::Error| {
+            let what = format!(
+                "{}: the notes of the batch cannot be read and written: {error}",
+                path.display()
+            );
+            CliError::failed(what)
+                .with_help("they are beside the manifest: copy it into a folder that you may write to")
+        };
         let text = match fs::read_to_string(path) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => String::new(),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                leftovers::note(path);
+                String::new()
+            }
             text => text.map_err(failed)?,
         };
         let mut file = OpenOptions::new()

@@ -1,6 +1,7 @@
 //! Errors of commands, and their exit codes.
 
 use std::fmt;
+use std::ops::Range;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -46,6 +47,20 @@ impl From<Exit> for ExitCode {
     }
 }
 
+/// A place in a text, to be shown below a message.
+#[derive(Clone, Debug)]
+pub struct Quote {
+    /// The file.
+    pub name: String,
+    /// All of its text.
+    pub text: String,
+    /// The place in bytes, with the label below it.
+    pub label: (Range<usize>, String),
+}
+
+/// Lines longer than this are not quoted, as in errors of scenes.
+const LONGEST_QUOTED_LINE: usize = 500;
+
 /// Why a command cannot continue. `Display` is one line without the prefix `error: `.
 #[derive(Debug)]
 pub enum CliError {
@@ -58,6 +73,15 @@ pub enum CliError {
     },
     /// An invalid scene, with the place in its text: exit code 2.
     Scene(SceneError),
+    /// Another invalid text, such as a manifest: exit code 2.
+    Text {
+        /// The problem, in one line, with the file and the number of the line.
+        what: String,
+        /// A remedy.
+        help: Option<String>,
+        /// The place in the text; `None` for the text as a whole.
+        quote: Option<Box<Quote>>,
+    },
     /// Anything else, in one line: exit code 1.
     Failed {
         /// The problem, in one line.
@@ -79,6 +103,29 @@ impl CliError {
     /// An invalid scene.
     pub fn scene(error: SceneError) -> Self {
         Self::Scene(error)
+    }
+
+    /// A mistake at a place of the file `path` with this text; the range `0..0` means the text as a whole.
+    pub fn text(path: &Path, text: &str, place: Range<usize>, label: &str, what: &str) -> Self {
+        let help = None;
+        if place.is_empty() && place.start == 0 {
+            let (what, quote) = (format!("{}: {what}", path.display()), None);
+            return Self::Text { what, help, quote };
+        }
+        let line = 1 + text.bytes().take(place.start).filter(|&byte| byte == b'\n').count();
+        let quoted = text
+            .lines()
+            .nth(line - 1)
+            .is_none_or(|line| line.len() <= LONGEST_QUOTED_LINE);
+        let quote = quoted.then(|| {
+            Box::new(Quote {
+                name: path.to_string_lossy().into_owned(),
+                text: text.to_owned(),
+                label: (place, label.to_owned()),
+            })
+        });
+        let what = format!("{}:{line}: {what}", path.display());
+        Self::Text { what, help, quote }
     }
 
     /// A change of the scene by the command line that makes it invalid.
@@ -118,7 +165,9 @@ impl CliError {
     #[must_use]
     pub fn with_help(mut self, remedy: impl Into<String>) -> Self {
         let remedy = remedy.into();
-        if let (Self::Usage { help, .. } | Self::Failed { help, .. }, false) = (&mut self, remedy.is_empty()) {
+        if let (Self::Usage { help, .. } | Self::Text { help, .. } | Self::Failed { help, .. }, false) =
+            (&mut self, remedy.is_empty())
+        {
             *help = Some(remedy);
         }
         self
@@ -127,15 +176,32 @@ impl CliError {
     /// The outcome of a command that ends with this error.
     pub const fn exit(&self) -> Exit {
         match self {
-            Self::Usage { .. } | Self::Scene(_) => Exit::BadInput,
+            Self::Usage { .. } | Self::Scene(_) | Self::Text { .. } => Exit::BadInput,
             Self::Failed { .. } => Exit::Failed,
+        }
+    }
+
+    /// The place in a text that the error is about, if there is one.
+    pub fn quote(&self) -> Option<Quote> {
+        match self {
+            Self::Usage { .. } | Self::Failed { .. } => None,
+            Self::Scene(error) => {
+                let (span, label) = error.place()?;
+                let text = error.text().filter(|text| !text.is_empty())?;
+                Some(Quote {
+                    name: error.path().to_string_lossy().into_owned(),
+                    text: text.to_owned(),
+                    label: (span, label.to_owned()),
+                })
+            }
+            Self::Text { quote, .. } => quote.as_deref().cloned(),
         }
     }
 
     /// A remedy, if there is one.
     pub fn help(&self) -> Option<String> {
         match self {
-            Self::Usage { help, .. } | Self::Failed { help, .. } => help.clone(),
+            Self::Usage { help, .. } | Self::Text { help, .. } | Self::Failed { help, .. } => help.clone(),
             Self::Scene(error) => Some(error.remedy().to_owned()),
         }
     }
@@ -144,7 +210,7 @@ impl CliError {
 impl fmt::Display for CliError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Usage { what, .. } | Self::Failed { what, .. } => f.write_str(what),
+            Self::Usage { what, .. } | Self::Text { what, .. } | Self::Failed { what, .. } => f.write_str(what),
             Self::Scene(error) => error.fmt(f),
         }
     }

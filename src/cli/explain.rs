@@ -14,6 +14,7 @@ use octolux::run::DEFAULT_SPP;
 use octolux::scene::{Bsdf, Effect, EstimatorKind, SamplerKind, Scene, Surface};
 use octolux::settings::LightsAsked;
 use octolux::study::effect_costs::{self, Costs};
+use octolux::study::verify::sanity::plural;
 
 /// Say what a scene contains and requires, and how it would be rendered
 #[derive(clap::Args)]
@@ -189,7 +190,7 @@ impl Explanation {
         let [diffuse, phong] = [self.diffuse, self.phong].map(|all| all - self.blends);
         let blends = match self.blends {
             0 => String::new(),
-            some => format!(", {some} blends"),
+            some => format!(", {}", plural(some, "blend")),
         };
         let rough = match self.rough {
             0 => String::new(),
@@ -235,10 +236,12 @@ impl Explanation {
         let lights = self.sphere_lights + self.mesh_lights + self.other_lights;
         let mut lines = vec![
             format!("{}: {} x {} pixels", self.scene, self.width, self.height),
-            format!("  spheres    {}, {} of them lights", self.spheres, self.sphere_lights),
+            format!("  spheres    {}{}", self.spheres, lights_of(self.sphere_lights)),
             format!(
-                "  meshes     {} with {} triangles, {} of them lights",
-                self.meshes, self.triangles, self.mesh_lights
+                "  meshes     {} with {}{}",
+                self.meshes,
+                plural(self.triangles, "triangle"),
+                lights_of(self.mesh_lights)
             ),
             format!("  lights     {lights}"),
             self.materials(),
@@ -248,7 +251,11 @@ impl Explanation {
         lines.push(format!("  absent     {}", effects::names(&self.absent)));
         lines.extend(self.notes.iter().map(|said| format!("  note       {said}")));
         lines.extend([
-            format!("  kernel     {}, {rays}, {} threads", self.kernel, self.threads),
+            format!(
+                "  kernel     {}, {rays}, {}",
+                self.kernel,
+                plural(self.threads, "thread")
+            ),
             format!("  because    {}", self.why),
             format!("  robust     {robust}"),
             format!("  cull       {cull}"),
@@ -266,16 +273,24 @@ impl Explanation {
     }
 }
 
+/// How many of some shapes are lights.
+fn lights_of(count: usize) -> String {
+    match count {
+        1 => ", 1 of them a light".to_owned(),
+        some => format!(", {some} of them lights"),
+    }
+}
+
 /// Which lights a pass samples, and by which rule.
 fn asked(prepared: &Prepared) -> String {
     let (settings, features) = (prepared.settings(), prepared.features());
     if settings.estimator.per_light() {
-        let kinds = match (features.emitters > features.placed, features.placed > 0) {
-            (true, true) => KINDS[2],
-            (false, true) => KINDS[1],
-            (_, false) => KINDS[0],
-        };
-        return all_or_lists(prepared, ["light", "lights"], features.emitters, kinds);
+        return all_or_lists(
+            prepared,
+            ["light", "lights"],
+            features.emitters,
+            effects::kinds(features),
+        );
     }
     let met = format!(
         "whatever a direction meets: {} draws none for a light",
@@ -283,19 +298,12 @@ fn asked(prepared: &Prepared) -> String {
     );
     match features.placed {
         0 => met,
-        placed => format!("{met}; {}", all_or_lists(prepared, KINDS[1], placed, KINDS[1])),
+        placed => format!(
+            "{met}; {}",
+            all_or_lists(prepared, effects::POINTS, placed, effects::POINTS)
+        ),
     }
 }
-
-/// Lights that count for the rule: of one, and of several.
-const KINDS: [[&str; 2]; 3] = [
-    ["sphere or triangle", "spheres and triangles"],
-    ["point or spot", "points and spots"],
-    [
-        "sphere, triangle, point or spot",
-        "spheres, triangles, points and spots",
-    ],
-];
 
 /// A number of things, of which one has another name than several.
 fn counted(count: u32, [one, several]: [&str; 2]) -> String {
@@ -318,7 +326,7 @@ fn all_or_lists(prepared: &Prepared, called: [&str; 2], count: usize, [one, seve
     let walks = if polished.contains(&true) {
         format!(
             ", or {} of each polished point down the tree, where the tile's table expects less noise of them",
-            counted(lists.walks, ["walk", "walks"])
+            plural(lists.walks as usize, "walk")
         )
     } else {
         String::new()

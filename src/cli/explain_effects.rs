@@ -6,6 +6,7 @@ use super::names;
 use octolux::pipeline::Prepared;
 use octolux::scene::{Effect, Environment, Features, Scene, Surface};
 use octolux::study::effect_costs::Costs;
+use octolux::study::verify::sanity::plural;
 
 /// An effect with its evidence.
 #[derive(Serialize)]
@@ -31,6 +32,29 @@ pub fn names(effects: &[Effect]) -> String {
     }
 }
 
+/// Lights that count for the rule of lists: the names of one, and of several.
+pub fn kinds(features: &Features) -> [&'static str; 2] {
+    match (features.emitters > features.placed, features.placed > 0) {
+        (true, true) => [
+            "sphere, triangle, point or spot",
+            "spheres, triangles, points and spots",
+        ],
+        (false, true) => POINTS,
+        (_, false) => ["sphere or triangle", "spheres and triangles"],
+    }
+}
+
+/// The same of lights without a shape.
+pub const POINTS: [&str; 2] = ["point or spot", "points and spots"];
+
+/// That so many of them emit.
+fn emitting(count: usize, [one, several]: [&str; 2]) -> String {
+    match count {
+        1 => format!("1 {one} emits"),
+        _ => format!("{count} {several} emit"),
+    }
+}
+
 /// The effects that a scene requires, with evidence.
 pub fn found(scene: &Scene, features: &Features) -> Vec<Found> {
     let effects = features.effects().iter();
@@ -44,7 +68,7 @@ pub fn found(scene: &Scene, features: &Features) -> Vec<Found> {
 
 fn evidence(scene: &Scene, features: &Features, effect: Effect) -> String {
     let count = features.count(effect);
-    let of = |count: usize, all: usize, what: &str| format!("{count} of {all} {what}");
+    let of = |count: usize, all: usize, what: &str| format!("{count} of {}", plural(all, what));
     let materials = scene.materials().iter().filter(|m| m.effects().has(effect)).count();
     match effect {
         Effect::Diffuse
@@ -54,18 +78,15 @@ fn evidence(scene: &Scene, features: &Features, effect: Effect) -> String {
         | Effect::Conductor
         | Effect::OneSided
         | Effect::Textures => format!(
-            "{}, on {count} shapes in sight",
-            of(materials, scene.materials().len(), "materials")
+            "{}, on {} in sight",
+            of(materials, scene.materials().len(), "material"),
+            plural(count, "shape")
         ),
-        Effect::Spheres | Effect::SphereLights => of(count, scene.spheres().len(), "spheres"),
+        Effect::Spheres | Effect::SphereLights => of(count, scene.spheres().len(), "sphere"),
         Effect::Meshes | Effect::MeshLights | Effect::SmoothNormals | Effect::SmoothTerminator => {
-            of(count, scene.meshes().len(), "meshes")
+            of(count, scene.meshes().len(), "mesh")
         }
-        Effect::ManyLights => match features.placed {
-            0 => format!("{count} spheres and triangles emit"),
-            placed if placed == count => format!("{count} points and spots emit"),
-            _ => format!("{count} spheres, triangles, points and spots emit"),
-        },
+        Effect::ManyLights => emitting(count, kinds(features)),
         Effect::Lens => {
             let lens = scene.camera().lens.map_or((0.0, 0.0), |lens| (lens.radius, lens.focus));
             format!("radius {}, in focus at {}", lens.0, lens.1)
@@ -101,7 +122,10 @@ pub fn notes(scene: &Scene, features: &Features) -> Vec<String> {
         .filter(|s| dark(s))
         .count();
     if dark > 0 {
-        said.push(format!("{dark} emissions are 0: no light is sampled for them"));
+        said.push(match dark {
+            1 => "1 emission is 0: no light is sampled for it".to_owned(),
+            some => format!("{some} emissions are 0: no light is sampled for them"),
+        });
     }
     for light in scene.lights_below_every_horizon() {
         let name = names::sphere(scene, light);

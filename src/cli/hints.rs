@@ -48,6 +48,10 @@ pub fn with_hint(mut error: clap::Error) -> clap::Error {
         }
         _ => None,
     };
+    // clap's tip to write `-- -x` is about scenes whose names begin with a dash: hardly what was meant.
+    if error.kind() == ErrorKind::UnknownArgument {
+        error.remove(ContextKind::Suggested);
+    }
     if let Some(hint) = hint {
         error.remove(ContextKind::SuggestedArg);
         error.remove(ContextKind::SuggestedSubcommand);

@@ -3,10 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use super::inputs::{Inputs, keeps_checkpoints};
-use super::options;
+use super::names::were;
 use super::{CliError, Exit, report};
+use super::{options, outputs};
 use octolux::film::{Film, check_output, sums_file, write_picture};
 use octolux::run::{Record, Shard};
+use octolux::study::verify::sanity::plural;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -57,6 +59,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     let parts = Inputs::of("merge", args.parts.iter().cloned());
     parts.are_kept_by(args.outputs.iter().map(PathBuf::as_path))?;
     for path in &args.outputs {
+        outputs::without_placeholder(path)?;
         check_output(path).map_err(|error| CliError::bad_path(&error))?;
         keeps_checkpoints(path)?;
     }
@@ -114,7 +117,7 @@ fn in_order(args: &Args) -> Result<Vec<Part>, CliError> {
         }
         if let Some(first) = parts.first() {
             let help = "merge the parts of one render at a time; --any-embree takes other versions of Embree";
-            let same = same_render(&first.record, &record, path, args.any_embree);
+            let same = same_render((&first.path, &first.record), (path, &record), args.any_embree);
             same.map_err(|error| error.with_help(help))?;
         }
         let path = path.clone();
@@ -151,7 +154,10 @@ fn in_order(args: &Args) -> Result<Vec<Part>, CliError> {
         missing(args, &all, end..spp)?;
     }
     if repeated > 0 && !args.quiet {
-        report::note(&format!("{repeated} of the files repeat another one and were left out"));
+        report::note(&format!(
+            "{} left out: the same part twice counts once",
+            were(repeated, "repeated file")
+        ));
     }
     Ok(kept)
 }
@@ -212,28 +218,29 @@ fn tell(args: &Args, parts: &[Part], spp: u32) {
     let invalid = counters.invalid_nan + counters.invalid_inf + counters.invalid_negative;
     if invalid > 0 {
         report::warning(&format!(
-            "{invalid} contributions were rejected: the picture may be too dark"
+            "{} rejected: the picture may be too dark",
+            were(invalid, "contribution")
         ));
     }
     let seconds: f64 = parts.iter().map(|part| part.record.render_s).sum();
     let names: Vec<_> = args.outputs.iter().map(|path| path.display().to_string()).collect();
     report::print(&format!(
-        "{} {}, {spp} spp, {seconds:.2} s of rendering together\nwrote {}\n",
-        parts.len(),
-        if parts.len() == 1 { "part" } else { "parts" },
+        "{}, {spp} spp, {seconds:.2} s of rendering together\nwrote {}\n",
+        plural(parts.len(), "part"),
         names.join(", ")
     ));
 }
 
-/// An error about the file at `path` if it belongs to another render than `first`.
+/// Checks that the second part belongs to the render of the first.
 ///
 /// # Errors
 /// The difference.
-pub fn same_render(first: &Record, other: &Record, path: &Path, any_embree: bool) -> Result<(), CliError> {
-    match first.difference(other, any_embree) {
+pub fn same_render(first: (&Path, &Record), other: (&Path, &Record), any_embree: bool) -> Result<(), CliError> {
+    match first.1.difference(other.1, any_embree) {
         None => Ok(()),
         Some(difference) => {
-            let what = format!("{}: belongs to another render: {difference}", path.display());
+            let (path, first) = (other.0.display(), first.0.display());
+            let what = format!("{path}: belongs to another render than {first}: {difference}");
             Err(CliError::usage(what))
         }
     }

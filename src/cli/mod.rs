@@ -15,6 +15,7 @@ mod hunt;
 mod info;
 mod inputs;
 mod interrupt;
+mod leftovers;
 mod manifest;
 mod merge;
 mod names;

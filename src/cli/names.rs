@@ -1,6 +1,16 @@
 //! Names of shapes in messages: by number and position, or by name.
 
 use octolux::scene::Scene;
+use octolux::study::verify::sanity::plural;
+
+/// "1 sample was", "2 samples were".
+pub fn were(count: u64, noun: &str) -> String {
+    format!(
+        "{} {}",
+        plural(count as usize, noun),
+        if count == 1 { "was" } else { "were" }
+    )
+}
 
 /// A sphere by its number, from 1 as in the file, and its position.
 pub fn sphere(scene: &Scene, index: usize) -> String {

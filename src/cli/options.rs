@@ -1,9 +1,10 @@
 //! The options that choose how a scene is rendered, shared by `render` and `explain`.
 
-use clap::builder::{PossibleValuesParser, RangedU64ValueParser, TypedValueParser};
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 use super::CliError;
 use super::reading::LoadOptions;
+use super::units::{self, MOST_SEED};
 use octolux::lane::{AVX512, has_avx512};
 use octolux::pipeline::Settings;
 use octolux::run::{MOST_SPP, RenderOptions};
@@ -34,14 +35,14 @@ pub struct Options {
     #[arg(long, value_enum, value_name = "NAME")]
     pub sampler: Option<SamplerKind>,
     /// Seed of every random number, 0 to 4294967295 [default: the scene's, else 0]
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = units::whole::<u32>("a seed is", 0..=MOST_SEED), allow_negative_numbers = true)]
     pub seed: Option<u32>,
     /// Size of the picture in pixels, such as 768x512 [default: the scene's]
-    #[arg(long, value_name = "WxH", value_parser = size)]
+    #[arg(long, value_name = "WxH", value_parser = size, allow_hyphen_values = true)]
     pub size: Option<FilmSize>,
     /// Rays a packet: 16 (AVX-512), 8, or 1 for the scalar kernel; the picture is the same [default: the most that the
     /// processor and the intersector support; OCTOLUX_AVX512=off does without AVX-512]
-    #[arg(long, value_name = "1|8|16", value_parser = lanes)]
+    #[arg(long, value_name = "1|8|16", value_parser = lanes, allow_negative_numbers = true)]
     pub lanes: Option<Lanes>,
     /// How rays find what they hit: Embree's tree, or a plain list of the shapes [default: linear up to 128 shapes, else embree]
     #[arg(long, value_enum, value_name = "NAME")]
@@ -57,10 +58,10 @@ pub struct Options {
     /// Which lights a pass samples: all, or a list of so many (1 to 64) for each group of pixels in a tile of 16 x 16, drawn by what
     /// they may bring;
     /// the mean is the same [default: auto, all up to 64 lights, else lists of 16]
-    #[arg(long, value_name = "auto|all|N", value_parser = lights)]
+    #[arg(long, value_name = "auto|all|N", value_parser = lights, allow_negative_numbers = true)]
     pub lights: Option<LightsAsked>,
     /// Threads, 1 to 1024 [default: as many as the machine offers]
-    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
+    #[arg(long, value_name = "N", value_parser = units::threads(), allow_negative_numbers = true)]
     pub threads: Option<usize>,
     /// Effects to compile into the kernel even if the scene does not require them; the picture is the same. For measurements
     #[arg(long, value_enum, value_name = "EFFECT", hide = true)]

@@ -53,12 +53,6 @@ pub fn plan(
     checkpoint: Option<&Path>,
     snapshots: bool,
 ) -> Result<Vec<Targets>, CliError> {
-    if let Some(path) = stats
-        && path.extension().is_none_or(|ending| ending != "json")
-    {
-        let what = format!("{}: the file for --stats ends in .json", path.display());
-        return Err(CliError::usage(what));
-    }
     if scenes.len() > 1
         && let Some(path) = outputs
             .iter()
@@ -70,8 +64,8 @@ pub fn plan(
         let what = format!("{}: one file for {} scenes", path.display(), scenes.len());
         return Err(CliError::usage(what).with_help("write {name} where the scene's name goes, as in out/{name}.exr"));
     }
-    let of_scene = |scene: &PathBuf| of_scene(scene, outputs, stats, checkpoint).with_snapshots(snapshots);
-    let targets: Vec<Targets> = scenes.iter().map(of_scene).collect();
+    let of_scene = |scene: &PathBuf| Ok(of_scene(scene, outputs, stats, checkpoint)?.with_snapshots(snapshots));
+    let targets: Vec<Targets> = scenes.iter().map(of_scene).collect::<Result<_, CliError>>()?;
     look(targets.iter(), &Inputs::named_by(scenes))?;
     Ok(targets)
 }
@@ -83,6 +77,7 @@ pub fn plan(
 pub fn look<'a>(targets: impl Iterator<Item = &'a Targets> + Clone, inputs: &Inputs) -> Result<(), CliError> {
     inputs.are_kept_by(targets.clone().flat_map(Targets::all))?;
     for target in targets {
+        target.stats.as_deref().map_or(Ok(()), stats_ending)?;
         let (sums, pictures): (Vec<_>, Vec<_>) = target.pictures.iter().partition(|path| is_sums(path));
         for path in pictures {
             check_output(path).map_err(|error| CliError::bad_path(&error))?;
@@ -97,6 +92,18 @@ pub fn look<'a>(targets: impl Iterator<Item = &'a Targets> + Clone, inputs: &Inp
     Ok(())
 }
 
+/// Checks that a file of figures ends in `.json`.
+///
+/// # Errors
+/// If it does not.
+pub fn stats_ending(path: &Path) -> Result<(), CliError> {
+    if path.extension().is_some_and(|ending| ending == "json") {
+        return Ok(());
+    }
+    let what = format!("{}: the file for --stats ends in .json", path.display());
+    Err(CliError::usage(what).with_help("such as --stats render.json"))
+}
+
 /// The path of a snapshot after so many passes: `a.png` becomes `a_0016spp.png`.
 pub fn snapshot(path: &Path, passes: u32) -> PathBuf {
     let mut name = path.file_stem().unwrap_or_default().to_owned();
@@ -106,20 +113,36 @@ pub fn snapshot(path: &Path, passes: u32) -> PathBuf {
 }
 
 /// The output files of one scene, with names filled in.
-pub fn of_scene(scene: &Path, outputs: &[PathBuf], stats: Option<&Path>, checkpoint: Option<&Path>) -> Targets {
+///
+/// # Errors
+/// An unknown placeholder.
+pub fn of_scene(
+    scene: &Path,
+    outputs: &[PathBuf],
+    stats: Option<&Path>,
+    checkpoint: Option<&Path>,
+) -> Result<Targets, CliError> {
     // A path without a name (`..`) is no scene; loading it reports the error.
     let name = scene.file_stem().map_or("scene".into(), |name| name.to_string_lossy());
     let pictures = if outputs.is_empty() {
         vec![format!("{name}.exr").into(), format!("{name}.png").into()]
     } else {
-        outputs.iter().map(|path| fill(path, &name)).collect()
+        outputs.iter().map(|path| fill(path, &name)).collect::<Result<_, _>>()?
     };
-    Targets {
+    Ok(Targets {
         pictures,
-        stats: stats.map(|path| fill(path, &name)),
-        checkpoint: checkpoint.map(|path| fill(path, &name)),
+        stats: stats.map(|path| fill(path, &name)).transpose()?,
+        checkpoint: checkpoint.map(|path| fill(path, &name)).transpose()?,
         snapshots: Vec::new(),
-    }
+    })
+}
+
+/// The file of one picture of a scene, with its name filled in.
+///
+/// # Errors
+/// An unknown placeholder.
+pub fn of_picture(scene: &Path, output: &Path) -> Result<PathBuf, CliError> {
+    Ok(of_scene(scene, &[output.to_owned()], None, None)?.pictures.remove(0))
 }
 
 /// Whether a file contains sums, by its extension.
@@ -132,11 +155,37 @@ fn has_name(path: &Path) -> bool {
     path.to_str().is_some_and(|path| path.contains(NAME))
 }
 
-fn fill(path: &Path, name: &str) -> PathBuf {
-    match path.to_str() {
-        Some(text) => text.replace(NAME, name).into(),
-        None => path.to_owned(),
+fn fill(path: &Path, name: &str) -> Result<PathBuf, CliError> {
+    let Some(text) = path.to_str() else {
+        return Ok(path.to_owned());
+    };
+    match placeholder(&text.replace(NAME, "")) {
+        None => Ok(text.replace(NAME, name).into()),
+        Some(unknown) => {
+            let what = format!("{}: {unknown} is no placeholder", path.display());
+            Err(CliError::usage(what).with_help("the only one is {name}, which stands for the scene's name"))
+        }
     }
+}
+
+/// Checks that a file of a command that fills in no names has no placeholder.
+///
+/// # Errors
+/// If it has one.
+pub fn without_placeholder(path: &Path) -> Result<(), CliError> {
+    path.to_str().and_then(placeholder).map_or(Ok(()), |word| {
+        let what = format!("{}: {word} is not filled in by this command", path.display());
+        Err(CliError::usage(what).with_help("write a name without braces"))
+    })
+}
+
+/// The first word of letters in braces. Other braces are part of a file's name.
+fn placeholder(text: &str) -> Option<&str> {
+    text.match_indices('{').find_map(|(start, _)| {
+        let length = text[start + 1..].find(|c: char| !c.is_ascii_alphabetic() && c != '_')?;
+        let end = start + 1 + length;
+        (length > 0 && text[end..].starts_with('}')).then(|| &text[start..=end])
+    })
 }
 
 #[cfg(test)]
@@ -159,6 +208,21 @@ mod tests {
         .unwrap();
         assert_eq!(targets[1].pictures, [PathBuf::from("b.v2-x.npy")]);
         assert_eq!(targets[1].stats, Some("b.v2.json".into()));
+    }
+
+    #[test]
+    fn words_in_braces_are_placeholders_and_other_braces_are_not() {
+        for (text, found) in [
+            ("{nam}.npy", Some("{nam}")),
+            ("a{1}/{{Name}.png", Some("{Name}")),
+            ("{}", None),
+            ("{a", None),
+            ("a}", None),
+            ("{a-b}", None),
+            ("{1}{\u{e9}}", None),
+        ] {
+            assert_eq!(placeholder(text), found, "{text}");
+        }
     }
 
     #[test]

@@ -16,9 +16,10 @@ use super::tev::Feed;
 use super::{CliError, done, options, report};
 use octolux::film::Film;
 use octolux::pipeline::{Chosen, Prepared, Progress, Settings};
-use octolux::run::{Checkpoint, Goal, MOST_SPP, Observer, Run, Saved, replicates};
+use octolux::run::{Checkpoint, Goal, MOST_SPP, Observer, ResumeError, Run, Saved, replicates};
 use octolux::scene::{Scene, available_memory};
 use octolux::study::outliers::FirstSamples;
+use octolux::study::verify::sanity::plural;
 
 /// One scene of a command.
 #[derive(Clone, Copy)]
@@ -40,38 +41,20 @@ pub struct Outcome {
 impl<'a> Job<'a> {
     /// Renders and writes.
     pub fn run(self) -> Outcome {
-        let (render, mut run) = match self.set_up() {
-            Ok(Some(set_up)) => set_up,
-            Ok(None) => return Outcome::default(),
-            Err(error) => {
-                return Outcome {
-                    began: false,
-                    errors: vec![error],
-                };
-            }
-        };
-        {
-            let _bar = render.bar(&run);
-            let _ = run.run(&render);
-        }
-        let mut kept = render.kept.into_inner();
-        if let Some(tev) = kept.tev.take().filter(|_| run.failure().is_none()) {
-            tev.finish(run.picture());
-        }
-        let writer = render.writer;
-        if let Err(error) = writer.finish(&run, &mut kept) {
-            kept.errors.push(error);
-        }
-        Outcome {
-            began: true,
-            errors: kept.errors,
+        match self.set_up() {
+            Ok(Some((render, run))) => self.interrupt.rendering(|| render.complete(run)),
+            Ok(None) => Outcome::default(),
+            Err(error) => Outcome {
+                began: false,
+                errors: vec![error],
+            },
         }
     }
 
     /// Loads the scene and prepares or resumes its run; `None` if a batch has already finished it.
     fn set_up(self) -> Result<Option<(Render<'a>, Run)>, CliError> {
         let (request, started) = (self.request, Instant::now());
-        let scene = request.load()?;
+        let scene = self.interrupt.loading(|| request.load())?;
         Inputs::of_scene(&scene).are_kept_by(request.targets.all())?;
         let load_time = started.elapsed();
         options::check_size(request.options.size)?;
@@ -121,18 +104,28 @@ impl<'a> Job<'a> {
             return Err(CliError::usage(what).with_help("--resume goes on from it; or delete it"));
         }
         let saved = Saved::read(path).map_err(|error| CliError::bad_path(&error))?;
-        let run = prepared.resume(goal, saved).map_err(|error| {
-            let what = format!("{}: {error}", path.display());
-            CliError::usage(what).with_help("render with the settings of the checkpoint, or delete it")
-        })?;
+        let run = prepared.resume(goal, saved).map_err(|error| self.other(path, &error))?;
         if !self.request.quiet {
             let done = match run.goal().error_asked() {
-                None => format!("{} passes", run.passes_done()),
-                Some(_) => format!("{} pictures", run.replicates()),
+                None => plural(run.passes_done() as usize, "pass"),
+                Some(_) => plural(run.replicates(), "picture"),
             };
             report::note(&format!("{}: going on after {done}", path.display()));
         }
         Ok(run)
+    }
+
+    /// The error of a checkpoint of another render.
+    fn other(self, path: &Path, error: &ResumeError) -> CliError {
+        let (checkpoint, scene) = (path.display(), self.request.scene.display());
+        let what = match error {
+            ResumeError::OtherRender(difference) => {
+                format!("{checkpoint}: belongs to another render than that of {scene}: {difference}")
+            }
+            ResumeError::OtherShard => format!("{checkpoint}: {error}, {scene}"),
+        };
+        let help = "render that scene with those settings (`octolux info` shows them), or name another --checkpoint";
+        CliError::usage(what).with_help(help)
     }
 
     /// Connects to the viewer tev, if it is running.
@@ -185,11 +178,11 @@ impl<'a> Job<'a> {
         }
         let gib = |bytes: u64| bytes as f64 / f64::from(1 << 30);
         let what = format!(
-            "{}: {} x {} pixels with {} samples{least} take {:.1} GiB of memory, and {:.1} GiB are free",
+            "{}: {} x {} pixels with {}{least} take {:.1} GiB of memory, and {:.1} GiB are free",
             self.request.scene.display(),
             settings.film.width,
             settings.film.height,
-            films * u64::from(passes),
+            plural((films * u64::from(passes)) as usize, "sample"),
             gib(needed),
             gib(free)
         );
@@ -238,6 +231,26 @@ struct Writer<'a> {
 }
 
 impl Render<'_> {
+    /// Renders and writes.
+    fn complete(self, mut run: Run) -> Outcome {
+        {
+            let _bar = self.bar(&run);
+            let _ = run.run(&self);
+        }
+        let mut kept = self.kept.into_inner();
+        if let Some(tev) = kept.tev.take().filter(|_| run.failure().is_none()) {
+            tev.finish(run.picture());
+        }
+        let writer = self.writer;
+        if let Err(error) = writer.finish(&run, &mut kept) {
+            kept.errors.push(error);
+        }
+        Outcome {
+            began: true,
+            errors: kept.errors,
+        }
+    }
+
     /// Shows progress until it is dropped.
     fn bar(&self, run: &Run) -> Bar {
         if self.writer.job.overall.is_some() {
@@ -283,8 +296,11 @@ impl Observer for Render<'_> {
         if let Some(tev) = &mut kept.tev {
             tev.show(|| run.picture());
         }
-        if kept.checkpoint.as_ref().is_some_and(Checkpoint::is_due) {
-            self.writer.save(run, kept);
+        // A full disk is no reason to stop: the previous checkpoint is kept.
+        if kept.checkpoint.as_ref().is_some_and(Checkpoint::is_due)
+            && let Err(error) = self.writer.save(run, kept)
+        {
+            report::warning(&error.to_string());
         }
     }
 }

@@ -3,15 +3,15 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use clap::builder::RangedU64ValueParser;
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::ThreadPoolBuilder;
 
 use super::inputs::{Inputs, keeps_checkpoints};
 use super::reading::LoadOptions;
-use super::{CliError, Exit, options, report};
+use super::{CliError, Exit, options, outputs, report, units};
 use octolux::film::{Attributes, Picture, Value, check_output, write_picture};
 use octolux::reference::{Reference, render};
+use octolux::run::MOST_SPP;
 use octolux::scene::{FilmSize, Scene};
 use octolux::study::error::NotFinite;
 
@@ -21,23 +21,25 @@ pub struct Args {
     /// The scene file
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
-    /// Where the picture goes: .exr or .npy
+    /// Where the picture goes: .exr or .npy. {name} stands for the scene's name
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
     /// Where the picture of standard errors goes [default: NAME_stderr beside the picture]
     #[arg(long, value_name = "FILE")]
     pub stderr: Option<PathBuf>,
-    /// Samples of every pixel
-    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(2..))]
+    /// Samples of every pixel, at least 2
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = units::whole::<u32>("samples of every pixel are", 2..=MOST_SPP.into()),
+          allow_negative_numbers = true)]
     pub spp: u32,
     /// The seed of every random number
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = units::whole::<u64>("a seed is", 0..=u64::MAX),
+          allow_negative_numbers = true)]
     pub seed: u64,
     /// The size of the picture in pixels [default: the scene's]
-    #[arg(long, value_name = "WxH", value_parser = options::size)]
+    #[arg(long, value_name = "WxH", value_parser = options::size, allow_hyphen_values = true)]
     pub size: Option<FilmSize>,
     /// Threads, 1 to 1024; the picture is the same with any number [default: as many as the machine offers]
-    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
+    #[arg(long, value_name = "N", value_parser = units::threads(), allow_negative_numbers = true)]
     pub threads: Option<usize>,
     /// No progress and no summary
     #[arg(short, long)]
@@ -52,16 +54,20 @@ pub struct Args {
 /// # Errors
 /// A scene that cannot be loaded; pictures that cannot be written, which is checked before the render.
 pub fn run(args: &Args) -> Result<Exit, CliError> {
-    let stderr_path = args.stderr.clone().unwrap_or_else(|| stderr_beside(&args.output));
-    if stderr_path == args.output {
+    let output = &outputs::of_picture(&args.scene, &args.output)?;
+    let stderr_path = args.stderr.as_ref().map(|path| outputs::of_picture(&args.scene, path));
+    let stderr_path = stderr_path.unwrap_or_else(|| Ok(stderr_beside(output)))?;
+    if stderr_path == *output {
         return Err(CliError::usage("--stderr and --output name the same file"));
     }
-    for path in [&args.output, &stderr_path] {
+    for path in [output, &stderr_path] {
+        keeps_radiance(path)?;
         check_output(path).map_err(|error| CliError::bad_path(&error))?;
         keeps_checkpoints(path)?;
     }
     let scene = args.reading.load(&args.scene)?;
-    Inputs::of_scene(&scene).are_kept_by([args.output.as_path(), &stderr_path])?;
+    Inputs::of_scene(&scene).are_kept_by([output.as_path(), &stderr_path])?;
+    options::check_size(args.size)?;
     let film = args.size.unwrap_or(scene.film());
     // 0 means as many as the machine has.
     let threads = ThreadPoolBuilder::new().num_threads(args.threads.unwrap_or(0)).build();
@@ -75,7 +81,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     let seconds = start.elapsed().as_secs_f64();
     bar.finish_and_clear();
     let pictures = [
-        (&args.output, result.to_picture(), "mean radiance"),
+        (output, result.to_picture(), "mean radiance"),
         (&stderr_path, result.to_stderr_picture(), "standard error of the mean"),
     ];
     for (path, picture, content) in &pictures {
@@ -88,6 +94,21 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
         report::print(&summary(&result, seconds));
     }
     Ok(Exit::Well)
+}
+
+/// Checks that a file can hold what the oracle is for: numbers to compare with.
+fn keeps_radiance(path: &Path) -> Result<(), CliError> {
+    if !path
+        .extension()
+        .is_some_and(|ending| ending.eq_ignore_ascii_case("png"))
+    {
+        return Ok(());
+    }
+    let what = format!(
+        "{}: a PNG does not keep radiances, and no picture can be compared with it",
+        path.display()
+    );
+    Err(CliError::usage(what).with_help("write .exr or .npy; to look at a scene there is octolux render -o FILE.png"))
 }
 
 /// Rejects a picture with NaN or infinite values: it would be used as the truth.

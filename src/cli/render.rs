@@ -89,7 +89,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     pub checkpoint: Option<PathBuf>,
     /// How often: 30s, 5m, 1h
-    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = units::time, requires = "checkpoint")]
+    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = units::time, requires = "checkpoint", allow_negative_numbers = true)]
     pub every: f64,
     /// Keep the checkpoint when the pictures are written: --resume with more --spp adds samples to the finished render
     #[arg(long, requires = "checkpoint")]
@@ -98,11 +98,11 @@ pub struct Args {
     #[arg(long, requires = "checkpoint")]
     pub resume: bool,
     /// Render a part of the passes, the I-th of N, and write its sums to the one output, which ends in .acc
-    #[arg(long, value_name = "I/N", conflicts_with_all = ["time", "adaptive", "snapshots"])]
+    #[arg(long, value_name = "I/N", allow_hyphen_values = true, conflicts_with_all = ["time", "adaptive", "snapshots"])]
     pub shard: Option<Shard>,
     /// Print one sample step by step instead of rendering: its camera ray and hit, and for each light the cone, the direction, its
     /// density, its unblocked contribution, and what blocks it. With --json as one object. Pixels and passes count from 0
-    #[arg(long, value_name = "X,Y,PASS", value_parser = replay::sample,
+    #[arg(long, value_name = "X,Y,PASS", value_parser = replay::sample, allow_hyphen_values = true,
           conflicts_with_all = ["outputs", "spp", "time", "adaptive", "snapshots", "stats", "checkpoint", "shard"])]
     pub replay: Option<[u32; 3]>,
     /// Also show the picture in the viewer tev while it is rendered, at 127.0.0.1:14158 unless HOST:PORT is given. Without tev the

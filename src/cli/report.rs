@@ -14,13 +14,13 @@ use miette::{
 };
 
 use super::CliError;
-use octolux::scene::SceneError;
+use super::error::Quote;
 
 /// `error: ...`, the lines in question, `help: ...`.
 pub fn error(error: &CliError) {
     let mut text = format!("{} {error}\n", styled("error:", "1;31"));
-    if let CliError::Scene(error) = error {
-        text.push_str(&snippet(error));
+    if let Some(quote) = error.quote() {
+        text.push_str(&snippet(quote));
     }
     if let Some(help) = error.help() {
         text.push_str(&format!("{} {help}\n", styled("help:", "1;36")));
@@ -102,13 +102,11 @@ pub fn unicode() -> bool {
     io::stderr().is_terminal() && (locale.contains("UTF-8") || locale.contains("UTF8"))
 }
 
-/// The lines of source with the label below them; empty if the error has no place.
-fn snippet(error: &SceneError) -> String {
-    let (Some(text), Some((span, label))) = (error.text(), error.place()) else {
-        return String::new();
-    };
+/// The lines of source with the label below them.
+fn snippet(quote: Quote) -> String {
+    let (span, label) = quote.label;
     let place = Place {
-        source: NamedSource::new(error.path().to_string_lossy(), text.to_owned()),
+        source: NamedSource::new(quote.name, quote.text),
         label: LabeledSpan::at(span, label),
     };
     let theme = GraphicalTheme {
@@ -138,7 +136,7 @@ fn snippet(error: &SceneError) -> String {
         .unwrap_or_default()
 }
 
-/// A scene's error without its message: only its place.
+/// An error without its message: only its place.
 #[derive(Debug)]
 struct Place {
     source: NamedSource<String>,

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::{CliError, Exit, report};
 use octolux::study::selftest::{CASES, Case, Check, Effort, prices};
+use octolux::study::verify::sanity::plural;
 use octolux::{about, machine};
 
 const EXAMPLES: &str = "\
@@ -32,7 +33,7 @@ Exit codes: 0 nothing failed, 1 something failed, 2 bad usage.";
 #[command(after_help = EXAMPLES)]
 pub struct Args {
     /// Only this case, by its number; may be repeated
-    #[arg(long = "case", value_name = "N", value_parser = number)]
+    #[arg(long = "case", value_name = "N", value_parser = number, allow_negative_numbers = true)]
     cases: Vec<u32>,
     /// Also show the seconds that each case took
     #[arg(long)]
@@ -129,7 +130,8 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
         } else {
             String::new()
         };
-        format!("{passed} of {} cases passed{failed}, in {seconds:.1} s", outcomes.len())
+        let all = plural(outcomes.len(), "case");
+        format!("{passed} of {all} passed{failed}, in {seconds:.1} s")
     })?;
     Ok(if failed > 0 { Exit::Failed } else { Exit::Well })
 }

@@ -12,6 +12,7 @@ use super::progress::{Bar, clock};
 use super::request::Request;
 use super::{Exit, report};
 use octolux::scene::Scene;
+use octolux::study::verify::sanity::plural;
 
 /// Maximum samples of a small picture, some five seconds of one core. Each small picture uses one thread, as many at once as
 /// there are threads, so no thread waits for another one or for a file. Larger pictures use all threads, one after another.
@@ -97,8 +98,8 @@ impl BatchScheduler<'_> {
             let counts: String = counts.map(|(count, what)| format!(", {count} {what}")).collect();
             let seconds = started.elapsed().as_secs_f64();
             report::print(&format!(
-                "{name}: {rendered} of {} pictures rendered{counts}, {seconds:.1} s\n",
-                requests.len()
+                "{name}: {rendered} of {} rendered{counts}, {seconds:.1} s\n",
+                plural(requests.len(), "picture")
             ));
         }
         let exit = exit.into_inner().unwrap_or_else(PoisonError::into_inner);
@@ -116,9 +117,11 @@ struct Size {
 }
 
 impl Size {
-    /// From the head of its scene; defaults if that cannot be read, which is reported later.
+    /// From the head of its scene; defaults if that cannot be read, which is reported later. What comes through a pipe can be read
+    /// only once, and is left to the loader.
     fn of(request: &Request) -> Self {
-        let Ok((film, render)) = Scene::outline(&request.scene) else {
+        let outline = request.scene.is_file().then(|| Scene::outline(&request.scene));
+        let Some(Ok((film, render))) = outline else {
             return Self::default();
         };
         let film = request.film(film);

@@ -6,6 +6,7 @@ use std::time::Duration;
 use serde::Serialize;
 
 use super::CliError;
+use super::names::were;
 use super::options::switch;
 use octolux::film::{Attributes, Value, replace};
 use octolux::pipeline::Counters;
@@ -104,8 +105,9 @@ impl Invalid {
         let total = nan + inf + negative;
         (total > 0).then(|| {
             format!(
-                "{scene}: {total} contributions were rejected ({nan} NaN, {inf} infinite, {negative} negative): the \
-                 picture may be too dark"
+                "{scene}: {} rejected ({nan} NaN, {inf} infinite, {negative} negative): the \
+                 picture may be too dark",
+                were(total, "contribution")
             )
         })
     }

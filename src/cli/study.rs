@@ -71,7 +71,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     let load = machine::load();
     let interrupt = Interrupt::listen(true)?;
     let started = Instant::now();
-    let scene = args.options.reading.load(&args.scene)?;
+    let scene = interrupt.loading(|| args.options.reading.load(&args.scene))?;
     if let Some(folder) = &args.output {
         let files: Vec<PathBuf> = page::NAMES.iter().map(|name| folder.join(name)).collect();
         Inputs::of_scene(&scene).are_kept_by(files.iter().map(PathBuf::as_path))?;

@@ -1,4 +1,9 @@
-//! Parsers of times, shares and angles, common to all options.
+//! Parsers of numbers, times, shares and angles, common to all options.
+
+use std::ops::RangeInclusive;
+
+/// The largest seed of a render.
+pub const MOST_SEED: u64 = u32::MAX as u64;
 
 /// A year: far longer than any wait, and far below the range of the clock.
 const MOST_SECONDS: f64 = 3.2e7;
@@ -6,6 +11,23 @@ const MOST_SECONDS: f64 = 3.2e7;
 /// Range of target errors: below it `f32` pictures have no precision, above it there is only noise.
 const LEAST_ERROR: f64 = 1e-6;
 const MOST_ERROR: f64 = 100.0;
+
+/// Parses a whole number of a range; `what` begins the error, such as "a seed is".
+pub fn whole<T: TryFrom<u64>>(
+    what: &'static str,
+    range: RangeInclusive<u64>,
+) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static {
+    move |text| {
+        let number = text.parse().ok().filter(|number| range.contains(number));
+        let number = number.and_then(|number| T::try_from(number).ok());
+        number.ok_or_else(|| format!("{what} a whole number from {} to {}", range.start(), range.end()))
+    }
+}
+
+/// Parses a number of threads.
+pub fn threads() -> impl Fn(&str) -> Result<usize, String> + Clone + Send + Sync + 'static {
+    whole("threads are", 1..=1024)
+}
 
 /// Parses a time in seconds: `10`, `10s`, `5m`, `1h` or `1m30s`.
 pub fn time(text: &str) -> Result<f64, String> {

@@ -4,14 +4,12 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use clap::builder::RangedU64ValueParser;
-
 use super::budget_bar::BudgetBar;
 use super::inputs::{Inputs, keeps_checkpoints};
 use super::interrupt::Interrupt;
 use super::reading::LoadOptions;
 use super::verify_report::{self, Circumstances};
-use super::{CliError, Exit, report, units};
+use super::{CliError, Exit, outputs, report, units};
 use octolux::film::{Attributes, Value, replace, write_picture};
 use octolux::scene::Scene;
 use octolux::study::verify::{self, Options, Report, Verdict, VerifyError};
@@ -61,10 +59,11 @@ pub struct Args {
     #[arg(long)]
     json: bool,
     /// Seed of every random number, 0 to 4294967295
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = units::whole::<u32>("a seed is", 0..=units::MOST_SEED),
+          allow_negative_numbers = true)]
     seed: u32,
     /// Threads, 1 to 1024 [default: as many as the machine offers]
-    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
+    #[arg(long, value_name = "N", value_parser = units::threads(), allow_negative_numbers = true)]
     threads: Option<usize>,
     /// No progress, and nothing but errors on standard error; the table is printed all the same
     #[arg(short, long)]
@@ -80,7 +79,7 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<Exit, CliError> {
     check_targets(args)?;
     let interrupt = Interrupt::listen(true)?;
-    let scene = args.reading.load(&args.scene)?;
+    let scene = interrupt.loading(|| args.reading.load(&args.scene))?;
     keeps_inputs(args, &scene)?;
     let options = Options {
         budget: args.budget,
@@ -123,10 +122,8 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
 /// Check outputs before the work, not after it.
 fn check_targets(args: &Args) -> Result<(), CliError> {
     if let Some(path) = &args.stats {
-        if path.extension().is_none_or(|ending| ending != "json") {
-            let what = format!("{}: the file for --stats ends in .json", path.display());
-            return Err(CliError::usage(what));
-        }
+        outputs::stats_ending(path)?;
+        outputs::without_placeholder(path)?;
         replace::check(path).map_err(|error| CliError::bad_path(&error))?;
     }
     if let Some(folder) = &args.output {

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::CliError;
 use octolux::scene::{Features, Scene};
+use octolux::study::verify::sanity::plural;
 use octolux::study::verify::{FALSE_ALARMS, Options, Report, Row, Verdict};
 use octolux::{about, machine};
 
@@ -140,7 +141,7 @@ fn summary(path: &Path, options: Options, report: &Report) -> String {
     ];
     let counts: Vec<String> = counts.into_iter().flatten().collect();
     format!(
-        "{}: {} in {:.1} s; means of {} x {} pixels, {} seeds of {} spp, oracle {} spp, {} threads",
+        "{}: {} in {:.1} s; means of {} x {} pixels, {} seeds of {} spp, oracle {} spp, {}",
         path.display(),
         counts.join(", "),
         report.seconds,
@@ -149,6 +150,6 @@ fn summary(path: &Path, options: Options, report: &Report) -> String {
         report.replicates,
         report.spp,
         report.oracle_spp,
-        options.threads,
+        plural(options.threads, "thread"),
     )
 }

@@ -21,6 +21,11 @@ impl PictureError {
         }
     }
 
+    /// A file that the system does not give.
+    pub(super) fn unreadable(path: &Path, error: &io::Error) -> Self {
+        Self::io(path, "cannot be read", error).help("check the name, and that the file may be read")
+    }
+
     /// The failed action, and the system's error.
     pub(super) fn io(path: &Path, tried: &str, error: &io::Error) -> Self {
         Self::new(path, format!("{tried}: {error}"))

@@ -96,7 +96,7 @@ fn sort_attributes(mut file: &File) -> io::Result<()> {
 
 pub(super) fn read(path: &Path) -> std::result::Result<Picture, PictureError> {
     let broken = |what: String| PictureError::new(path, what);
-    let unreadable = |error: io::Error| PictureError::io(path, "cannot be read", &error);
+    let unreadable = |error: io::Error| PictureError::unreadable(path, &error);
     let bytes = File::open(path).and_then(|file| file.metadata()).map_err(unreadable)?;
     if bytes.is_dir() {
         return Err(broken("is a folder, not a picture".into()));

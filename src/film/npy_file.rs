@@ -21,7 +21,7 @@ pub(super) fn write(file: impl Write, picture: &Picture) -> io::Result<()> {
 
 pub(super) fn read(path: &Path) -> Result<Picture, PictureError> {
     let broken = |what: String| PictureError::new(path, what);
-    let unreadable = |error: io::Error| PictureError::io(path, "cannot be read", &error);
+    let unreadable = |error: io::Error| PictureError::unreadable(path, &error);
     let file = File::open(path).map_err(unreadable)?;
     let about = file.metadata().map_err(unreadable)?;
     if about.is_dir() {

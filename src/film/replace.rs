@@ -70,7 +70,9 @@ pub fn check(path: &Path) -> Result<(), PictureError> {
     }
     // Permission bits are not sufficient (root, ACLs, read-only mounts), so create a file.
     let probe = Temporary::beside(&behind_links(path)).map(drop);
-    probe.map_err(|error| PictureError::io(path, "its folder cannot be written to", &error))
+    probe.map_err(|error| {
+        PictureError::io(path, "its folder cannot be written to", &error).help("name a folder that you may write to")
+    })
 }
 
 /// Removes all temporary files and blocks the creation of others: for a process that is about to exit.
@@ -92,6 +94,14 @@ fn folder(path: &Path) -> &Path {
     match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
+    }
+}
+
+/// The system's own words: `tempfile` adds the random name of its file.
+fn without_path(error: io::Error) -> io::Error {
+    match error.to_string().split_once(" at path ") {
+        Some((words, _)) => io::Error::new(error.kind(), words.to_owned()),
+        None => error,
     }
 }
 
@@ -119,7 +129,7 @@ impl Temporary {
         builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666));
         // Locked until the file is in the list, so that [`abandon_all`] misses none.
         let mut list = pending();
-        let file = builder.tempfile_in(folder(path))?;
+        let file = builder.tempfile_in(folder(path)).map_err(without_path)?;
         list.push(file.path().to_owned());
         drop(list);
         let pending = Pending(file.path().to_owned());

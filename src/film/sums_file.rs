@@ -138,13 +138,13 @@ fn damaged(path: &Path, error: &io::Error) -> PictureError {
     let what = match error.kind() {
         io::ErrorKind::UnexpectedEof => "is cut short".to_owned(),
         io::ErrorKind::InvalidData => "is cut short or damaged: its checksum does not match".to_owned(),
-        _ => return PictureError::io(path, "cannot be read", error),
+        _ => return PictureError::unreadable(path, error),
     };
     PictureError::new(path, what).help("delete it, and render what it held again")
 }
 
 fn open<A: DeserializeOwned>(path: &Path) -> Result<(Checked<impl Read>, A), PictureError> {
-    let unreadable = |error: io::Error| PictureError::io(path, "cannot be read", &error);
+    let unreadable = |error: io::Error| PictureError::unreadable(path, &error);
     let other = || {
         PictureError::new(path, "holds no sums of Octolux")
             .help("give a file that render wrote by --checkpoint, --shard or -o FILE.acc")

@@ -37,6 +37,7 @@ impl Intersector {
         let few = shapes <= IN_LINE;
         let why = match (accel, few) {
             (Some(forced), _) => format!("--accel {} was asked for", forced.name()),
+            (None, true) if shapes == 1 => "1 shape is tested by itself".to_owned(),
             (None, true) => format!("{shapes} shapes are few enough to be tested one by one"),
             (None, false) => format!("{shapes} shapes are more than {IN_LINE}, up to which all are tested one by one"),
         };

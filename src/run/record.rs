@@ -48,6 +48,7 @@ pub struct Replicates {
 const EMBREE: &str = "Embree";
 const INTERSECTOR: &str = "rays answered by";
 const ADAPTIVE: &str = "adaptive";
+const SCENE: &str = "scene";
 
 /// All settings that affect any bit of a film, under the names that users know. Threads and lanes affect none. The texts are
 /// part of the file format, and must not change when source identifiers are renamed.
@@ -79,7 +80,7 @@ fn identity(prepared: &Prepared, goal: &Goal) -> BTreeMap<String, String> {
     };
     let identity = [
         ("target error", replicates.to_owned()),
-        ("scene", prepared.scene_hash().to_owned()),
+        (SCENE, prepared.scene_hash().to_owned()),
         ("size", format!("{} x {}", film.width, film.height)),
         ("estimator", settings.estimator.name().to_owned()),
         ("sampler", settings.sampler.name().to_owned()),
@@ -145,13 +146,29 @@ impl Record {
         for name in names.filter(|name| !any_embree || name.as_str() != EMBREE) {
             match (self.identity.get(name), other.identity.get(name)) {
                 (Some(own), Some(others)) if own == others => {}
-                (Some(own), Some(others)) => return Some(format!("{name} is {others} here and {own} there")),
+                (Some(own), Some(others)) => {
+                    let (own, others) = (self.shown(name, own), other.shown(name, others));
+                    return Some(format!("{name} is {others} here and {own} there"));
+                }
                 _ => return Some("it is of another version of Octolux".to_owned()),
             }
         }
         // The last block depends on the sample count.
         let differs = self.spp != other.spp;
         differs.then(|| format!("samples a pixel is {} here and {} there", other.spp, self.spp))
+    }
+
+    /// A setting as shown in a message: a scene by its file, if that is known, and the first digits of its hash.
+    fn shown(&self, name: &str, value: &str) -> String {
+        if name != SCENE {
+            return value.to_owned();
+        }
+        let hash = value.get(..8).unwrap_or(value);
+        let file = self.attributes.iter().find_map(|(name, value)| match value {
+            Value::Text(file) if name == SCENE => Some(file),
+            _ => None,
+        });
+        file.map_or(hash.to_owned(), |file| format!("{file} ({hash})"))
     }
 
     /// The attributes of a picture of `spp` samples per pixel.

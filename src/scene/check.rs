@@ -70,7 +70,7 @@ fn single(key: &'static str) -> Property {
 }
 
 fn broken(property: Property, x: f64, rule: &Rule) -> Wrong {
-    Wrong::new(rule.problem(x), rule.help).of(property, shown(x))
+    Wrong::new(rule.problem(x), rule.remedy(x)).of(property, shown(x))
 }
 
 /// Formats large and small numbers as powers of ten, integers without a point.

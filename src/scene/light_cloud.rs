@@ -172,7 +172,7 @@ impl<const N: usize> Layout<N> {
         for ((name, rule), &x) in self.names.iter().zip(self.rules).zip(point) {
             if !rule.holds(x) {
                 let what = format!("has a {element} {number} whose {name} {}, got {x:?}", rule.problem(x));
-                return Err(Fault::new(what, rule.help));
+                return Err(Fault::new(what, rule.remedy(x)));
             }
         }
         Ok(())

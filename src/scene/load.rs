@@ -55,6 +55,11 @@ impl Scene {
             );
             SceneError::of_text(path, &text, fault.at(good..good, "the last place that can be read"))
         })?;
+        if let Some(at) = text.find('\0') {
+            let what = "the text holds zero bytes, as UTF-16 does";
+            let fault = Fault::new(what, "save the scene as plain text in UTF-8");
+            return Err(SceneError::of_text(path, &text[..at], fault.at(at..at, "before this")));
+        }
         parse(&text, path, outside)
     }
 

@@ -19,7 +19,19 @@ pub fn available() -> Option<u64> {
     let limits = limits
         .ancestors()
         .take_while(|folder| folder.starts_with("/sys/fs/cgroup"));
-    limits.filter_map(left_in).chain(kib.checked_mul(1024)).min()
+    let all = limits.filter_map(left_in).chain(kib.checked_mul(1024));
+    all.chain(address_space()).min()
+}
+
+/// What `ulimit -v` leaves of the address space; `None` without a limit.
+fn address_space() -> Option<u64> {
+    let number = |file: &str, name: &str| {
+        let text = fs::read_to_string(file).ok()?;
+        let line = text.lines().find_map(|line| line.strip_prefix(name))?;
+        line.split_whitespace().next()?.parse::<u64>().ok()
+    };
+    let limit = number("/proc/self/limits", "Max address space")?;
+    Some(limit.saturating_sub(1024 * number("/proc/self/status", "VmSize:")?))
 }
 
 /// The remaining limit of a control group (version 2; cgroups(7)). Cached files can be evicted, so they do not count.

@@ -20,9 +20,26 @@ impl Rule {
         // Numbers such as 1e39 are finite, but out of range.
         if x.is_finite() && !in_range(x) {
             "is beyond single precision"
+        } else if self.is_tiny(x) {
+            "is too small for single precision"
         } else {
             self.words
         }
+    }
+
+    /// The remedy for a number that breaks the rule.
+    pub fn remedy(&self, x: f64) -> &'static str {
+        if self.is_tiny(x) {
+            "write a number from 1.2e-38 to 3.4e38"
+        } else {
+            self.help
+        }
+    }
+
+    /// Whether `x` is positive, and breaks the rule only because it is too small.
+    fn is_tiny(&self, x: f64) -> bool {
+        let least = f64::from(f32::MIN_POSITIVE);
+        0.0 < x && x < least && !self.holds(x) && self.holds(least)
     }
 }
 

@@ -45,8 +45,9 @@ impl<'t> Value<'t> {
 
     /// The error of a value that breaks `rule`.
     fn broken(&self, rule: &Rule) -> Fault {
-        let problem = number(self.node).map_or(rule.words, |x| rule.problem(x));
-        self.fault(problem, rule.help)
+        let (problem, remedy) =
+            number(self.node).map_or((rule.words, rule.help), |x| (rule.problem(x), rule.remedy(x)));
+        self.fault(problem, remedy)
     }
 
     /// An error of the number at `component` of this vector or colour, or of the whole value without one.
@@ -124,7 +125,7 @@ impl<'t> Value<'t> {
         let numbers = self.numbers::<N>()?;
         match numbers.iter().position(|&x| !rule.holds(x)) {
             None => Ok(numbers),
-            component @ Some(at) => Err(self.fault_in(component, rule.problem(numbers[at]), rule.help)),
+            component @ Some(at) => Err(self.fault_in(component, rule.problem(numbers[at]), rule.remedy(numbers[at]))),
         }
     }
 

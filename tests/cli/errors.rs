@@ -157,7 +157,7 @@ fn what_does_not_go_together_is_refused() {
     figures(&place, &format!("{line} --target-error 0.05 --keep"));
     let said = place.refused(&format!("{line} --spp 4"));
     assert!(
-        said.contains("belongs to another render: target error is yes here and no there"),
+        said.contains("belongs to another render than that of in/small.toml: target error is yes here and no there"),
         "{said}"
     );
     let said = place.refused("merge a.state -o b.npy");

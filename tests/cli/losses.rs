@@ -110,6 +110,29 @@ fn a_full_disk_costs_no_sample() {
     assert!(bytes(&place, "b.npy") == bytes(&place, "whole.npy"));
 }
 
+/// The picture fits below the limit, the state does not.
+#[test]
+fn a_state_that_was_to_be_kept_and_is_not_is_a_failure() {
+    let place = Place::new();
+    let run = |arguments: &str| {
+        let program = env!("CARGO_BIN_EXE_octolux");
+        let command = format!("trap '' XFSZ; ulimit -f 200; exec '{program}' {RENDER} -q -o a.npy {arguments}");
+        let mut sh = Command::new("sh");
+        sh.args(["-c", &command]).current_dir(place.path()).output().unwrap()
+    };
+    let output = run("--keep");
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(
+        said.starts_with("error: state: cannot be written: File too large"),
+        "{said}"
+    );
+    assert_eq!(place.files(), ["a.npy"], "the picture is written, and nothing else");
+    // Nobody asked to keep it.
+    let output = run("");
+    assert_eq!((output.status.code(), stderr(&output)), (Some(0), String::new()));
+}
+
 #[test]
 fn a_folder_that_goes_during_the_render_costs_no_sample() {
     let place = Place::new();
@@ -184,7 +207,10 @@ fn a_mesh_that_changes_under_a_render_is_noticed_when_it_is_taken_up_again() {
     signal(&child, "INT");
     assert_eq!(child.wait_with_output().unwrap().status.code(), Some(130));
     let said = place.refused(&format!("{ENDLESS} -q -o a.npy"));
-    assert!(said.contains("state: belongs to another render: scene is "), "{said}");
+    assert!(
+        said.contains("state: belongs to another render than that of in/small.toml: scene is in/small.toml ("),
+        "{said}"
+    );
     floor(-1).unwrap();
     let child = begin(&place, &format!("{ENDLESS} -o a.npy"));
     std::thread::sleep(Duration::from_millis(300));

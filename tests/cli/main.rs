@@ -5,6 +5,7 @@ mod broken_scenes;
 mod chosen;
 mod coincidences;
 mod compare;
+mod edges;
 mod embree;
 mod errors;
 mod explain;
@@ -13,6 +14,7 @@ mod info;
 mod inputs;
 #[cfg(target_os = "linux")]
 mod losses;
+mod manifests;
 mod not_a_number;
 mod options;
 mod place;

@@ -38,7 +38,7 @@ fn any_division_into_shards_makes_the_same_bits() {
         let output = place.succeeds(&format!("merge {} -o {of}.npy", names.join(" ")));
         let said = stderr(&output);
         assert!(
-            said.contains("note: 1 of the files repeat another") || of == 20,
+            said.contains("note: 1 repeated file was left out") || of == 20,
             "{said}"
         );
         assert!(
@@ -61,7 +61,7 @@ fn parts_that_do_not_fit_are_refused() {
     };
     says(
         &format!("{} foreign.acc", halves[0]),
-        "foreign.acc: belongs to another render: seed is 9 here and 0 there",
+        "foreign.acc: belongs to another render than parts2/1.acc: seed is 9 here and 0 there",
     );
     says(&format!("{} {}", halves[0], thirds[1]), "some would count twice");
     let plain = "--accel embree --robust off";
@@ -69,7 +69,7 @@ fn parts_that_do_not_fit_are_refused() {
     place.succeeds(&format!("{RENDER} {plain} --shard 2/2 -o plain.acc"));
     says(
         "robust.acc plain.acc",
-        "plain.acc: belongs to another render: rays answered by is embree, not robust here and embree there",
+        "plain.acc: belongs to another render than robust.acc: rays answered by is embree, not robust here and embree there",
     );
     says(&halves[1], "shard 1 of 2 (passes 0 to 383) is missing");
     says(&halves[0], "shard 2 of 2 (passes 384 to 772) is missing");
@@ -234,7 +234,7 @@ fn a_checkpoint_of_something_else_is_refused_and_left_alone() {
     fs::write(place.path().join("in/small.toml"), format!("{text}{more}")).unwrap();
     says(
         &format!("{begin} --resume"),
-        "state: belongs to another render: scene is ",
+        "state: belongs to another render than that of in/small.toml: scene is in/small.toml (",
     );
     fs::write(place.path().join("in/small.toml"), text).unwrap();
     let state = [&state[..state.len() - 1], &[state[state.len() - 1] ^ 128]].concat();

@@ -77,6 +77,18 @@ fn a_sound_scene_passes_and_the_table_can_be_read() {
 }
 
 #[test]
+fn a_scene_without_light_is_black_and_that_is_no_fault() {
+    let place = Place::new();
+    changed(&place, "emission = [10.0, 10.0, 10.0]", "material = \"grey\"");
+    let table = stdout(&place.succeeds("verify in/small.toml --budget 1 --quiet"));
+    assert!(
+        table.contains("warn: lights (0 emitters): nothing emits light, so the picture is black, and all means are 0"),
+        "{table}"
+    );
+    assert!(!table.contains("FAIL"), "{table}");
+}
+
+#[test]
 fn energy_gain_fails_by_name() {
     let place = Place::new();
     changed(&place, "diffuse = [0.5, 0.5, 0.5]", "diffuse = [0.5, 1.25, 0.5]");

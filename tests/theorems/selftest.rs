@@ -70,7 +70,7 @@ fn the_command_tells_figures_and_bounds() {
     let (code, text) = selftest(&["--case", "3", "--time"]);
     assert_eq!(code, Some(0));
     assert!(text.starts_with(" 3  density without a switch: pass, "), "{text}");
-    assert!(text.contains("1 of 1 cases passed"), "{text}");
+    assert!(text.contains("1 of 1 case passed"), "{text}");
     let (code, json) = selftest(&["--case", "9", "--case", "14", "--json"]);
     assert_eq!(code, Some(0));
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();

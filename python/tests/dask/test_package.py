@@ -175,7 +175,7 @@ class Command(unittest.TestCase):
         words = (SCENE, "--shards", "3", *SETTINGS[:4], "-o", "many.npy")
         code, said = self.place.run(*words, program=program)
         self.assertEqual(code, 1)
-        self.assertRegex(said, "error: .*/2-of-3.acc: belongs to another render: seed")
+        self.assertRegex(said, "error: .*/2-of-3.acc: belongs to another render than .*: seed")
         self.assertRegex(said, "note: 2-of-3.acc was rendered by inproc://")
         self.assertFalse((self.place.folder / "many.npy").exists())
         self.place.parts()[1].unlink()

@@ -76,7 +76,7 @@ impl From<SetupError> for Ended {
 /// # Errors
 /// A map that cannot be written, a scene that cannot be rendered with these settings, a picture without light or noise.
 pub fn measure(path: &Path, scene: &Scene, settings: Settings, to: &Path) -> Result<Option<Noise>, CliError> {
-    let to = outputs::of_scene(path, &[to.to_owned()], None, None).pictures.remove(0);
+    let to = outputs::of_picture(path, to)?;
     Inputs::of_scene(scene).are_kept_by([to.as_path()])?;
     check_output(&to).map_err(|error| CliError::bad_path(&error))?;
     let observer = BudgetBar::new("noise", Interrupt::listen(true)?, false);

@@ -26,6 +26,7 @@ use octolux::pipeline::{Prepared, Settings};
 use octolux::run::Goal;
 use octolux::scene::{self, Bsdf, Environment, InvalidScene, Scene, SceneBuilder, Surface, Texels};
 use octolux::study::error::RELMSE_FLOOR;
+use octolux::study::verify::sanity::plural;
 
 /// Maximum number of lights or materials rendered separately; the rest is one part.
 const MOST: usize = 12;
@@ -179,7 +180,10 @@ fn light_layers(scene: &Scene) -> Vec<Layer> {
     };
     let mut layers: Vec<Layer> = alone.iter().map(|light| layer(named(light), &[*light])).collect();
     if !rest.is_empty() {
-        layers.push(layer(format!("the other {} lights together", rest.len()), rest));
+        layers.push(layer(
+            format!("the other {} together", plural(rest.len(), "light")),
+            rest,
+        ));
     }
     layers
 }
@@ -233,9 +237,10 @@ fn material_layers(scene: &Scene) -> Vec<Layer> {
     let named = |i: usize| format!("material {}", scene.materials()[i].name);
     let mut layers: Vec<Layer> = (0..alone).map(|i| layer(named(i), &|other| other == i)).collect();
     if alone < count {
-        layers.push(layer(format!("the other {} materials together", count - alone), &|i| {
-            i >= alone
-        }));
+        layers.push(layer(
+            format!("the other {} together", plural(count - alone, "material")),
+            &|i| i >= alone,
+        ));
     }
     layers
 }

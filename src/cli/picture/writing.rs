@@ -35,8 +35,10 @@ impl Writer<'_> {
             );
             return Err(CliError::failed(what));
         }
-        if !run.is_complete() {
-            self.save(run, kept);
+        if !run.is_complete()
+            && let Err(error) = self.save(run, kept)
+        {
+            kept.errors.push(error);
         }
         if run.passes_done() == 0 && !run.is_complete() {
             if !request.quiet {
@@ -81,16 +83,17 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// Saves a checkpoint. A full disk is no reason to stop: the previous checkpoint is kept.
-    pub fn save(&self, run: &Run, kept: &mut Kept) {
+    /// Saves a checkpoint, if one was asked for.
+    ///
+    /// # Errors
+    /// Errors of the system; the previous checkpoint is then kept.
+    pub fn save(&self, run: &Run, kept: &mut Kept) -> Result<(), CliError> {
         let attributes = self.stats(run, kept).attributes(0.0).settings;
-        if let Some(Err(error)) = kept
+        let saved = kept
             .checkpoint
             .as_mut()
-            .map(|checkpoint| checkpoint.save(run, attributes))
-        {
-            report::warning(&error.to_string());
-        }
+            .map(|checkpoint| checkpoint.save(run, attributes));
+        Ok(saved.unwrap_or(Ok(()))?)
     }
 
     /// Removes the checkpoint of a finished render. Saves it instead if requested, if its pictures could not be written, or if
@@ -99,7 +102,9 @@ impl Writer<'_> {
         let early = run.reached().is_some_and(|reached| reached.early)
             || (run.goal().error_asked().is_some() && run.reached().is_none());
         if self.job.request.keep || early || !kept.errors.is_empty() {
-            self.save(run, kept);
+            if let Err(error) = self.save(run, kept) {
+                kept.errors.push(error);
+            }
         } else if let Some(checkpoint) = &kept.checkpoint {
             checkpoint.remove();
         }

@@ -21,6 +21,7 @@ mod tev;
 mod watch;
 mod write;
 
+use std::io::ErrorKind;
 use std::net::{IpAddr, SocketAddr, TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
 use std::process;
@@ -83,10 +84,11 @@ pub struct Args {
     pub reference_time: f64,
     /// The address to serve the page at. Others than this machine can reach it then, and whoever knows the whole address sees
     /// the picture and the scene's text [default: this machine alone]
-    #[arg(long, value_name = "ADDRESS")]
+    #[arg(long, value_name = "ADDRESS", value_parser = address)]
     pub bind: Option<IpAddr>,
     /// The port to serve it at [default: one that is free]
-    #[arg(long, value_name = "PORT", default_value = "0", hide_default_value = true)]
+    #[arg(long, value_name = "PORT", default_value = "0", hide_default_value = true, allow_negative_numbers = true,
+          value_parser = units::whole::<u16>("a port is", 0..=u16::MAX.into()))]
     pub port: u16,
     /// Print the address and open no browser
     #[arg(long)]
@@ -192,11 +194,25 @@ fn reference(path: &Path, (width, height): (u32, u32)) -> Result<octolux::film::
     Ok(picture)
 }
 
+/// Parses an address of this machine.
+fn address(text: &str) -> Result<IpAddr, String> {
+    let help = "an address is one of this machine in numbers, such as 127.0.0.1, ::1, or 0.0.0.0 for all of them; a port goes to --port";
+    text.parse().map_err(|_| help.to_owned())
+}
+
 fn listen(args: &Args) -> Result<(TcpListener, SocketAddr), CliError> {
     let address = args.bind.unwrap_or(IpAddr::from([127, 0, 0, 1]));
     let place = SocketAddr::new(address, args.port);
-    let cannot =
-        |error| CliError::usage(format!("cannot serve at {place}: {error}")).with_help("choose another --port");
+    let cannot = |error: std::io::Error| {
+        let help = match error.kind() {
+            ErrorKind::AddrNotAvailable => {
+                "--bind takes an address of this machine: 127.0.0.1, or 0.0.0.0 for all of them"
+            }
+            ErrorKind::PermissionDenied => "choose a --port from 1024 on, or leave it out for one that is free",
+            _ => "choose another --port, or leave it out for one that is free",
+        };
+        CliError::usage(format!("cannot serve at {place}: {error}")).with_help(help)
+    };
     let listener = TcpListener::bind(place).map_err(cannot)?;
     let at = listener.local_addr().map_err(cannot)?;
     if !address.is_loopback() {

@@ -60,14 +60,25 @@ pub(super) fn ratio(scene: &SceneBuilder) -> Result<(), InvalidScene> {
     if size >= LEAST * reach {
         return Ok(());
     }
+    let small = if subject == least {
+        "it".to_owned()
+    } else {
+        least.to_string()
+    };
     let problem = format!(
-        "reaches {reach:.1e} from the camera, and {least} has the size {size:.1e}: single precision cannot hold both, whose ratio must \
+        "reaches {reach:.1e} from the camera, and {} has the size {size:.1e}: single precision cannot hold both, whose ratio must \
          be at most {:.1e}",
+        small,
         1.0 / LEAST
     );
+    let remedy = if subject == least {
+        "make it larger, or bring it nearer to the camera"
+    } else {
+        "bring in what is so far away, or leave out one of the two"
+    };
     let name = match subject {
         Subject::Mesh(i) => &scene.meshes[i].name,
         _ => "",
     };
-    Err(Wrong::new(problem, "bring in what is so far away, or leave out one of the two").on(subject, name))
+    Err(Wrong::new(problem, remedy).on(subject, name))
 }

@@ -39,6 +39,9 @@ fn the_report_is_whole() {
     ] {
         assert!(labels.contains(&label), "{label}: {labels:?}");
     }
+    // One light: lists of lights are no setting here.
+    assert!(!labels.iter().any(|label| label.starts_with("lights")), "{labels:?}");
+    assert_eq!(report["too_slow"], Value::Array(Vec::new()));
     assert!(report["seeds"].as_u64().unwrap() >= 16);
     for key in ["commit", "cpu", "target_features", "command", "threads", "load"] {
         assert!(!report["circumstances"][key].is_null(), "{key}");
@@ -101,6 +104,34 @@ fn the_report_is_whole() {
     for svg in ["error-over-time.svg", "same-picture.svg"] {
         let text = fs::read_to_string(place.path().join("report").join(svg)).unwrap();
         assert!(text.starts_with("<svg ") && text.trim_end().ends_with("</svg>") && text.contains("--paper"));
+    }
+}
+
+/// All lights and lists of each length, with their time and their error; the default, lists of 16, is the baseline.
+#[test]
+fn lists_of_many_lights_have_their_prices() {
+    let place = Place::new();
+    let path = place.path().join("in/small.toml");
+    let mut text = fs::read_to_string(&path).unwrap();
+    for i in 0..66 {
+        let (x, y) = (f64::from(i % 11) * 0.3 - 1.5, f64::from(i / 11) * 0.3 + 1.2);
+        text += &format!("[[spheres]]\ncenter = [{x}, {y}, 2.0]\nradius = 0.02\nemission = [9.0, 9.0, 9.0]\n");
+    }
+    fs::write(path, text).unwrap();
+    study(&place, "-o report --budget 2s --estimator light");
+    let report = json(&place, "report/study.json");
+    let prices = report["prices"].as_array().unwrap();
+    let lists: Vec<&Value> = prices.iter().filter(|price| price["knob"] == "lights").collect();
+    let mut values: Vec<&str> = lists.iter().map(|price| price["value"].as_str().unwrap()).collect();
+    // On a busy machine all lights may be too slow for two seconds, and the report says so.
+    if let Some(too_slow) = report["too_slow"].as_array().unwrap().first() {
+        assert_eq!(too_slow["label"], "lights all");
+        values.insert(0, "all");
+    }
+    assert_eq!(values, ["all", "4", "8", "32", "64"]);
+    for price in lists {
+        assert!(price["speed_up"]["value"].as_f64().unwrap() > 0.0, "{price}");
+        assert!(price["time_ratio"]["value"].as_f64().unwrap() > 0.0, "{price}");
     }
 }
 

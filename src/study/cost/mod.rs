@@ -30,6 +30,7 @@ use crate::study::error::{Errors, NotFinite};
 use measure::{Effort, Runs};
 use phases::Phases;
 use price::{Price, Verdict};
+use schedule::TooSlow;
 use settings::Variant;
 use strip::Strip;
 use truth::Truth;
@@ -134,6 +135,8 @@ pub struct Study {
     pub prices: Vec<Price>,
     /// Settings that the scene does not allow, with the reason.
     pub impossible: Impossible,
+    /// Settings that were not measured because the budget is too short for them.
+    pub too_slow: Vec<TooSlow>,
     /// Estimators at equal time.
     pub strip: Strip,
     /// Timing of one render at the scene's own film size.
@@ -166,8 +169,9 @@ pub fn run(scene: &Scene, options: &Options, watch: &dyn Observer) -> Result<Stu
         }
     };
     say("what the settings cost")?;
-    let (variants, impossible) = possible(scene, options.settings)?;
-    let costs = schedule::costs(scene, &variants, scene.film(), 0.08 * budget, watch)?;
+    let (mut variants, impossible) = possible(scene, options.settings)?;
+    let mut costs = schedule::costs(scene, &variants, scene.film(), 0.08 * budget, watch)?;
+    let too_slow = schedule::leave_out(&mut variants, &mut costs, scene.film(), budget);
     let effort = schedule::effort(
         &costs,
         scene.film(),
@@ -195,6 +199,7 @@ pub fn run(scene: &Scene, options: &Options, watch: &dyn Observer) -> Result<Stu
     let analysed = || analyse(scene, &variants, &all, &effort, truth, price::FALSE_ALARMS);
     let mut study = threads(options)?.install(analysed)?;
     study.impossible = impossible;
+    study.too_slow = too_slow;
     if !options.prices_only {
         say("the pictures")?;
         study.strip = strip::render(scene, &variants, &all, &effort, &study.truth, watch)?;
@@ -309,6 +314,7 @@ pub fn analyse(
         lines: lines(variants, all, &truth),
         prices,
         impossible: Vec::new(),
+        too_slow: Vec::new(),
         strip: Strip::default(),
         phases: Phases::default(),
         warnings: Vec::new(),

@@ -1,13 +1,17 @@
 //! Splits the budget: a twelfth for measuring what things cost, a quarter for the reference, half for the rounds, the rest for
 //! pictures and the page.
 
+use std::fmt;
 use std::time::Instant;
+
+use serde::Serialize;
 
 use super::measure::{self, Effort};
 use super::settings::Variant;
-use crate::pipeline::SetupError;
+use crate::pipeline::{Settings, SetupError};
 use crate::run::Observer;
 use crate::scene::{FilmSize, Scene};
+use crate::settings::{AccelKind, LightsAsked};
 use crate::study::verify::blocks::shrink;
 
 /// Minimum number of rounds. All pixels of a picture share a table of Sobol points, so their errors are correlated: the mean
@@ -43,6 +47,12 @@ const FIRST_LOOK: u32 = 4;
 /// Samples per pixel from which a larger film is preferred.
 const GOOD_SPP: f64 = 128.0;
 
+/// Settings whose passes take this many times as long as those of the defaults are left out if they do not fit.
+const SLOW: f64 = 8.0;
+
+/// The share of the rounds that one of them may take with the least effort.
+const FOR_SLOW: f64 = 0.5;
+
 /// The cost of a render of a variant.
 #[derive(Clone, Copy, Debug)]
 pub struct Cost {
@@ -66,18 +76,32 @@ pub fn costs(
     let film = shrink(film, 4096.0);
     let pixels = f64::from(film.width) * f64::from(film.height);
     let each = seconds / variants.len() as f64;
+    let measured = |variant: &Variant, film: FilmSize, looks: Vec<u32>| {
+        let effort = Effort {
+            film,
+            looks,
+            rounds: 1,
+            seed: 0,
+        };
+        let started = Instant::now();
+        let run = measure::run(scene, variant, &effort, 0, watch);
+        run.map(|run| (started.elapsed().as_secs_f64(), run))
+    };
     let one = |variant: &Variant| {
         let mut spp = 4;
+        let Settings { lights, accel, .. } = variant.choice.settings;
+        if lights == LightsAsked::All || accel == Some(AccelKind::Linear) {
+            // With many lights or shapes even one pass of the film may take longer than the whole study.
+            let tiny = shrink(film, 64.0);
+            let (all, run) = measured(variant, tiny, vec![1])?;
+            let sample_s = run.pass_seconds() / (f64::from(tiny.width) * f64::from(tiny.height));
+            if sample_s * pixels * f64::from(spp) > seconds {
+                let setup_s = (all - run.looks[0].seconds).max(0.0);
+                return Ok(Cost { setup_s, sample_s });
+            }
+        }
         loop {
-            let effort = Effort {
-                film,
-                looks: vec![spp / 4, spp],
-                rounds: 1,
-                seed: 0,
-            };
-            let started = Instant::now();
-            let run = measure::run(scene, variant, &effort, 0, watch)?;
-            let all = started.elapsed().as_secs_f64();
+            let (all, run) = measured(variant, film, vec![spp / 4, spp])?;
             if all * 4.0 > each || spp >= 1024 || watch.stopped() {
                 let rendering = run.looks[1].seconds;
                 return Ok(Cost {
@@ -89,6 +113,61 @@ pub fn costs(
         }
     };
     variants.iter().map(one).collect()
+}
+
+/// A setting whose passes take so long that the study has no time for it, such as every one of many lights.
+#[derive(Clone, Debug, Serialize)]
+pub struct TooSlow {
+    /// The setting's name.
+    pub label: String,
+    /// Time of a pass over that of the defaults, from one short render.
+    pub time_ratio: f64,
+    /// The budget from which on it is measured, in seconds.
+    pub budget: f64,
+}
+
+impl fmt::Display for TooSlow {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            label,
+            time_ratio,
+            budget,
+        } = self;
+        write!(
+            f,
+            "{label} is left out: a pass takes {time_ratio:.0} times as long as with the defaults. With --budget {:.0}s there is time for \
+             it.",
+            // A budget is met to within about a tenth, and so is this one.
+            1.1 * budget
+        )
+    }
+}
+
+/// Takes out the settings that would leave too little of the budget for the others.
+pub fn leave_out(variants: &mut Vec<Variant>, costs: &mut Vec<Cost>, film: FilmSize, budget: f64) -> Vec<TooSlow> {
+    let (defaults, mut too_slow) = (costs[0], Vec::new());
+    for (variant, cost) in std::mem::take(variants).into_iter().zip(std::mem::take(costs)) {
+        match needed(&cost, &defaults, film).filter(|&needed| needed > budget) {
+            Some(budget) => too_slow.push(TooSlow {
+                label: variant.label(),
+                time_ratio: cost.sample_s / defaults.sample_s,
+                budget,
+            }),
+            None => {
+                variants.push(variant);
+                costs.push(cost);
+            }
+        }
+    }
+    too_slow
+}
+
+/// The budget from which on a setting is measured, in seconds; `None` if it is at any budget.
+fn needed(cost: &Cost, defaults: &Cost, film: FilmSize) -> Option<f64> {
+    let pixels = (f64::from(film.width) * f64::from(film.height)).min(LEAST_PIXELS);
+    let picture = cost.setup_s + f64::from(LEAST_SPP) * pixels * cost.sample_s;
+    let slow = cost.sample_s > SLOW * defaults.sample_s;
+    slow.then(|| LEAST_ROUNDS as f64 * picture / (FOR_SLOW * FOR_ROUNDS))
 }
 
 /// The effort that fits into so many seconds of rounds: first a film that leaves each pixel a good number of samples, then as
@@ -120,6 +199,35 @@ mod tests {
         width: 768,
         height: 512,
     };
+
+    /// A setting is left out where its least effort, 16 pictures of 16 samples a pixel, would take more than half of the rounds; the
+    /// budget that the sentence names has room for it.
+    #[test]
+    fn what_is_too_slow_for_the_budget_is_left_out_with_a_remedy() {
+        let settings = Settings::default();
+        let of = |sample_s: f64| Cost { setup_s: 0.1, sample_s };
+        let left = |film: FilmSize, budget: f64| {
+            let mut variants = vec![Variant::defaults(settings); 3];
+            variants[2].setting = "lights";
+            variants[2].value = "all".to_owned();
+            let mut costs = vec![of(1e-7), of(8e-7), of(1e-4)];
+            let too_slow = leave_out(&mut variants, &mut costs, film, budget);
+            assert_eq!(variants.len(), costs.len());
+            assert_eq!(variants.len() + too_slow.len(), 3);
+            too_slow
+        };
+        let least = LEAST_ROUNDS as f64 * (0.1 + 16.0 * 1536.0 * 1e-4);
+        let found = left(FILM, 60.0);
+        assert_eq!((found.len(), found[0].label.as_str()), (1, "lights all"));
+        assert!((0.5 * FOR_ROUNDS * found[0].budget / least - 1.0).abs() < 1e-9);
+        assert_eq!(
+            found[0].to_string(),
+            "lights all is left out: a pass takes 1000 times as long as with the defaults. With --budget 164s there is time for it."
+        );
+        assert!(left(FILM, 164.0).is_empty());
+        // A film of fewer pixels takes less.
+        assert!(left(FilmSize { width: 24, height: 16 }, 60.0).is_empty());
+    }
 
     #[test]
     fn what_is_planned_fits_and_looks_ascend() {

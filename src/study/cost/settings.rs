@@ -91,9 +91,8 @@ pub const SETTINGS: [Setting; 9] = [
         what: "which lights a pass samples, where there are many",
         values: |from| {
             let of = |asked: LightsAsked| (asked.to_string(), from.with(|s| s.lights = asked));
-            [LightsAsked::All, LightsAsked::List(16), LightsAsked::List(64)]
-                .map(of)
-                .into()
+            let lists = [4, 8, 16, 32, LightsAsked::LONGEST].map(LightsAsked::List);
+            std::iter::once(LightsAsked::All).chain(lists).map(of).collect()
         },
     },
 ];
@@ -168,8 +167,10 @@ pub fn variants(
 ) -> Vec<Variant> {
     let defaults = Variant::defaults(settings);
     let from = defaults.choice;
+    // Lists of a few lights are no choice of the plan, so they are compared only if the settings ask for one.
+    let many = emitters > LightsAsked::FEW || matches!(settings.lights, LightsAsked::List(_));
     // No change: a value that the plan chooses anyway, Embree's flag with the brute-force intersector, culling where nothing is
-    // culled, lists of few lights.
+    // culled, lists where no light is sampled.
     let resolved = |choice: &Choice| {
         choice.with(|s| {
             let accel = *s.accel.get_or_insert(plan_accel);
@@ -177,7 +178,7 @@ pub fn variants(
             s.robust |= accel == AccelKind::Linear;
             s.cull |= !culls;
             s.lights = match s.lights.list_of(emitters) {
-                Some(length) if emitters > LightsAsked::FEW => LightsAsked::List(length as u8),
+                Some(length) if many && s.estimator.per_light() => LightsAsked::List(length as u8),
                 _ => LightsAsked::All,
             };
         })
@@ -242,14 +243,35 @@ mod tests {
         };
         assert_eq!(through_embree(false).last().unwrap(), " --robust off");
         assert_eq!(through_embree(true)[through_embree(false).len()..], [" --cull off"]);
-        let many = variants(settings(), (AccelKind::Embree, Lanes::Eight), false, 65);
-        let lights: Vec<String> = many
-            .iter()
-            .filter(|v| v.setting == "lights")
-            .map(Variant::arguments)
-            .collect();
-        assert_eq!(lights, [" --lights all", " --lights 64"]);
         assert_eq!(all[1].arguments(), " --estimator uniform");
         assert_eq!(all[9].arguments(), " --adaptive");
+    }
+
+    /// Without many lights, and with estimators that sample none, `--lights` is not measured and takes no time of a study.
+    #[test]
+    fn lists_are_compared_where_a_pass_draws_them() {
+        let turned = |estimator: EstimatorKind, lights: LightsAsked, emitters: usize| -> Vec<String> {
+            let settings = Settings {
+                estimator,
+                lights,
+                ..settings()
+            };
+            let all = variants(settings, (AccelKind::Embree, Lanes::Eight), false, emitters);
+            let rows = all.iter().filter(|variant| variant.setting == "lights");
+            rows.map(|variant| variant.value.clone()).collect()
+        };
+        use EstimatorKind::{Brdf, Light, Mis, Product, Uniform};
+        for estimator in [Light, Mis, Product] {
+            assert_eq!(turned(estimator, LightsAsked::Auto, 65), ["all", "4", "8", "32", "64"]);
+            assert!(turned(estimator, LightsAsked::Auto, 64).is_empty());
+            assert!(turned(estimator, LightsAsked::All, 64).is_empty());
+        }
+        for estimator in [Uniform, Brdf] {
+            assert!(turned(estimator, LightsAsked::Auto, 1024).is_empty());
+        }
+        assert_eq!(turned(Mis, LightsAsked::All, 65), ["4", "8", "16", "32", "64"]);
+        // Who asks for lists of a few lights sees what they cost.
+        assert_eq!(turned(Mis, LightsAsked::List(8), 17), ["all", "4", "16", "32", "64"]);
+        assert!(turned(Mis, LightsAsked::List(8), 0).is_empty());
     }
 }

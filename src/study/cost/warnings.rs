@@ -17,6 +17,7 @@ pub fn of(study: &Study, load: Option<f64>) -> Vec<String> {
             "The machine was busy before the study began: load {load:.1}. Close other programs and run it again."
         ));
     }
+    found.extend(study.too_slow.iter().map(ToString::to_string));
     if let Some(price) = study.prices.first()
         && let Some(last) = price.points.last()
     {

@@ -67,6 +67,15 @@ impl Emitter {
         Self { le, extent }
     }
 
+    /// The largest component of its intensity along a normal.
+    pub fn intensity(&self) -> f64 {
+        let area = match &self.extent {
+            Extent::Sphere { radius, .. } => PI * radius * radius,
+            Extent::Mesh { area_sums, .. } => area_sums.last().copied().unwrap_or(0.0),
+        };
+        area * self.le.max_element()
+    }
+
     /// Samples a direction to the emitter from `point` on a surface of normal `n`: uniform in the cone that a sphere subtends, or
     /// in its [`Crest`] where the horizon cuts it; uniform over the area of a mesh. `None` where the direction misses, a mesh is
     /// seen edge-on or has no area.

@@ -13,6 +13,7 @@ use rand::Rng;
 
 use super::brdf::Shading;
 use super::geometry::Ray;
+use super::pick::Picks;
 use super::shapeless::{ShapelessLight, arrival};
 use super::world::{Sight, World};
 
@@ -47,11 +48,24 @@ struct Sample<'a, 'w, R, F> {
     shading: Shading,
     point: DVec3,
     rng: &'a mut R,
+    /// A factor for samples of lights.
+    scale: f64,
     found: F,
 }
 
 /// Estimates the radiance along a camera ray: the sum of what `found` receives, with the way of each contribution.
-pub fn contributions(world: &World<'_>, camera_ray: &Ray, rng: &mut impl Rng, mut found: impl FnMut(DVec3, Way)) {
+pub fn contributions(world: &World<'_>, camera_ray: &Ray, rng: &mut impl Rng, found: impl FnMut(DVec3, Way)) {
+    estimate(world, camera_ray, None, rng, found);
+}
+
+/// The same with one sample of every light, or of those that are picked and of all without a position.
+fn estimate(
+    world: &World<'_>,
+    camera_ray: &Ray,
+    picks: Option<&Picks>,
+    rng: &mut impl Rng,
+    mut found: impl FnMut(DVec3, Way),
+) {
     match world.look(camera_ray) {
         None => found(world.beyond(camera_ray.direction), Way::Seen),
         Some(Sight::Back) => {}
@@ -62,13 +76,30 @@ pub fn contributions(world: &World<'_>, camera_ray: &Ray, rng: &mut impl Rng, mu
                 shading,
                 point,
                 rng,
+                scale: 1.0,
                 found,
             };
-            for emitter in 0..world.emitters().len() {
-                sample.by_light(emitter);
-            }
-            for (light, emitter) in world.shapeless_lights().iter().zip(world.first_shapeless()..) {
-                sample.by_shapeless_light(light, emitter);
+            let shapeless = || world.shapeless_lights().iter().zip(world.first_shapeless()..);
+            if let Some(picks) = picks {
+                let emitters = world.emitters().len();
+                for (number, scale) in picks.draw(sample.rng) {
+                    sample.scale = scale;
+                    match number.checked_sub(emitters) {
+                        None => sample.by_light(number),
+                        Some(i) => sample.by_shapeless_light(&world.shapeless_lights()[i], world.first_shapeless() + i),
+                    }
+                }
+                sample.scale = 1.0;
+                for (light, emitter) in shapeless().filter(|(light, _)| light.intensity().is_none()) {
+                    sample.by_shapeless_light(light, emitter);
+                }
+            } else {
+                for emitter in 0..world.emitters().len() {
+                    sample.by_light(emitter);
+                }
+                for (light, emitter) in shapeless() {
+                    sample.by_shapeless_light(light, emitter);
+                }
             }
             sample.by_sky();
             sample.by_brdf();
@@ -76,10 +107,10 @@ pub fn contributions(world: &World<'_>, camera_ray: &Ray, rng: &mut impl Rng, mu
     }
 }
 
-/// One estimate of the radiance along a camera ray.
+/// One estimate of the radiance along a camera ray. Under many lights it has samples of some.
 pub fn radiance(world: &World<'_>, camera_ray: &Ray, rng: &mut impl Rng) -> DVec3 {
     let mut sum = DVec3::ZERO;
-    contributions(world, camera_ray, rng, |radiance, _| sum += radiance);
+    estimate(world, camera_ray, world.picks(), rng, |radiance, _| sum += radiance);
     sum
 }
 
@@ -111,7 +142,7 @@ impl<R: Rng, F: FnMut(DVec3, Way)> Sample<'_, '_, R, F> {
         let Some(sample) = emitter.sample(self.point, n, shapes, self.rng) else {
             return;
         };
-        let value = emitter.le * self.shading.value_cos(sample.wi);
+        let value = self.scale * emitter.le * self.shading.value_cos(sample.wi);
         let ray = self.ray(sample.wi);
         if value == DVec3::ZERO || self.world.blocked(&ray, sample.distance, sample.index) {
             return;
@@ -131,7 +162,7 @@ impl<R: Rng, F: FnMut(DVec3, Way)> Sample<'_, '_, R, F> {
             }
             ShapelessLight::Disk(disk) => (disk.sample(self.rng), f64::INFINITY, disk.le),
         };
-        let value = le * self.shading.value_cos(direction);
+        let value = self.scale * le * self.shading.value_cos(direction);
         if value == DVec3::ZERO || self.world.nearer(&self.ray(direction), distance) {
             return;
         }

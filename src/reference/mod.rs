@@ -16,6 +16,7 @@ mod emitter;
 mod estimate;
 mod geometry;
 mod microfacet;
+mod pick;
 pub mod probe;
 mod shapeless;
 mod sky;

@@ -67,6 +67,18 @@ impl ShapelessLight {
     }
 }
 
+impl ShapelessLight {
+    /// The largest component of the intensity of a light with a position.
+    pub fn intensity(&self) -> Option<f64> {
+        match self {
+            Self::Delta(Light::Point { intensity, .. } | Light::Spot { intensity, .. }) => {
+                Some(intensity.max_element())
+            }
+            Self::Delta(Light::Directional { .. }) | Self::Disk(_) => None,
+        }
+    }
+}
+
 /// The light of a delta light at `point`; `None` if there is none.
 pub fn arrival(light: &Light, point: DVec3) -> Option<Arrival> {
     let (position, intensity) = match *light {

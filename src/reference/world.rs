@@ -6,6 +6,7 @@ use super::brdf::Shading;
 use super::bvh::Bvh;
 use super::emitter::Emitter;
 use super::geometry::{Bounds, Meeting, Ray, Shape};
+use super::pick::Picks;
 use super::shapeless::ShapelessLight;
 use super::sky::Sky;
 use crate::scene::{Bsdf, MaterialId, Scene, Surface, Wrap};
@@ -21,6 +22,7 @@ pub struct World<'s> {
     emitters: Vec<Emitter>,
     sky: Option<Sky<'s>>,
     shapeless_lights: Vec<ShapelessLight>,
+    picks: Option<Picks>,
     tree: Bvh,
 }
 
@@ -96,14 +98,16 @@ impl<'s> World<'s> {
             shapes.extend(own);
         }
         let tree = Bvh::new(&shapes);
+        let shapeless_lights: Vec<_> = scene.lights().iter().map(ShapelessLight::new).collect();
         Self {
+            picks: Picks::new(&emitters, &shapeless_lights),
             scene,
             shapes,
             bodies,
             starts,
             emitters,
             sky: scene.environment().map(Sky::new),
-            shapeless_lights: scene.lights().iter().map(ShapelessLight::new).collect(),
+            shapeless_lights,
             tree,
         }
     }
@@ -121,6 +125,11 @@ impl<'s> World<'s> {
     /// Lights without shape.
     pub fn shapeless_lights(&self) -> &[ShapelessLight] {
         &self.shapeless_lights
+    }
+
+    /// The choice of lights for samples of pictures, if there are many.
+    pub fn picks(&self) -> Option<&Picks> {
+        self.picks.as_ref()
     }
 
     /// The number of the first light without shape, counted behind emitters and the environment.

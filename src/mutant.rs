@@ -54,6 +54,7 @@
 //! | `StageTakesAllTails` | the same in the stage of a render alone | tails |
 //! | `ExpectedOnceEach` | a light of a list is weighted as if it were in every list | lists |
 //! | `WayDownForgotten` | the probability of a light within its cluster is missing from its density | lists |
+//! | `DeltaInEveryList` | a point or spot of a list is weighted as if it were in every list | lists of lamps |
 //! | `WalkForgotten` | a light that a point finds by itself is weighted as if every light had the same probability | walks |
 //! | `ColorsShareLists` | the two colors of a tile have the same lists | separate lists |
 //! | `GroupsShareLists` | the pixels of one color of a tile have one list | separate lists |
@@ -67,7 +68,7 @@
 //! | `ErrorOfOneReplicate` | the error of a mean is that of one of its replicates | target |
 //! | `HalfDecidesForItself` | a half of the replicates of `--target-error` stops by its own pictures | target |
 //!
-//! The checks: "density" is the chi-square test of directions against densities, "weight" recomputes samples in `f64`, "lists" and "walks"
+//! The checks: "density" is the chi-square test of directions against densities, "weight" recomputes samples in `f64`, "lists", "lists of lamps" and "walks"
 //! compare lists of lights and walks with all lights, "separate lists" their noise, "rings" lobes inside lights with quadrature, "tails" a picture of a lobe's tail, "ggx" tests
 //! rough surfaces, "numbers" the independence of random numbers, "closed form" and "exact" are the scenes of `scenes/tests`,
 //! "oracle" is the agreement of estimators and oracle, "lanes" compares the bits of eight lanes and one, "accelerators" brute force
@@ -174,6 +175,7 @@ mod tests {
         LightAsPoint "accelerators",
         ExpectedOnceEach "lists",
         WayDownForgotten "lists",
+        DeltaInEveryList "lists of lamps",
         WalkForgotten "walks",
         ColorsShareLists "separate lists",
         GroupsShareLists "separate lists",

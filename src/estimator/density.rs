@@ -52,6 +52,12 @@ impl Mix {
         if self.both() { 2 } else { 1 }
     }
 
+    /// The weight of a light that no BRDF sample finds: with one-sample MIS half of the points sample it.
+    #[inline(always)]
+    pub const fn alone(self) -> f32 {
+        if matches!(self, Self::Average) { 2.0 } else { 1.0 }
+    }
+
     /// Whether one bit of a light's random pair chooses the technique, so that the direction uses the remaining bits.
     #[inline(always)]
     pub const fn tosses(self, warp: Warp) -> bool {

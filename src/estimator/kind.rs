@@ -213,6 +213,6 @@ impl LightKind for DeltaLight {
         _: TechniqueSample<L::Bits>,
         active: L::Mask,
     ) -> Option<Contribution<L>> {
-        per_delta::sample(point, self, view, active)
+        per_delta::sample(point, Vec3::splat(self.le), view, active)
     }
 }

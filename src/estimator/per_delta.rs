@@ -4,15 +4,15 @@ use super::ShadingPoint;
 use super::per_light::Contribution;
 use crate::bsdf::{Brdf, Tint};
 use crate::lane::{Lane, Mask};
-use crate::light::DeltaLight;
 use crate::light::delta::Arriving;
 use crate::math::Vec3;
 
-/// Contribution of a light at each active point; `None` if no lane receives light.
+/// Contribution of a light at each active point; `le` is [`DeltaLight::le`](crate::light::DeltaLight::le). `None` if no lane
+/// receives light.
 #[inline(always)]
 pub fn sample<L: Lane, B: Brdf<L>>(
     point: &ShadingPoint<L, B>,
-    light: &DeltaLight,
+    le: Vec3<L>,
     arriving: &Arriving<L>,
     active: L::Mask,
 ) -> Option<Contribution<L>> {
@@ -27,7 +27,6 @@ pub fn sample<L: Lane, B: Brdf<L>>(
     if active.none() {
         return None;
     }
-    let le = Vec3::splat(light.le);
     Some(Contribution {
         active,
         wi: arriving.wi,

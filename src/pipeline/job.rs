@@ -121,6 +121,7 @@ impl Job<'_> {
             order: self.plan.order,
             mix: self.plan.mix,
             product: self.plan.product,
+            lists: self.world.lists_of(self.plan.draws),
             handler: self.plan.handler,
             partly: match self.partly {
                 Some(partly) if self.numbers.first() + range.start >= SPLIT_FROM => &partly[tile.number() as usize],

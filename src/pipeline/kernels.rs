@@ -4,7 +4,7 @@
 
 use std::marker::PhantomData;
 
-use super::lists::Probed;
+use super::lists::{Draws, Probed};
 use super::model::{self, Model};
 use super::stage::{Chunk, Directions, Penumbra, Scratch, Stage, camera, each, listed, meshes, shade, walked};
 use super::tracer::{BruteForce, ByEmbree};
@@ -74,14 +74,14 @@ pub const fn blank() -> Kernel {
 }
 
 /// The stages that shade points of one BRDF model with an estimator. An estimator with one direction per point has a single stage.
-/// The others have one for each kind of light among `needs`; with `lists`, spheres and triangles share one. Delta lights always
-/// have their own stage, because no sampled direction can hit them.
-pub fn shade(estimator: EstimatorKind, needs: Effects, lists: bool, model: Effect) -> Vec<Kernel> {
+/// The others have one for each kind of light among `needs`; lists have one for all kinds that are in them. Delta lights that are in no
+/// list have their own stage in all estimators, because no sampled direction can hit them.
+pub fn shade(estimator: EstimatorKind, needs: Effects, draws: Draws, model: Effect) -> Vec<Kernel> {
     match model {
-        Effect::Phong => shade_model::<model::Phong>(estimator, (needs, lists)),
-        Effect::Ggx => shade_model::<model::Ggx>(estimator, (needs, lists)),
-        Effect::Conductor => shade_model::<model::Conductor>(estimator, (needs, lists)),
-        _ => shade_model::<model::Diffuse>(estimator, (needs, lists)),
+        Effect::Phong => shade_model::<model::Phong>(estimator, (needs, draws)),
+        Effect::Ggx => shade_model::<model::Ggx>(estimator, (needs, draws)),
+        Effect::Conductor => shade_model::<model::Conductor>(estimator, (needs, draws)),
+        _ => shade_model::<model::Diffuse>(estimator, (needs, draws)),
     }
 }
 
@@ -150,7 +150,7 @@ impl Suited for model::Conductor {
     const WALKED: Option<Kernel> = Some(Kernel::of::<walked::PerWalked<Self>>());
 }
 
-fn shade_model<M: Suited + Probed>(estimator: EstimatorKind, needs: (Effects, bool)) -> Vec<Kernel> {
+fn shade_model<M: Suited + Probed>(estimator: EstimatorKind, needs: (Effects, Draws)) -> Vec<Kernel> {
     let mut rows = match estimator {
         EstimatorKind::Uniform => vec![Kernel::of::<shade::PerPoint<per_point::Sphere, M>>()],
         EstimatorKind::Brdf => vec![Kernel::of::<shade::PerPoint<per_point::Lobe, M>>()],
@@ -160,15 +160,32 @@ fn shade_model<M: Suited + Probed>(estimator: EstimatorKind, needs: (Effects, bo
         EstimatorKind::Projected => kinds::<M::Projected, M>(needs),
         EstimatorKind::Product => kinds::<M::Product, M>(needs),
     };
+    if needs.1 == Draws::Deltas {
+        rows.extend(many::<Mix, M>());
+    }
     if needs.0.has(Effect::DeltaLights) {
         rows.push(Kernel::of::<each::PerDelta<M>>());
     }
     rows
 }
 
-/// One stage per kind of light; with `lists`, one for spheres and triangles together. Only the sphere and list stages are
+/// The stages that draw from lists of lights.
+fn many<D: Directions<M>, M: Suited + Probed>() -> impl Iterator<Item = Kernel> {
+    #[cfg(feature = "rival")]
+    if std::env::var_os("OCTOLUX_RIVAL").is_some() {
+        return Some(Kernel::of::<super::stage::rival::PerRival<M>>())
+            .into_iter()
+            .chain(None);
+    }
+    Some(Kernel::of::<listed::PerListed<D, M>>())
+        .into_iter()
+        .chain(M::WALKED)
+}
+
+/// One stage per kind of light; with lists, one for spheres, triangles and delta lights together. Only the sphere and list stages are
 /// specialized for the density; the others read the mix at run time.
-fn kinds<D: Directions<M>, M: Suited + Probed>((needs, lists): (Effects, bool)) -> Vec<Kernel> {
+fn kinds<D: Directions<M>, M: Suited + Probed>((needs, draws): (Effects, Draws)) -> Vec<Kernel> {
+    let lists = draws == Draws::All;
     let kinds = [
         (Effect::SphereLights, Kernel::of::<shade::PerLight<D, M>>()),
         (Effect::MeshLights, Kernel::of::<each::PerTriangle<M>>()),
@@ -180,15 +197,7 @@ fn kinds<D: Directions<M>, M: Suited + Probed>((needs, lists): (Effects, bool)) 
     let there = kinds
         .into_iter()
         .filter(|(kind, _)| needs.has(*kind) && !in_lists(*kind));
-    let listed = lists.then(Kernel::of::<listed::PerListed<D::Listed, M>>);
-    let walked = M::WALKED.filter(|_| lists);
-    #[cfg(feature = "rival")]
-    let (listed, walked) = if std::env::var_os("OCTOLUX_RIVAL").is_some() {
-        (lists.then(Kernel::of::<super::stage::rival::PerRival<M>>), None)
-    } else {
-        (listed, walked)
-    };
-    let many = listed.into_iter().chain(walked);
+    let many = lists.then(many::<D::Listed, M>).into_iter().flatten();
     many.chain(there.map(|(_, row)| row)).collect()
 }
 

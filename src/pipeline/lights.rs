@@ -1,5 +1,6 @@
 //! The single index space of lights that use random numbers: spheres, triangles, sampled meshes, the environment, suns.
 
+use super::lists::{Draws, Lists};
 use super::world::World;
 
 /// Kinds of light with their own random numbers, in index order. Delta lights have none.
@@ -26,6 +27,11 @@ impl World {
     #[inline(always)]
     pub fn drops_misses(&self) -> bool {
         self.only_spheres_emit() && self.lights.len() <= LOOKED_AT
+    }
+
+    /// The lists that an estimator draws from, if any.
+    pub fn lists_of(&self, draws: Draws) -> Option<&Lists> {
+        self.lists.as_ref()?.drawn_by(draws, &self.delta_lights)
     }
 
     /// Number of lights of a kind.

@@ -220,6 +220,7 @@ fn look<T>(prepared: &Prepared, tile: &Tile, of: impl Fn(&mut Chunk, &mut Scratc
         order: plan.order,
         mix: plan.mix,
         product: plan.product,
+        lists: None,
         handler: plan.handler,
         partly: &[],
         sum: &mut sum,

@@ -4,6 +4,7 @@ use std::sync::LazyLock;
 
 use super::intersector::{IN_LINE, Intersector};
 use super::kernels::{self, Run};
+use super::lists::Draws;
 use super::settings::Settings;
 use super::stage::{Order, RequestHandler};
 use crate::embree::{Device, Packets};
@@ -130,6 +131,8 @@ pub struct Plan {
     pub product: bool,
     /// Length of the list of lights, if a pass samples only some of the lights.
     pub lists: Option<u32>,
+    /// Which lights the stages draw from lists.
+    pub draws: Draws,
     /// Effects compiled into the stages: a superset of what the scene requires.
     pub held: Effects,
 }
@@ -137,8 +140,9 @@ pub struct Plan {
 /// What `product` is where lights are in lists: its own forms are for a light that every point samples. Under triangles, which are parts
 /// of large meshes, a direction of each technique has 2.3 (`mesh-light`) and 1.2 times (4096 triangles of a sphere) less error for its time
 /// than the one-sample model of `mis`, under spheres 0.64 (`city`) and 0.9 times (1024 lights): 192 x 128, 32 samples, three seeds, one thread.
+/// Where lists have delta lights alone it stays itself, for all other lights.
 fn product_by_lists(features: &Features) -> EstimatorKind {
-    if features.emitters > 2 * features.count(Effect::SphereLights) {
+    if features.emitters - features.placed > 2 * features.count(Effect::SphereLights) {
         EstimatorKind::Mis2Power
     } else {
         EstimatorKind::Mis
@@ -146,11 +150,6 @@ fn product_by_lists(features: &Features) -> EstimatorKind {
 }
 
 impl Plan {
-    /// Whether shading uses lists of lights.
-    pub fn asks_lists(&self) -> bool {
-        self.order == Order::Lists
-    }
-
     /// Chooses the kernel for a scene with `features`. Lanes, intersector, culling and lists are chosen unless `settings` force
     /// them. `forced` effects are compiled in even if the scene does not require them.
     ///
@@ -173,8 +172,18 @@ impl Plan {
             .list_of(features.emitters)
             .filter(|_| !features.nothing_in_sight());
         let estimator = match settings.estimator {
-            EstimatorKind::Product if lists.is_some() => product_by_lists(features),
+            EstimatorKind::Product if lists.is_some() && features.emitters > features.placed => {
+                product_by_lists(features)
+            }
             asked => asked,
+        };
+        // Of the lists' length: they are there if so many delta lights alone have lists.
+        let draws = if lists.is_some() && estimator.per_light() {
+            Draws::All
+        } else if lists.is_some() && lights.list_of(features.placed).is_some() {
+            Draws::Deltas
+        } else {
+            Draws::Nothing
         };
         let (intersector, why) = Intersector::choose(features, lists.is_some(), accel, cull);
         let accel = intersector.accel;
@@ -185,16 +194,16 @@ impl Plan {
         };
         let why = note.into_iter().fold(why, |why, note| format!("{why}; {note}"));
         let needs = features.effects().union(forced);
+        // A point that walks takes a pair for its ways, and one for each light that it finds.
+        let in_lists = lists.map_or(0, |length| length.max(2));
         let pairs =
-            2 + if let (true, Some(length)) = (estimator.per_light(), lists) {
-                // A point that walks takes a pair for its ways, and one for each light that it finds.
-                length.max(2) + features.unlisted() as u32
-            } else if estimator.per_light() {
-                features.lights() as u32
-            } else {
-                0
+            2 + match draws {
+                Draws::All => in_lists + features.unlisted() as u32,
+                Draws::Deltas => in_lists,
+                Draws::Nothing if estimator.per_light() => features.lights() as u32,
+                Draws::Nothing => 0,
             } + u32::from(needs.has(Effect::Lens));
-        let order = if lists.is_some() && estimator.per_light() {
+        let order = if draws != Draws::Nothing {
             Order::Lists
         } else if accel == AccelKind::Embree && features.shapes >= NEIGHBOURS {
             Order::Neighbours
@@ -225,6 +234,7 @@ impl Plan {
                 mix: Mix::default(),
                 product: false,
                 lists: None,
+                draws: Draws::Nothing,
                 held: Effects::default(),
             });
         }
@@ -246,7 +256,7 @@ impl Plan {
             camera: camera.run(accel, lanes),
             shade: models
                 .iter()
-                .flat_map(|&model| kernels::shade(estimator, needs, lists.is_some(), model))
+                .flat_map(|&model| kernels::shade(estimator, needs, draws, model))
                 .map(|row| row.run(lanes))
                 .collect(),
             // With more shapes rays are expensive: on `knot` second directions save 5 % of the error.
@@ -259,6 +269,7 @@ impl Plan {
             mix: kernels::mix(estimator),
             product: estimator == EstimatorKind::Product,
             lists,
+            draws,
             held,
         })
     }

@@ -259,9 +259,9 @@ impl Prepared {
         self.plan.estimator
     }
 
-    /// The lists of lights; `None` if every pass samples all lights.
+    /// The lists of lights from which the estimator draws; `None` if it draws from none.
     pub fn lists(&self) -> Option<ListsOfLights> {
-        let lists = self.world.lists.as_ref()?;
+        let lists = self.world.lists_of(self.plan.draws)?;
         Some(ListsOfLights {
             length: lists.length(),
             lights: lists.tree().len(),

@@ -12,6 +12,7 @@ mod tracing;
 
 use serde::Serialize;
 
+use super::lists::Draws;
 use super::model::{self, Streams};
 use super::plan::Plan;
 use super::progress::Counters;
@@ -122,6 +123,7 @@ pub(super) fn replay(
         order: plan.order,
         mix: plan.mix,
         product: plan.product,
+        lists: world.lists_of(plan.draws),
         handler: plan.handler,
         partly,
         sum: &mut sum,
@@ -140,7 +142,6 @@ pub(super) fn replay(
     let tracer = &OneByOne::new(world, plan.intersector.accel);
     let sample = Sample {
         tracer,
-        lists: plan.asks_lists(),
         pixel: [x, y],
         settings,
         chunk: &chunk,
@@ -155,7 +156,7 @@ pub(super) fn replay(
     if let Some((there, directions)) = shaded.into_iter().flatten().last() {
         (point, asked) = (Some(there), directions);
     }
-    let lists = plan.asks_lists() && !world.only_spheres_emit();
+    let lists = plan.draws == Draws::All && !world.only_spheres_emit();
     let untold = lists || !world.mesh_lights.is_empty() && settings.estimator.per_light();
     let told = |ray: &Segment| {
         asked
@@ -228,8 +229,6 @@ fn met(tracer: &OneByOne, origin: Vec3<f32>, direction: Vec3<f32>) -> Option<Met
 /// The context of a replay.
 struct Sample<'a> {
     tracer: &'a OneByOne<'a>,
-    /// Whether lights are sampled by lists.
-    lists: bool,
     pixel: [u32; 2],
     settings: &'a Settings,
     chunk: &'a Chunk<'a>,
@@ -249,11 +248,14 @@ impl Sample<'_> {
             alpha: M::alpha(&at.bsdf),
             model: M::NAME,
         };
-        let asked = if self.lists {
-            listed::directions::<M>(self, &at, &address)
-        } else {
-            directions::<M>(self, &at, &address)
+        let (listed, per_light) = (chunk.lists.is_some(), self.settings.estimator.per_light());
+        let mut asked = match listed && per_light {
+            true => listed::directions::<M>(self, &at, &address),
+            false => directions::<M>(self, &at, &address),
         };
+        if listed && !per_light {
+            listed::drawn::<M>(self, &at, &address, &mut asked);
+        }
         Some((point, asked))
     }
 }

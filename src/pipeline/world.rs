@@ -9,7 +9,7 @@ use std::sync::Arc;
 use super::camera::CameraRays;
 use super::emitters::{self, Emitters};
 use super::intersector::Intersector;
-use super::lists::Lists;
+use super::lists::{Lights, Lists};
 use super::narrow::narrow;
 use super::space::Space;
 use super::texture::Textured;
@@ -56,7 +56,7 @@ pub struct World {
     pub lists: Option<Lists>,
     /// Suns: directional lights with an angular radius.
     pub suns: Vec<Sun>,
-    /// Delta lights: point, spot and directional.
+    /// Delta lights: point, spot and directional. With lists, those with a position come first.
     pub delta_lights: Vec<DeltaLight>,
     /// The environment, if it emits.
     pub environment: Option<Environment>,
@@ -267,10 +267,9 @@ impl World {
                 .cmp(by_content(b).into_iter().map(f32::to_bits))
         });
         let sphere_geometry = scene.meshes().len() as u32;
-        let lists = listed.map(|length| {
-            let kinds = (&*lights, &*lamps.triangles);
-            Lists::new(kinds, spheres.len(), lamps.first_triangles.clone(), length, film)
-        });
+        let delta_lights = emitters::delta_lights(scene, &space, listed.is_some());
+        let kinds = Lights::new(&lights, &lamps.triangles, &delta_lights);
+        let lists = listed.map(|length| Lists::new(kinds, spheres.len(), &lamps.first_triangles, length, film));
         let sphere_textures: Vec<_> = spheres
             .iter()
             .map(|(_, sphere, _)| sphere_texture(scene, sphere))
@@ -307,7 +306,7 @@ impl World {
             mesh_lights: lamps.meshes,
             lists,
             suns: emitters::suns(scene),
-            delta_lights: emitters::delta_lights(scene, &space),
+            delta_lights,
             environment: emitters::environment(scene),
             camera: CameraRays::of(scene.camera(), film, &space),
             overlaps: overlaps(scene),

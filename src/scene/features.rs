@@ -16,7 +16,9 @@ pub struct Features {
     pub triangle_lights: usize,
     /// Larger emitting meshes: one triangle is sampled per point.
     pub picked_lights: usize,
-    /// Emitting spheres and triangles.
+    /// Points and spots that emit.
+    pub placed: usize,
+    /// Lights that lists may have: emitting spheres and triangles, points and spots.
     pub emitters: usize,
     /// Triangles and spheres of any kind.
     pub shapes: usize,
@@ -47,7 +49,12 @@ impl Features {
                 found.picked_lights += usize::from(!each);
             }
         }
-        found.emitters += found.count(Effect::SphereLights);
+        let placed = scene
+            .lights()
+            .iter()
+            .filter(|light| light.emits() && light.position().is_some());
+        found.placed = placed.count();
+        found.emitters += found.count(Effect::SphereLights) + found.placed;
         if found.emitters > LightsAsked::FEW {
             found.counts[Effect::ManyLights as usize] = found.emitters;
         }
@@ -89,7 +96,7 @@ impl Features {
         one_each + self.triangle_lights + self.picked_lights
     }
 
-    /// Number of lights that are in no list of lights: the environment and suns.
+    /// Number of lights with random numbers of their own that are in no list of lights: the environment and suns.
     pub fn unlisted(&self) -> usize {
         self.count(Effect::Environment) + self.count(Effect::Suns)
     }

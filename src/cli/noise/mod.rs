@@ -102,7 +102,7 @@ fn all(scene: &Scene, settings: Settings, to: &Path, observer: &BudgetBar) -> Re
     let film = shrunk(settings.film);
     let settings = Settings { film, ..settings };
     // Parts only add up to the whole if they sample its lights: lists of many lights differ between parts.
-    let lists = settings.estimator.per_light() && Prepared::new(scene, settings)?.lists().is_some();
+    let lists = Prepared::new(scene, settings)?.lists().is_some();
     let count = if lists { 0 } else { Parts::count(scene) };
     let steps = 1.0 + (SEEDS + count) as f64;
     let (prices, pictures) = prices::measure(scene, settings, &|seed| {

@@ -6,22 +6,25 @@
 //! must be independent ([`allocation`](crate::film::allocation)).
 
 mod address;
+mod members;
 mod probe;
 
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 pub use address::{Group, ListAddress};
+pub use members::{Draws, Lights, Member};
 use probe::VisibilityProbe;
 
 use super::model::{self, Model};
 use super::stage::{Chunk, Request};
 use super::tracer::Tracer;
 use crate::bsdf::Microfacets;
+use crate::estimator::density::Mix;
 use crate::film::{TILE, Tile};
 use crate::lane::Lane;
-use crate::light::tree::{Emitter, Pick, Table};
-use crate::light::{LightTree, SphereLight, TriangleLight};
+use crate::light::tree::{Pick, Table};
+use crate::light::{DeltaLight, LightTree};
 use crate::math::Vec3;
 use crate::scene::FilmSize;
 
@@ -97,8 +100,8 @@ pub struct Lists {
     of_sphere: Vec<u32>,
     /// For each mesh, the light index of its first triangle, or `u32::MAX`.
     of_mesh: Vec<u32>,
-    /// Number of spherical lights; the other lights are triangles.
-    spheres: usize,
+    /// Numbers of spheres, triangles and delta lights.
+    counts: [usize; 3],
     /// Length of a list.
     length: u32,
     build_time: Duration,
@@ -110,39 +113,48 @@ pub struct Lists {
     pub guide: Option<crate::light::tree::rival::Guide>,
     /// One table per tile, BRDF model and level.
     tables: Vec<[[OnceLock<Box<Table>>; LEVELS.len()]; KINDS]>,
+    /// The lists of the delta lights alone, if there are other lights and somebody needed them.
+    of_deltas: OnceLock<Box<Lists>>,
 }
 
 impl Lists {
     /// Lists of `length` lights for the tiles of a film; `of_mesh` gives the first triangle light of each mesh.
-    pub fn new(
-        lights: (&[SphereLight], &[TriangleLight]),
-        spheres: usize,
-        of_mesh: Vec<u32>,
-        length: u32,
-        film: FilmSize,
-    ) -> Self {
+    pub fn new(lights: Lights, spheres: usize, of_mesh: &[u32], length: u32, film: FilmSize) -> Self {
         let begin = Instant::now();
-        let tree = LightTree::new(&emitters(lights));
-        let (spherical, triangles) = lights;
+        let tree = LightTree::new(&lights.emitters());
         let mut of_sphere = vec![u32::MAX; spheres];
-        for (number, light) in (0..).zip(spherical) {
+        for (number, light) in (0..).zip(lights.spheres) {
             of_sphere[light.sphere as usize] = number;
         }
-        let first = spherical.len() as u32;
+        let counts = lights.counts();
+        let first = counts[0] as u32;
         let tiles = film.width.div_ceil(TILE) as usize * film.height.div_ceil(TILE) as usize;
         Self {
             #[cfg(feature = "rival")]
             guide: guide(&tree, lights),
-            places: tree.places(spherical.len() + triangles.len()),
+            places: tree.places(counts.iter().sum()),
             tree,
             of_sphere,
             of_mesh: of_mesh.iter().map(|&at| at.saturating_add(first)).collect(),
-            spheres: spherical.len(),
+            counts,
             length,
             build_time: begin.elapsed(),
             film,
             clusters: (MOST_BYTES / (tiles * 2 * CLUSTER)).max(LEVELS[0].1),
             tables: (0..tiles).map(|_| Default::default()).collect(),
+            of_deltas: OnceLock::new(),
+        }
+    }
+
+    /// The lists that an estimator draws from, if any; `deltas` are the delta lights of [`Self::new`].
+    pub fn drawn_by(&self, draws: Draws, deltas: &[DeltaLight]) -> Option<&Self> {
+        match draws {
+            Draws::Nothing => None,
+            Draws::Deltas if self.has_shapes() => Some(self.of_deltas.get_or_init(|| {
+                let lights = Lights::new(&[], &[], deltas);
+                Box::new(Self::new(lights, 0, &[], self.length, self.film))
+            })),
+            Draws::Deltas | Draws::All => Some(self),
         }
     }
 
@@ -181,9 +193,24 @@ impl Lists {
         self.tree.bytes() + 4 * (self.places.len() + self.of_sphere.len() + self.of_mesh.len())
     }
 
-    /// Whether any lights are triangles.
-    pub fn has_triangles(&self) -> bool {
-        self.places.len() > self.spheres
+    /// Whether any lights have a shape, which rays may hit.
+    fn has_shapes(&self) -> bool {
+        self.counts[0] + self.counts[1] > 0
+    }
+
+    /// Number of delta lights: the first of the scene's, which are not sampled apart from lists.
+    pub fn deltas(&self) -> usize {
+        self.counts[2]
+    }
+
+    /// How light and BRDF sampling are combined, where spheres may have a mix of their own.
+    pub fn mix(&self, of_spheres: Mix, of_triangles: Mix) -> Mix {
+        match self.counts {
+            // No direction of a BRDF finds these.
+            [0, 0, _] => Mix::Light,
+            [_, 0, _] => of_spheres,
+            _ => of_triangles,
+        }
     }
 
     /// Light index of a sphere.
@@ -204,13 +231,15 @@ impl Lists {
         first.map(|first| first + triangle)
     }
 
-    /// Whether a light is a sphere, and its index among the lights of its shape.
-    pub fn kind(&self, light: u32) -> (bool, usize) {
-        let light = light as usize;
-        if light < self.spheres {
-            (true, light)
+    /// The kind of a light, and its index among the lights of its kind.
+    pub fn kind(&self, light: u32) -> Member {
+        let (light, [spheres, triangles, _]) = (light as usize, self.counts);
+        if light < spheres {
+            Member::Sphere(light)
+        } else if light < spheres + triangles {
+            Member::Triangle(light - spheres)
         } else {
-            (false, light - self.spheres)
+            Member::Delta(light - spheres - triangles)
         }
     }
 
@@ -280,15 +309,19 @@ pub fn level(pass: u32) -> usize {
 
 /// What `OCTOLUX_RIVAL` asks for: `moments` or `bounds`.
 #[cfg(feature = "rival")]
-fn guide(
-    tree: &LightTree,
-    (spheres, triangles): (&[SphereLight], &[TriangleLight]),
-) -> Option<crate::light::tree::rival::Guide> {
+fn guide(tree: &LightTree, lights: Lights) -> Option<crate::light::tree::rival::Guide> {
+    use crate::light::TriangleLight;
     use crate::light::tree::rival::Guide;
+    let [spheres, triangles, _] = lights.counts();
     let bounds = |leaf: u32| {
         let light = tree.light(leaf) as usize;
-        let Some(sphere) = spheres.get(light) else {
-            let triangle = &triangles[light - spheres.len()].triangle;
+        let Some(sphere) = lights.spheres.get(light) else {
+            let Some(TriangleLight { triangle, .. }) = lights.triangles.get(light - spheres) else {
+                let (position, _) = lights.deltas[light - spheres - triangles]
+                    .position()
+                    .unwrap_or_default();
+                return (position.map(|x| x * UNIT), position.map(|x| x * UNIT), None);
+            };
             let end = |most: fn(f32, f32) -> f32| -> [f32; 3] {
                 std::array::from_fn(|k| {
                     triangle
@@ -309,47 +342,4 @@ fn guide(
         "bounds" => Some(Guide::Bounds(tree.bounds(bounds))),
         _ => None,
     }
-}
-
-/// Converts lights to emitters of the tree. Lights whose power underflows `f32` are left out.
-fn emitters((spheres, triangles): (&[SphereLight], &[TriangleLight])) -> Vec<Emitter> {
-    let mean = |le: [f32; 3]| le.iter().map(|&x| f64::from(x)).sum::<f64>() / 3.0;
-    let unit = f64::from(UNIT);
-    let of_spheres = (0..).zip(spheres).map(|(light, sphere)| {
-        let radius = f64::from(sphere.radius) * unit;
-        Emitter {
-            light,
-            mean: sphere.center.map(|x| x * UNIT),
-            variance: [(radius * radius / 3.0) as f32; 3],
-            normal: None,
-            power: mean(sphere.le) * (std::f64::consts::PI * 3.0_f64.sqrt()) * radius * radius,
-        }
-    });
-    let of_triangles = (spheres.len() as u32..)
-        .zip(triangles)
-        .map(|(light, TriangleLight { triangle, le, .. })| {
-            let corners = triangle.corners.map(|corner| corner.map(|x| x * UNIT));
-            let [a, b, c] = corners;
-            let mean_of = |k: usize| (a[k] + b[k] + c[k]) / 3.0;
-            // Variance of a uniform distribution over a triangle: a twelfth of the sum of squared distances of the corners from
-            // their mean.
-            let variance = |k: usize| {
-                corners
-                    .iter()
-                    .map(|corner| (corner[k] - mean_of(k)).powi(2))
-                    .sum::<f32>()
-                    / 12.0
-            };
-            Emitter {
-                light,
-                mean: [mean_of(0), mean_of(1), mean_of(2)],
-                variance: [variance(0), variance(1), variance(2)],
-                normal: Some(triangle.normal),
-                power: mean(*le) * f64::from(triangle.area) * unit * unit,
-            }
-        });
-    of_spheres
-        .chain(of_triangles)
-        .filter(|emitter| emitter.power > 0.0 && emitter.power.is_finite())
-        .collect()
 }

@@ -1,6 +1,6 @@
 //! Probe points of a tile: the surface points seen through pixel centers, and their visibility of lights.
 
-use super::{Kind, Lists, UNIT};
+use super::{Kind, Lists, Member, UNIT};
 use crate::embree::{Coherence, NO_SKIP_ID, Ray};
 use crate::lane::{Bits, F32x8, Lane, Mask};
 use crate::light::tree::{Look, Probes, WIDE};
@@ -146,14 +146,19 @@ fn mirrored(n: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
 }
 
 impl<T: Tracer> Look for VisibilityProbe<'_, T> {
-    /// Traces rays to the center of the light, which does not occlude itself.
+    /// Traces rays to the center of the light, which does not occlude itself; to a delta light from the points that it shines on.
     fn reaches(&mut self, light: u32, probes: &Probes) -> u32 {
+        let mut delta = None;
         let (middle, skip_id) = match self.lists.kind(light) {
-            (true, i) => (self.world.lights[i].center, self.world.lights[i].sphere),
-            (false, i) => {
+            Member::Sphere(i) => (self.world.lights[i].center, self.world.lights[i].sphere),
+            Member::Triangle(i) => {
                 let light = &self.world.triangle_lights[i];
                 let [a, b, c] = light.triangle.corners;
                 (std::array::from_fn(|k| (a[k] + b[k] + c[k]) / 3.0), light.skip_id)
+            }
+            Member::Delta(i) => {
+                delta = Some(&self.world.delta_lights[i]);
+                ([0.0; 3], NO_SKIP_ID)
             }
         };
         let mut reached = 0;
@@ -161,15 +166,25 @@ impl<T: Tracer> Look for VisibilityProbe<'_, T> {
         for at in (0..looking).step_by(L::N) {
             let [x, y, z] = &self.places;
             let origin = Vec3::new(L::load(&x[at..]), L::load(&y[at..]), L::load(&z[at..]));
-            let to = Vec3::splat(middle) - origin;
-            let distance = to.length().max(L::splat(f32::MIN_POSITIVE));
+            let mut active = <L as Lane>::Mask::first(looking - at);
+            let (direction, tfar) = if let Some(delta) = delta {
+                let arriving = delta.seen_from(origin);
+                active = active & arriving.active;
+                (arriving.wi.or_zero(active), arriving.distance)
+            } else {
+                let to = Vec3::splat(middle) - origin;
+                let distance = to.length().max(L::splat(f32::MIN_POSITIVE));
+                (to * (L::one() / distance), distance)
+            };
+            if active.none() {
+                continue;
+            }
             let ray = Ray {
                 origin,
-                direction: to * (L::one() / distance),
-                tfar: distance,
+                direction,
+                tfar,
                 skip_id: Bits::splat(skip_id),
             };
-            let active = <L as Lane>::Mask::first(looking - at);
             let occluded = T::occluded::<L>(self.world, &self.set, active, &ray, Coherence::Coherent);
             for lane in (active & !occluded).lanes() {
                 reached |= ((1 << self.each) - 1) << ((at + lane) * self.each);

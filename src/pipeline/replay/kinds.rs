@@ -9,47 +9,57 @@ use crate::estimator::kind::LightKind;
 use crate::estimator::per_light::along_lobe;
 use crate::light::Environment;
 use crate::pipeline::lights::Kind;
+use crate::pipeline::lists::Lists;
 use crate::pipeline::stage::each;
 use crate::pipeline::stream::Address;
 
 /// Adds one or two directions for every triangle light, the environment and every sun.
 pub fn each<B: Brdf<f32>>(sample: &Sample, point: &ShadingPoint<f32, B>, address: &Address<f32>, all: &mut Vec<Asked>) {
     let world = sample.chunk.world;
-    let triangle = (Kind::Triangles, "triangle");
-    of_kind(sample, point, address, triangle, &world.triangle_lights, all);
-    let sky = (Kind::Environment, "environment");
+    let first = world.first(Kind::Triangles);
+    of_kind(sample, point, address, (first, "triangle"), &world.triangle_lights, all);
+    let sky = (world.first(Kind::Environment), "environment");
     match &world.environment {
         None => {}
         Some(Environment::Constant(light)) => of_kind(sample, point, address, sky, slice::from_ref(light), all),
         Some(Environment::LatLong(light)) => of_kind(sample, point, address, sky, slice::from_ref(light), all),
     }
-    of_kind(sample, point, address, (Kind::Suns, "sun"), &world.suns, all);
+    of_kind(
+        sample,
+        point,
+        address,
+        (world.first(Kind::Suns), "sun"),
+        &world.suns,
+        all,
+    );
 }
 
-/// Adds the direction of every delta light.
+/// Name of delta lights.
+pub const DELTA: &str = "delta light";
+
+/// Adds the direction of every delta light that is in no list.
 pub fn deltas<B: Brdf<f32>>(
     sample: &Sample,
     point: &ShadingPoint<f32, B>,
     address: &Address<f32>,
     all: &mut Vec<Asked>,
 ) {
-    // Delta lights use no random numbers, so the kind does not matter.
-    let kind = (Kind::Suns, "delta light");
-    of_kind(sample, point, address, kind, &sample.chunk.world.delta_lights, all);
+    let first = sample.chunk.lists.map_or(0, Lists::deltas);
+    let lights = &sample.chunk.world.delta_lights[first..];
+    of_kind(sample, point, address, (first, DELTA), lights, all);
 }
 
 fn of_kind<B: Brdf<f32>, K: LightKind>(
     sample: &Sample,
     point: &ShadingPoint<f32, B>,
     address: &Address<f32>,
-    (kind, name): (Kind, &'static str),
+    (first, name): (usize, &'static str),
     lights: &[K],
     all: &mut Vec<Asked>,
 ) {
     let (tracer, chunk) = (sample.tracer, sample.chunk);
     let world = chunk.world;
     let mix = chunk.mix_of::<f32, K, B>();
-    let first = if K::DELTA { 0 } else { world.first(kind) };
     let times = if K::DELTA { 1 } else { mix.times() };
     for (i, light) in (first..).zip(lights) {
         for time in 0..times {

@@ -6,6 +6,7 @@ use crate::estimator::density::Mix;
 use crate::estimator::kind::LightKind;
 use crate::film::{ChunkSum, Tile};
 use crate::lane::{Lane, Mask};
+use crate::pipeline::lists::Lists;
 use crate::pipeline::progress::Counters;
 use crate::pipeline::queue::Queue;
 use crate::pipeline::stream::Address;
@@ -47,6 +48,8 @@ pub struct Chunk<'a> {
     pub mix: Mix,
     /// Whether [`LightKind::product`] decides where it may.
     pub product: bool,
+    /// The lists of lights from which the stages draw, if any.
+    pub lists: Option<&'a Lists>,
     /// The request handler of the intersector.
     pub handler: RequestHandler,
     /// For each pixel of the tile, the lights to which `product` traces two rays: a bit mask, lowest bit first; empty if there are

@@ -11,6 +11,7 @@ use crate::estimator::kind::LightKind;
 use crate::lane::{Bits, Lane, Mask};
 use crate::light::{Environment, Reach};
 use crate::pipeline::lights::Kind;
+use crate::pipeline::lists::Lists;
 use crate::pipeline::model::Model;
 use crate::pipeline::queue::QueuedRays;
 use crate::pipeline::space::Space;
@@ -26,7 +27,7 @@ pub struct PerEnvironment<M>(PhantomData<M>);
 /// Samples every sun.
 pub struct PerSun<M>(PhantomData<M>);
 
-/// Samples every delta light: in all estimators, because no other technique can find them.
+/// Samples every delta light that is in no list: in all estimators, because no other technique can find them.
 pub struct PerDelta<M>(PhantomData<M>);
 
 impl<M: Model> Stage for PerTriangle<M> {
@@ -63,7 +64,8 @@ impl<M: Model> Stage for PerDelta<M> {
     #[inline(always)]
     fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
         // Delta lights have no random numbers, so they have no index among the lights that do.
-        each::<L, M, _>(chunk, scratch, 0, &chunk.world.delta_lights);
+        let listed = chunk.lists.map_or(0, Lists::deltas);
+        each::<L, M, _>(chunk, scratch, 0, &chunk.world.delta_lights[listed..]);
     }
 }
 

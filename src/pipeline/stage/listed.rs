@@ -15,17 +15,17 @@ use super::{Chunk, Request, Scratch, Stage, pairs, shadow};
 use crate::bsdf::{Brdf, Tint};
 use crate::embree::TraceLane;
 use crate::estimator::density::{Listed, Mix, Warp};
-use crate::estimator::per_triangle;
+use crate::estimator::{per_delta, per_triangle};
 use crate::lane::Mask;
 use crate::light::tree::Pick;
-use crate::light::{SphereLight, TriangleLight};
+use crate::light::{DeltaLight, SphereLight, TriangleLight};
 use crate::linear::Candidates;
 use crate::linear::cull::Points;
 use crate::math::Vec3;
-use crate::pipeline::lists::Probed;
+use crate::pipeline::lists::{Member, Probed};
 use crate::pipeline::queue::{QueuedRays, RayQueue, WideQueue};
 use crate::pipeline::stream::{HitStream, ModelStream};
-use crate::shape::BoundingSphere;
+use crate::shape::{BoundingSphere, NO_SKIP_ID};
 
 /// One or two directions for every light of a list.
 pub struct PerListed<D, M>(PhantomData<(D, M)>);
@@ -47,7 +47,7 @@ impl<D: Directions<M>, M: Probed> Stage for PerListed<D, M> {
             ..
         } = scratch;
         let world = chunk.world;
-        let (Some(lists), Some(stream)) = (&world.lists, M::stream_mut(hits)) else {
+        let (Some(lists), Some(stream)) = (chunk.lists, M::stream_mut(hits)) else {
             return;
         };
         let all = 0..stream.len();
@@ -55,12 +55,7 @@ impl<D: Directions<M>, M: Probed> Stage for PerListed<D, M> {
             return;
         }
         let of_spheres = D::of(chunk.mix);
-        // Triangles may use MIS where spheres do not.
-        let mix = if lists.has_triangles() {
-            chunk.mix
-        } else {
-            of_spheres.mix()
-        };
+        let mix = lists.mix(of_spheres.mix(), chunk.mix);
         let tossed = mix == Mix::Average && of_spheres.mix() == Mix::Average;
         picks.divide(chunk, stream);
         chunk.request(Request::Survey { stream, points });
@@ -91,18 +86,21 @@ impl<D: Directions<M>, M: Probed> Stage for PerListed<D, M> {
                 let mut way = Way { points, wide, set };
                 for run in bundle {
                     let (i, pick) = picks.light(run);
+                    let parts = picks.parts(run);
                     match lists.kind(pick.light) {
-                        (true, number) => {
+                        Member::Sphere(number) => {
                             let of_light = (&world.lights[number], i, &pick);
-                            let parts = picks.parts(run);
                             toward_sphere::<L, D, M>(
                                 of_spheres, chunk, stream, parts, &mut way, queue, rings, of_light,
                             );
                         }
-                        (false, number) => {
+                        Member::Triangle(number) => {
                             let of_light = (&world.triangle_lights[number], i, &pick);
-                            let parts = picks.parts(run);
                             toward_triangle::<L, M>(mix, chunk, stream, parts, &mut way, queue, of_light);
+                        }
+                        Member::Delta(number) => {
+                            let light = counted_delta(&world.delta_lights[number], mix, &pick);
+                            toward_delta::<L, M>(mix, chunk, stream, parts, &mut way, queue, &light);
                         }
                     }
                 }
@@ -178,6 +176,15 @@ pub fn counted(light: &SphereLight, mix: Mix, pick: &Pick) -> (SphereLight, f32)
     let (times, guess) = worth(mix, pick);
     let le = light.le.map(|x| x * times);
     (SphereLight { le, ..*light }, guess)
+}
+
+/// A listed delta light with the irradiance that it counts for.
+#[inline(always)]
+pub fn counted_delta(light: &DeltaLight, mix: Mix, pick: &Pick) -> DeltaLight {
+    let expected = mutate!(pick.expected, DeltaInEveryList => 1.0);
+    let times = (f64::from(mix.alone()) / expected) as f32;
+    let le = light.le.map(|x| x * times);
+    DeltaLight { le, ..*light }
 }
 
 #[inline(always)]
@@ -270,6 +277,49 @@ fn toward_triangle<L: TraceLane, M: Probed>(
             queue,
             set: way.set,
             light: skip_id,
+        });
+    }
+}
+
+#[inline(always)]
+fn toward_delta<L: TraceLane, M: Probed>(
+    mix: Mix,
+    chunk: &mut Chunk,
+    stream: &mut ModelStream<M>,
+    parts: impl Iterator<Item = Range<usize>>,
+    way: &mut Way,
+    queue: &mut RayQueue,
+    light: &DeltaLight,
+) {
+    let end = stream.len();
+    for part in parts {
+        stream.end_at(part.end);
+        for at in part.step_by(L::N) {
+            let (mut active, point, address) = stream.packet::<L>(at);
+            // Only half of the points, as for the lights that directions of the BRDF find: so two passes share a list of all kinds.
+            if mix == Mix::Average {
+                active = active & !stream.by_brdf_lanes::<L>(at);
+            }
+            if active.none() {
+                continue;
+            }
+            let arriving = light.seen_from(point.p);
+            if let Some(found) = per_delta::sample(&point, Vec3::splat(light.le), &arriving, active) {
+                queue.push(found.active, &QueuedRays::to_light(&point, &address, &found));
+            }
+        }
+        stream.end_at(end);
+    }
+    if queue.len() == 0 {
+        return;
+    }
+    if way.cull(chunk, stream, light.ball(), NO_SKIP_ID) {
+        shadow::unoccluded::<L>(chunk, queue);
+    } else {
+        chunk.request(Request::Visible {
+            queue,
+            set: way.set,
+            light: NO_SKIP_ID,
         });
     }
 }

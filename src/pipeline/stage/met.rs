@@ -7,7 +7,7 @@ use crate::lane::{Bits, Mask};
 use crate::light::tree::Table;
 use crate::linear::Candidates;
 use crate::math::Vec3;
-use crate::pipeline::lists::Lists;
+use crate::pipeline::lists::{Lists, Member};
 use crate::pipeline::queue::WideQueue;
 use crate::pipeline::tracer::Tracer;
 use crate::sampling::warp;
@@ -69,15 +69,18 @@ fn weighed(
     } else {
         lists.of_triangle(geometry, primitive)?
     };
-    let (_, number) = lists.kind(light);
     let origin: Vec3<f32> = Vec3::splat(origin);
-    let (le, omega) = if is_sphere {
-        let light = &world.lights[number];
-        (light.le, warp::cone_solid_angle(light.cone(origin).one_minus_cos_max))
-    } else {
-        let light = &world.triangle_lights[number];
-        let view = light.triangle.splat::<f32>().seen_from(origin);
-        (light.le, view.inverse_density(Vec3::splat(direction), distance))
+    let (le, omega) = match lists.kind(light) {
+        Member::Sphere(number) => {
+            let light = &world.lights[number];
+            (light.le, warp::cone_solid_angle(light.cone(origin).one_minus_cos_max))
+        }
+        Member::Triangle(number) => {
+            let light = &world.triangle_lights[number];
+            let view = light.triangle.splat::<f32>().seen_from(origin);
+            (light.le, view.inverse_density(Vec3::splat(direction), distance))
+        }
+        Member::Delta(_) => return None,
     };
     let omega = omega * (1.0 / lists.guess(table, light)?);
     let lobe = Lobe { shape: 1.0, pdf };

@@ -8,7 +8,7 @@ use std::ops::Range;
 use super::Chunk;
 use crate::light::tree::{Pick, Table};
 use crate::linear::cull::Bounds;
-use crate::pipeline::lists::{Group, ListAddress, Lists, level};
+use crate::pipeline::lists::{Group, ListAddress, Lists, Member, level};
 use crate::pipeline::stream::HitStream;
 use crate::pipeline::world::World;
 use crate::shape::BoundingSphere;
@@ -145,14 +145,15 @@ impl Picks {
     /// Bounds of the lights of a bundle.
     pub fn bounds(&self, world: &World, lists: &Lists, bundle: Range<usize>) -> Bounds {
         let ball = |run: usize| match lists.kind(self.light(run).1.light) {
-            (true, number) => {
+            Member::Sphere(number) => {
                 let light = &world.lights[number];
                 BoundingSphere {
                     center: light.center,
                     radius: light.radius,
                 }
             }
-            (false, number) => BoundingSphere::around(&world.triangle_lights[number].triangle.corners),
+            Member::Triangle(number) => BoundingSphere::around(&world.triangle_lights[number].triangle.corners),
+            Member::Delta(number) => world.delta_lights[number].ball(),
         };
         let first = Bounds::of_ball(&ball(bundle.start));
         bundle.fold(first, |bounds, run| bounds.around(&Bounds::of_ball(&ball(run))))

@@ -17,7 +17,7 @@ impl<M: Probed> Stage for PerRival<M> {
     #[inline(always)]
     fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
         let Scratch { hits, aimed, set, .. } = scratch;
-        let (Some(lists), Some(stream)) = (&chunk.world.lists, M::stream(hits)) else {
+        let (Some(lists), Some(stream)) = (chunk.lists, M::stream(hits)) else {
             return;
         };
         let Some(guide) = &lists.guide else { return };

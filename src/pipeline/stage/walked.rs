@@ -14,17 +14,20 @@ use super::{Chunk, Request, Scratch, Stage, pairs};
 use crate::bsdf::{Brdf, Tint};
 use crate::embree::TraceLane;
 use crate::estimator::density::{ListedEach, Mix};
-use crate::estimator::{ShadingPoint, per_light, per_triangle};
+use crate::estimator::{ShadingPoint, per_delta, per_light, per_triangle};
 use crate::lane::{Bits, Lane, Mask};
 use crate::light::View;
+use crate::light::delta::{Place, Placed};
+use crate::light::falloff::{Cones, Falloff};
 use crate::light::tree::{Digits, From, Table, Walked};
 use crate::light::triangle::{Triangle, Triangles};
 use crate::math::Vec3;
-use crate::pipeline::lists::{Lists, Probed, UNIT, level};
+use crate::pipeline::lists::{Lists, Member, Probed, UNIT, level};
 use crate::pipeline::queue::{QueuedRays, WideQueue};
 use crate::pipeline::stream::Address;
 use crate::pipeline::world::World;
 use crate::sampling::Pair;
+use crate::shape::NO_SKIP_ID;
 
 /// Some lights of its own for every point.
 pub struct PerWalked<M>(PhantomData<M>);
@@ -40,10 +43,10 @@ impl<M: Probed> Stage for PerWalked<M> {
             set,
             ..
         } = scratch;
-        let (Some(lists), Some(stream)) = (&chunk.world.lists, M::stream_mut(hits)) else {
+        let (Some(lists), Some(stream)) = (chunk.lists, M::stream_mut(hits)) else {
             return;
         };
-        let (mix, all) = (chunk.mix, stream.len());
+        let (mix, all) = (lists.mix(chunk.mix, chunk.mix), stream.len());
         let mut divided = false;
         for pass in levels(chunk) {
             let Some(table) = lists.tabulated(chunk, M::KIND, pass).filter(|table| table.walked()) else {
@@ -179,7 +182,15 @@ impl Way<'_> {
                 aimed.push(sampled.active, &rays, L::from_bits(found.skip_id));
             }
         }
-        let triangles = active & !found.spheres;
+        let deltas = active & found.deltas;
+        if deltas.any() {
+            let arriving = found.delta.seen_from(point.p);
+            if let Some(sampled) = per_delta::sample(point, found.le, &arriving, deltas) {
+                let rays = QueuedRays::to_light(point, address, &sampled);
+                aimed.push(sampled.active, &rays, L::from_bits(found.skip_id));
+            }
+        }
+        let triangles = active & !found.spheres & !found.deltas;
         if triangles.any() {
             let view = found.triangles.seen_from(point.p);
             let triangles = triangles & view.rises_above(point.bsdf.normal());
@@ -202,11 +213,13 @@ struct Found<L: Lane> {
     number: [usize; 16],
     center: Vec3<L>,
     radius: L,
-    /// The radiance that the light counts for.
+    /// The radiance, or of a delta light the irradiance, that the light counts for.
     le: Vec3<L>,
     /// A factor for the density of light sampling.
     guess: L,
     triangles: Triangles<L>,
+    deltas: L::Mask,
+    delta: Placed<L>,
     skip_id: L::Bits,
 }
 
@@ -215,34 +228,50 @@ impl<L: Lane> Found<L> {
     fn of(world: &World, way: &Way, active: L::Mask, walked: &Walked<L>) -> Self {
         let lists = way.lists;
         let mut columns = [[0.0_f32; 16]; 21];
-        let (mut skip_id, mut number, mut spheres, mut near) = ([0_u32; 16], [0; 16], 0, 0);
+        let (mut skip_id, mut number, mut spheres, mut deltas, mut near) = ([0_u32; 16], [0; 16], 0, 0, 0);
         for lane in active.lanes() {
             let leaf = walked.leaf[lane];
-            let mut put = |first: usize, numbers: [f32; 3]| {
-                for (k, number) in numbers.into_iter().enumerate() {
-                    columns[first + k][lane] = number;
+            let mut put = |first: usize, numbers: &[f32]| {
+                for (column, &number) in columns[first..].iter_mut().zip(numbers) {
+                    column[lane] = number;
                 }
             };
-            let (is_sphere, i) = lists.kind(lists.tree().light(leaf));
-            number[lane] = i;
-            if is_sphere {
-                let light = &world.lights[i];
-                put(0, light.center);
-                put(4, light.le);
-                columns[3][lane] = light.radius;
-                skip_id[lane] = light.sphere;
-                spheres |= 1 << lane;
-                near |= u32::from(light.origin_power.is_some()) << lane;
-            } else {
-                let light = &world.triangle_lights[i];
-                let Triangle { corners, normal, area } = light.triangle;
-                put(4, light.le);
-                (0..3).for_each(|k| put(7 + 3 * k, corners[k]));
-                put(16, normal);
-                columns[19][lane] = area;
-                skip_id[lane] = light.skip_id;
+            let guess = || way.table.map_or(1.0, |table| table.guess(lists.tree(), leaf));
+            match lists.kind(lists.tree().light(leaf)) {
+                Member::Sphere(i) => {
+                    let light = &world.lights[i];
+                    put(0, &light.center);
+                    put(3, &[light.radius]);
+                    put(4, &light.le);
+                    put(20, &[guess()]);
+                    skip_id[lane] = light.sphere;
+                    number[lane] = i;
+                    spheres |= 1 << lane;
+                    near |= u32::from(light.origin_power.is_some()) << lane;
+                }
+                Member::Triangle(i) => {
+                    let light = &world.triangle_lights[i];
+                    let Triangle { corners, normal, area } = light.triangle;
+                    put(4, &light.le);
+                    put(7, corners.as_flattened());
+                    put(16, &normal);
+                    put(19, &[area]);
+                    put(20, &[guess()]);
+                    skip_id[lane] = light.skip_id;
+                }
+                Member::Delta(i) => {
+                    let light = &world.delta_lights[i];
+                    if let Place::At { position, unit, spot } = light.place {
+                        put(0, &position);
+                        put(3, &[unit]);
+                        put(7, &spot.unwrap_or(Falloff::NONE).columns());
+                    }
+                    put(4, &light.le);
+                    put(20, &[way.mix.alone()]);
+                    skip_id[lane] = NO_SKIP_ID;
+                    deltas |= 1 << lane;
+                }
             }
-            columns[20][lane] = way.table.map_or(1.0, |table| table.guess(lists.tree(), leaf));
         }
         let vector = |k: usize| Vec3::new(L::load(&columns[k]), L::load(&columns[k + 1]), L::load(&columns[k + 2]));
         let guess = L::select(active, L::load(&columns[20]), L::one());
@@ -260,6 +289,16 @@ impl<L: Lane> Found<L> {
                 corners: [vector(7), vector(10), vector(13)],
                 normal: vector(16),
                 area: L::load(&columns[19]),
+            },
+            deltas: L::Mask::from_bitmask(deltas),
+            delta: Placed {
+                position: vector(0),
+                unit: L::load(&columns[3]),
+                cones: Cones {
+                    axis: vector(7),
+                    outer: L::load(&columns[10]),
+                    slope: L::load(&columns[11]),
+                },
             },
             skip_id: L::Bits::load(&skip_id),
         }

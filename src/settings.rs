@@ -99,7 +99,7 @@ pub enum SamplerKind {
     Independent,
 }
 
-/// Which lights a pass samples, for estimators that sample a direction for every light.
+/// Which lights a pass samples, for estimators that sample a direction for every light; for the others, of points and spots alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum LightsAsked {
     /// All up to 64 ([`Self::FEW`]), otherwise a list of 16 per tile and pass.
@@ -112,7 +112,7 @@ pub enum LightsAsked {
 }
 
 impl LightsAsked {
-    /// Maximum number of lights that `Auto` samples individually; an emitting triangle counts as one.
+    /// Maximum number of lights that `Auto` samples individually: spheres, triangles, points and spots. Others are in no list.
     pub const FEW: usize = 64;
     /// Length of a list chosen by `Auto`.
     pub const LENGTH: u8 = 16;

@@ -268,36 +268,64 @@ impl Explanation {
 
 /// Which lights a pass samples, and by which rule.
 fn asked(prepared: &Prepared) -> String {
-    let settings = prepared.settings();
-    let (emitters, few) = (prepared.features().emitters, LightsAsked::FEW);
-    let rule = match settings.lights {
-        LightsAsked::Auto if emitters <= few => {
-            format!("{emitters} spheres and triangles that emit are not more than {few}")
-        }
-        LightsAsked::Auto => format!("{emitters} spheres and triangles emit, more than the {few} that are all sampled"),
+    let (settings, features) = (prepared.settings(), prepared.features());
+    if settings.estimator.per_light() {
+        let kinds = match (features.emitters > features.placed, features.placed > 0) {
+            (true, true) => KINDS[2],
+            (false, true) => KINDS[1],
+            (_, false) => KINDS[0],
+        };
+        return all_or_lists(prepared, ["light", "lights"], features.emitters, kinds);
+    }
+    let met = format!(
+        "whatever a direction meets: {} draws none for a light",
+        settings.estimator.name()
+    );
+    match features.placed {
+        0 => met,
+        placed => format!("{met}; {}", all_or_lists(prepared, KINDS[1], placed, KINDS[1])),
+    }
+}
+
+/// Lights that count for the rule: of one, and of several.
+const KINDS: [[&str; 2]; 3] = [
+    ["sphere or triangle", "spheres and triangles"],
+    ["point or spot", "points and spots"],
+    [
+        "sphere, triangle, point or spot",
+        "spheres, triangles, points and spots",
+    ],
+];
+
+/// A number of things, of which one has another name than several.
+fn counted(count: u32, [one, several]: [&str; 2]) -> String {
+    format!("{count} {}", if count == 1 { one } else { several })
+}
+
+/// How a pass samples lights: `called` are those that it samples, `count` those of these kinds.
+fn all_or_lists(prepared: &Prepared, called: [&str; 2], count: usize, [one, several]: [&str; 2]) -> String {
+    let few = LightsAsked::FEW;
+    let rule = match prepared.settings().lights {
+        LightsAsked::Auto if count == 1 => format!("1 {one} that emits is not more than {few}"),
+        LightsAsked::Auto if count <= few => format!("{count} {several} that emit are not more than {few}"),
+        LightsAsked::Auto => format!("{count} {several} emit, more than the {few} that are all sampled"),
         forced => format!("--lights {forced} was asked for"),
     };
     let Some(lists) = prepared.lists() else {
-        return format!("every light in each pass: {rule}");
+        return format!("every {} in each pass: {rule}", called[0]);
     };
-    if !settings.estimator.per_light() {
-        return format!(
-            "whatever a direction meets: {} draws none for a light",
-            settings.estimator.name()
-        );
-    }
     let polished = [Effect::Phong, Effect::Conductor].map(|model| prepared.features().effects().has(model));
     let walks = if polished.contains(&true) {
         format!(
-            ", or {} walks of each polished point down the tree, where the tile's table expects less noise of them",
-            lists.walks
+            ", or {} of each polished point down the tree, where the tile's table expects less noise of them",
+            counted(lists.walks, ["walk", "walks"])
         )
     } else {
         String::new()
     };
     format!(
-        "a list of {} lights for each group of pixels in a tile and each pass{walks}: {rule}; tree of {:.1} MB, {:.0} bytes a light, {:.0} ms to build",
-        lists.length,
+        "a list of {} for each group of pixels in a tile and each pass{walks}: {rule}; tree of {:.1} MB, {:.0} bytes a light, {:.0} ms to build",
+        counted(lists.length, called),
         lists.bytes as f64 / 1e6,
         lists.bytes as f64 / lists.lights as f64,
         lists.build_time.as_secs_f64() * 1e3

@@ -61,7 +61,11 @@ fn evidence(scene: &Scene, features: &Features, effect: Effect) -> String {
         Effect::Meshes | Effect::MeshLights | Effect::SmoothNormals | Effect::SmoothTerminator => {
             of(count, scene.meshes().len(), "meshes")
         }
-        Effect::ManyLights => format!("{count} spheres and triangles emit"),
+        Effect::ManyLights => match features.placed {
+            0 => format!("{count} spheres and triangles emit"),
+            placed if placed == count => format!("{count} points and spots emit"),
+            _ => format!("{count} spheres, triangles, points and spots emit"),
+        },
         Effect::Lens => {
             let lens = scene.camera().lens.map_or((0.0, 0.0), |lens| (lens.radius, lens.focus));
             format!("radius {}, in focus at {}", lens.0, lens.1)

@@ -12,7 +12,7 @@ use octolux::settings::AccelKind;
 use octolux::study::selftest::{Effort, panels, places};
 
 /// The checks of the proof, reduced to a second in total.
-pub const CHECKS: [(&str, fn()); 18] = [
+pub const CHECKS: [(&str, fn()); 19] = [
     ("density", density),
     ("weight", weight),
     ("rings", rings::both),
@@ -27,6 +27,11 @@ pub const CHECKS: [(&str, fn()); 18] = [
     ("acne", acne),
     ("lists", || {
         many_lights::agree(Family::new("lists"), &many_lights::scene(500, 40), 4, 16, 4)
+    }),
+    ("lists of lamps", || {
+        let lamps = many_lights::under_lamps(&many_lights::scene(0, 0), 300);
+        let by = [EstimatorKind::Light, EstimatorKind::Brdf];
+        many_lights::agree_by(Family::new("lists of lamps"), &lamps, &by, 4, 16, 4)
     }),
     ("walks", || {
         many_lights::agree(Family::new("walks"), &many_lights::polished(300, 40), 8, 16, 4)

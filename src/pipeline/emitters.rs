@@ -129,8 +129,8 @@ pub fn suns(scene: &Scene) -> Vec<Sun> {
     suns.collect()
 }
 
-/// Delta lights: point, spot and directional lights. If they are `listed`, those with a position come first.
-pub fn delta_lights(scene: &Scene, space: &Space, listed: bool) -> Vec<DeltaLight> {
+/// Delta lights: point, spot and directional lights.
+pub fn delta_lights(scene: &Scene, space: &Space) -> Vec<DeltaLight> {
     let at = |position: DVec3, intensity: DVec3, spot: Option<Falloff>| DeltaLight {
         place: Place::At {
             position: space.point(position),
@@ -158,11 +158,7 @@ pub fn delta_lights(scene: &Scene, space: &Space, listed: bool) -> Vec<DeltaLigh
             le: narrow(irradiance),
         },
     });
-    let mut lights: Vec<DeltaLight> = lights.collect();
-    if listed {
-        lights.sort_by_key(|light| light.position().is_none());
-    }
-    lights
+    lights.collect()
 }
 
 /// Unit vector opposite to `direction`, which may have any nonzero length. The division first keeps the squares within the range of

@@ -56,7 +56,7 @@ pub struct World {
     pub lists: Option<Lists>,
     /// Suns: directional lights with an angular radius.
     pub suns: Vec<Sun>,
-    /// Delta lights: point, spot and directional. With lists, those with a position come first.
+    /// Delta lights: point, spot and directional.
     pub delta_lights: Vec<DeltaLight>,
     /// The environment, if it emits.
     pub environment: Option<Environment>,
@@ -267,7 +267,7 @@ impl World {
                 .cmp(by_content(b).into_iter().map(f32::to_bits))
         });
         let sphere_geometry = scene.meshes().len() as u32;
-        let delta_lights = emitters::delta_lights(scene, &space, listed.is_some());
+        let delta_lights = emitters::delta_lights(scene, &space);
         let kinds = Lights::new(&lights, &lamps.triangles, &delta_lights);
         let lists = listed.map(|length| Lists::new(kinds, spheres.len(), &lamps.first_triangles, length, film));
         let sphere_textures: Vec<_> = spheres

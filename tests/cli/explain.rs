@@ -162,3 +162,82 @@ fn noise_of_many_lights_is_told_without_shares() {
     assert!(text.contains("shares     not measured: passes sample lists"), "{text}");
     assert!(text.contains("settings "), "{text}");
 }
+
+/// A scene under this many points, and a sphere that emits where one is wanted.
+fn points(count: u32, sphere: bool) -> String {
+    let mut text = TWO_LIGHTS.split("[[spheres]]").next().unwrap().to_owned();
+    text += "[[spheres]]\ncenter = [0, 0, 0]\nradius = 0.5\nmaterial = \"grey\"\n";
+    if sphere {
+        text += "[[spheres]]\ncenter = [0, 5, 2]\nradius = 1\nemission = [1, 1, 1]\n";
+    }
+    for i in 0..count {
+        text += &format!("[[lights]]\nkind = \"point\"\nposition = [{i}, 3, 1]\nintensity = [1, 1, 1]\n");
+    }
+    text
+}
+
+/// Points count as lights of lists, for `brdf` alone; every sentence has the right number.
+#[test]
+fn the_rule_for_lists_counts_points_and_spots() {
+    let place = Place::new();
+    for (count, sphere, options, words) in [
+        (
+            1,
+            false,
+            "--estimator light",
+            "every light in each pass: 1 point or spot that emits is not more than 64",
+        ),
+        (
+            64,
+            false,
+            "--estimator mis",
+            "every light in each pass: 64 points and spots that emit are not more than 64",
+        ),
+        (
+            64,
+            true,
+            "--estimator mis",
+            "a list of 16 lights for each group of pixels in a tile and each pass: 65 spheres, triangles, points and spots emit, more than the 64 that are all sampled",
+        ),
+        (
+            64,
+            true,
+            "--estimator brdf",
+            "whatever a direction meets: brdf draws none for a light; every point or spot in each pass: 64 points and spots that emit are not more than 64",
+        ),
+        (
+            65,
+            false,
+            "--estimator brdf",
+            "draws none for a light; a list of 16 points and spots for each group of pixels in a tile and each pass: 65 points and spots emit, more than the 64",
+        ),
+        (
+            2,
+            false,
+            "--estimator product --lights 1",
+            "a list of 1 light for each group of pixels in a tile and each pass: --lights 1 was asked for",
+        ),
+        (
+            0,
+            true,
+            "--estimator mis",
+            "every light in each pass: 1 sphere or triangle that emits is not more than 64",
+        ),
+        (
+            0,
+            true,
+            "--estimator uniform",
+            "sampled    whatever a direction meets: uniform draws none for a light\n",
+        ),
+        (
+            65,
+            false,
+            "--estimator mis",
+            "many lights       65 points and spots emit",
+        ),
+    ] {
+        std::fs::write(place.path().join("in/points.toml"), points(count, sphere)).unwrap();
+        let text = stdout(&place.succeeds(&format!("explain in/points.toml {options}")));
+        assert!(text.contains(words), "{words}\n{text}");
+    }
+}

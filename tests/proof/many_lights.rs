@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use octolux::pipeline::Settings;
-use octolux::scene::{Bsdf, EstimatorKind, SamplerKind, Scene};
+use octolux::scene::{Bsdf, EstimatorKind, Light, SamplerKind, Scene};
 use octolux::settings::LightsAsked;
 
 use super::Family;
@@ -96,12 +96,41 @@ pub fn polished(spheres: u32, triangles: u32) -> Scene {
     scene.build().expect("a scene")
 }
 
+/// The same under `lamps` points and spots as well, above the balls, a quarter of them behind the wall; and a light from one direction,
+/// which is in no list.
+pub fn under_lamps(scene: &Scene, lamps: u32) -> Scene {
+    let unit = |i: u32| f64::from(octolux::sampling::hash::mix(i + 90_001) >> 8) / f64::from(1 << 24);
+    let mut scene = scene.to_builder();
+    for i in 0..lamps {
+        let u = |k: u32| unit(8 * i + k);
+        if i == lamps / 2 {
+            scene.lights.push(Light::directional([0.3, -1.0, -0.2], [0.02; 3], 0.0));
+        }
+        let z = if i % 4 == 0 { 3.1 * u(2) - 5.5 } else { 4.1 * u(2) - 1.6 };
+        let position = glam::DVec3::new(8.0 * u(0) - 4.0, 1.9 + 1.2 * u(1), z);
+        let power = 60.0 * 10.0_f64.powf(2.0 * u(3) - 2.0) / f64::from(lamps);
+        let intensity = glam::DVec3::new(power, power * u(4), 0.5 * power);
+        let target = position + glam::DVec3::new(u(5) - 0.5, -1.0, u(6) - 0.5);
+        scene.lights.push(match i % 3 {
+            0 => Light::spot(position, target, intensity, [30.0 * u(7), 45.0]),
+            _ => Light::point(position, intensity),
+        });
+    }
+    scene.build().expect("a scene")
+}
+
 /// Lists of a few lights, or walks of half as many, have the mean of all lights, in every estimator that draws a direction for lights, in
 /// each part of the film.
-pub fn agree(mut family: Family, scene: &Scene, length: u8, seeds: u32, passes: u32) {
+pub fn agree(family: Family, scene: &Scene, length: u8, seeds: u32, passes: u32) {
     // `product` has the bits of `mis`, by a test of its own.
     let others = |estimator: &EstimatorKind| estimator.per_light() && *estimator != EstimatorKind::Product;
-    for estimator in EstimatorKind::ALL.into_iter().filter(others) {
+    let others: Vec<_> = EstimatorKind::ALL.into_iter().filter(others).collect();
+    agree_by(family, scene, &others, length, seeds, passes);
+}
+
+/// The same by these estimators.
+pub fn agree_by(mut family: Family, scene: &Scene, by: &[EstimatorKind], length: u8, seeds: u32, passes: u32) {
+    for &estimator in by {
         for sampler in SamplerKind::ALL {
             let base = Settings {
                 sampler,

@@ -19,6 +19,7 @@ mod ggx;
 mod lanes;
 mod lanes_estimators;
 mod linear;
+mod many_lamps;
 mod many_lights;
 mod pictures;
 mod properties;

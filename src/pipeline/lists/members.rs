@@ -33,19 +33,24 @@ pub struct Lights<'a> {
 }
 
 impl<'a> Lights<'a> {
-    /// Of delta lights those with a position, which must come first; the others are in no tree.
+    /// Of the delta lights, those with a position are in the tree.
     pub fn new(spheres: &'a [SphereLight], triangles: &'a [TriangleLight], deltas: &'a [DeltaLight]) -> Self {
-        let placed = deltas.partition_point(|light| light.position().is_some());
         Self {
             spheres,
             triangles,
-            deltas: &deltas[..placed],
+            deltas,
         }
     }
 
     /// Numbers of lights of each kind.
     pub fn counts(&self) -> [usize; 3] {
         [self.spheres.len(), self.triangles.len(), self.deltas.len()]
+    }
+
+    /// The delta lights without a position.
+    pub fn others(&self) -> Vec<DeltaLight> {
+        let others = self.deltas.iter().filter(|light| light.position().is_none());
+        others.copied().collect()
     }
 
     /// The emitters of the tree. Lights whose power underflows `f32` are left out.
@@ -149,14 +154,14 @@ mod tests {
             // The same light, told by another distance; and a light without a place.
             let deltas = [
                 at(Space::UNIT_DISTANCE, 1.0),
-                at(0.5 * Space::UNIT_DISTANCE, 4.0),
                 DeltaLight {
                     place: Place::Toward(axis),
                     le,
                 },
+                at(0.5 * Space::UNIT_DISTANCE, 4.0),
             ];
             let emitters = Lights::new(&[sphere], &[], &deltas).emitters();
-            assert_eq!(emitters.iter().map(|e| e.light).collect::<Vec<_>>(), [0, 1, 2]);
+            assert_eq!(emitters.iter().map(|e| e.light).collect::<Vec<_>>(), [0, 1, 3]);
             for emitter in &emitters {
                 assert!((emitter.power / emitters[0].power - 1.0).abs() < 1e-6, "{emitters:?}");
                 assert_eq!((emitter.mean, emitter.normal), (emitters[0].mean, None));

@@ -102,6 +102,8 @@ pub struct Lists {
     of_mesh: Vec<u32>,
     /// Numbers of spheres, triangles and delta lights.
     counts: [usize; 3],
+    /// The delta lights that are in no list.
+    others: Vec<DeltaLight>,
     /// Length of a list.
     length: u32,
     build_time: Duration,
@@ -137,6 +139,7 @@ impl Lists {
             of_sphere,
             of_mesh: of_mesh.iter().map(|&at| at.saturating_add(first)).collect(),
             counts,
+            others: lights.others(),
             length,
             build_time: begin.elapsed(),
             film,
@@ -198,9 +201,9 @@ impl Lists {
         self.counts[0] + self.counts[1] > 0
     }
 
-    /// Number of delta lights: the first of the scene's, which are not sampled apart from lists.
-    pub fn deltas(&self) -> usize {
-        self.counts[2]
+    /// The delta lights that are in no list, because they have no position.
+    pub fn others(&self) -> &[DeltaLight] {
+        &self.others
     }
 
     /// How light and BRDF sampling are combined, where spheres may have a mix of their own.

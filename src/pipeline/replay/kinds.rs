@@ -9,7 +9,6 @@ use crate::estimator::kind::LightKind;
 use crate::estimator::per_light::along_lobe;
 use crate::light::Environment;
 use crate::pipeline::lights::Kind;
-use crate::pipeline::lists::Lists;
 use crate::pipeline::stage::each;
 use crate::pipeline::stream::Address;
 
@@ -44,9 +43,12 @@ pub fn deltas<B: Brdf<f32>>(
     address: &Address<f32>,
     all: &mut Vec<Asked>,
 ) {
-    let first = sample.chunk.lists.map_or(0, Lists::deltas);
-    let lights = &sample.chunk.world.delta_lights[first..];
-    of_kind(sample, point, address, (first, DELTA), lights, all);
+    let chunk = sample.chunk;
+    for (i, light) in chunk.world.delta_lights.iter().enumerate() {
+        if chunk.lists.is_none() || light.position().is_none() {
+            of_kind(sample, point, address, (i, DELTA), slice::from_ref(light), all);
+        }
+    }
 }
 
 fn of_kind<B: Brdf<f32>, K: LightKind>(

@@ -64,8 +64,8 @@ impl<M: Model> Stage for PerDelta<M> {
     #[inline(always)]
     fn run<L: TraceLane>(chunk: &mut Chunk, scratch: &mut Scratch) {
         // Delta lights have no random numbers, so they have no index among the lights that do.
-        let listed = chunk.lists.map_or(0, Lists::deltas);
-        each::<L, M, _>(chunk, scratch, 0, &chunk.world.delta_lights[listed..]);
+        let lights = chunk.lists.map_or(&*chunk.world.delta_lights, Lists::others);
+        each::<L, M, _>(chunk, scratch, 0, lights);
     }
 }
 

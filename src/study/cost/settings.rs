@@ -159,7 +159,7 @@ impl Variant {
 
 /// The defaults first, then every value of every setting that changes something, one at a time. The renderer rejects those that
 /// the scene does not allow. `culls` tells whether the scene has so few shapes that they are culled; `emitters` is the number
-/// of emitting spheres and triangles.
+/// of emitting spheres and triangles, points and spots.
 pub fn variants(
     settings: Settings,
     (plan_accel, plan_lanes): (AccelKind, Lanes),

@@ -4,6 +4,7 @@
     benches/scenes.py triangles 1000000 /tmp    a sphere with waves, smooth and diffuse, on a floor, three lights
     benches/scenes.py spheres 1000000 /tmp      a cloud of balls, half of them Phong, three lights
     benches/scenes.py lights 1024 /tmp          24 balls on a floor under so many lights of equal power together
+    benches/scenes.py points 1024 /tmp          the same with point lights of the same intensities at the same places
     benches/scenes.py rooms 4096 /tmp           49 rooms with doors, seen from one of them: most lights are behind walls
     benches/scenes.py glow 100000 /tmp          the balls on the floor under one mesh of so many triangles that emits
 
@@ -153,6 +154,14 @@ def lights(number, folder):
     return HEAD.format(origin=[0, 3.5, 7], fov=42) + BALLS + cloud(folder, f"lights-{number}", lamps)
 
 
+def points(number, folder):
+    draw = random.Random(number)
+    at = lambda: (draw.uniform(-4, 4), draw.uniform(1, 4), draw.uniform(-4, 4))
+    intensity = math.pi * 20 / number
+    lamp = '[[lights]]\nkind = "point"\nposition = [{:.6f}, {:.6f}, {:.6f}]\n' + f"intensity = {[round(intensity, 8)] * 3}\n"
+    return HEAD.format(origin=[0, 3.5, 7], fov=42) + BALLS + "".join(lamp.format(*at()) for _ in range(number))
+
+
 def rooms(number, folder):
     """7 x 7 rooms of 4 x 4 units, 3 high, walls with doors; lights of log-normal power anywhere."""
     draw = random.Random(number)
@@ -183,7 +192,7 @@ def glow(number, folder):
     return HEAD.format(origin=[0, 3.5, 7], fov=42) + BALLS + mesh
 
 
-KINDS = {"triangles": triangles, "spheres": spheres, "lights": lights, "rooms": rooms, "glow": glow}
+KINDS = {"triangles": triangles, "spheres": spheres, "lights": lights, "points": points, "rooms": rooms, "glow": glow}
 
 
 def write(kind, number, folder):

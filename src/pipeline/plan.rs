@@ -177,7 +177,7 @@ impl Plan {
             }
             asked => asked,
         };
-        // Of the lists' length: they are there if so many delta lights alone have lists.
+        // Lists of delta lights alone are as long as those of all lights, which exist wherever these do.
         let draws = if lists.is_some() && estimator.per_light() {
             Draws::All
         } else if lists.is_some() && lights.list_of(features.placed).is_some() {

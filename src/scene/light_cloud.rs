@@ -1,4 +1,4 @@
-//! `[[light_clouds]]`: many emitting spheres in a file, which takes 28 bytes per light instead of 65 of text.
+//! `[[light_clouds]]`: many emitting spheres, or points, in a file, which takes 28 or 24 bytes per light instead of 65 of text.
 
 use std::io::{self, BufReader, ErrorKind, Read};
 
@@ -10,21 +10,87 @@ use super::files::Files;
 use super::mesh;
 use super::rule::{FINITE, NOT_NEGATIVE, POSITIVE, Rule};
 use super::table::Table;
-use super::{Sphere, Surface};
+use super::{Light, SceneBuilder, Sphere, Surface};
 
-pub(super) const KEYS: &[&str] = &["file"];
+pub(super) const KEYS: &[&str] = &["file", "kind"];
 
-/// The numbers of a light, named like the vertex properties of the file.
-const NUMBERS: [&str; 7] = ["x", "y", "z", "radius", "red", "green", "blue"];
+/// What the lights of a file are.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Sphere,
+    Point,
+}
 
-const HELP: &str =
-    "each vertex is a light with the numbers x, y, z, radius, red, green and blue, the last three its radiance";
+impl Kind {
+    const ALL: [Self; 2] = [Self::Sphere, Self::Point];
 
-const ROWS: &str =
-    "each row is a light: x, y, z, radius, red, green and blue, the last three its radiance, as float32 or float64";
+    fn name(self) -> &'static str {
+        match self {
+            Self::Sphere => "sphere",
+            Self::Point => "point",
+        }
+    }
+}
 
-/// The lights of a file, in file order.
-pub(super) fn spheres(table: &Table<'_>, files: &Files) -> Result<Vec<Sphere>, Fault> {
+/// The numbers of a light.
+struct Layout<const N: usize> {
+    /// Named like the vertex properties of the file.
+    names: [&'static str; N],
+    rules: [&'static Rule; N],
+    /// The shape of an array, and what its rows and the vertices of a file are.
+    shape: &'static str,
+    row: &'static str,
+    vertex: &'static str,
+}
+
+const SPHERE: Layout<7> = Layout {
+    names: ["x", "y", "z", "radius", "red", "green", "blue"],
+    rules: [
+        &FINITE,
+        &FINITE,
+        &FINITE,
+        &POSITIVE,
+        &NOT_NEGATIVE,
+        &NOT_NEGATIVE,
+        &NOT_NEGATIVE,
+    ],
+    shape: "a light cloud has (lights, 7)",
+    row: "each row is a light: x, y, z, radius, red, green and blue, the last three its radiance, as float32 or float64",
+    vertex: "each vertex is a light with the numbers x, y, z, radius, red, green and blue, the last three its radiance",
+};
+
+const POINT: Layout<6> = Layout {
+    names: ["x", "y", "z", "red", "green", "blue"],
+    rules: [&FINITE, &FINITE, &FINITE, &NOT_NEGATIVE, &NOT_NEGATIVE, &NOT_NEGATIVE],
+    shape: "a cloud of points has (lights, 6)",
+    row: "each row is a point light: x, y, z, red, green and blue, the last three its intensity, as float32 or float64",
+    vertex: "each vertex is a point light with the numbers x, y, z, red, green and blue, the last three its intensity",
+};
+
+/// Adds the lights of a file, in file order.
+pub(super) fn add(table: &Table<'_>, files: &Files, scene: &mut SceneBuilder) -> Result<(), Fault> {
+    let kind = table.get("kind").map(|kind| kind.choice(&Kind::ALL, Kind::name));
+    match kind.transpose()?.unwrap_or(Kind::Sphere) {
+        Kind::Sphere => {
+            for [x, y, z, radius, red, green, blue] in read(table, files, &SPHERE)? {
+                scene.sphere(Sphere {
+                    center: DVec3::new(x, y, z),
+                    radius,
+                    surface: Surface::Emission(DVec3::new(red, green, blue)),
+                });
+            }
+        }
+        Kind::Point => {
+            for [x, y, z, red, green, blue] in read(table, files, &POINT)? {
+                scene.light(Light::point([x, y, z], [red, green, blue]));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The numbers of each light.
+fn read<const N: usize>(table: &Table<'_>, files: &Files, layout: &Layout<N>) -> Result<Vec<[f64; N]>, Fault> {
     let value = table.need("file", "file = \"lamps.ply\"")?;
     let name = value.string()?;
     let (span, label) = value.place();
@@ -39,32 +105,32 @@ pub(super) fn spheres(table: &Table<'_>, files: &Files) -> Result<Vec<Sphere>, F
         let points = files.stream("light cloud", name, |source, length| {
             let source = BufReader::with_capacity(1 << 16, source);
             if array {
-                rows(source, length)
+                rows(source, length, layout)
             } else {
-                mesh::points(source, length, NUMBERS, HELP)
+                mesh::points(source, length, layout.names, layout.vertex)
             }
         })?;
         let points = points.map_err(of_file)?;
         let element = if array { "row" } else { "vertex" };
-        points
-            .iter()
-            .enumerate()
-            .map(|(i, point)| sphere((element, i), point).map_err(of_file))
-            .collect()
+        for (i, point) in points.iter().enumerate() {
+            layout.check((element, i), point).map_err(of_file)?;
+        }
+        Ok(points)
     };
     read().map_err(|fault| fault.at(span, label))
 }
 
 /// The rows of a NumPy array of `length` bytes.
-fn rows(source: impl Read, length: u64) -> Result<Vec<[f64; 7]>, Fault> {
+fn rows<const N: usize>(source: impl Read, length: u64, layout: &Layout<N>) -> Result<Vec<[f64; N]>, Fault> {
+    let Layout { shape, row, .. } = *layout;
     let array = NpyFile::new(source).map_err(|error| {
         let said = error.to_string();
         let what = format!("is not an NPY array: {}", said.lines().next().unwrap_or_default());
         Fault::new(what, "save it with numpy.save")
     })?;
-    let &[count, 7] = array.shape() else {
-        let what = format!("has the shape {:?}, a light cloud has (lights, 7)", array.shape());
-        return Err(Fault::new(what, ROWS));
+    let count = match *array.shape() {
+        [count, columns] if columns == N as u64 => count,
+        ref other => return Err(Fault::new(format!("has the shape {other:?}, {shape}"), row)),
     };
     if array.order() != Order::C {
         return Err(Fault::new(
@@ -78,14 +144,14 @@ fn rows(source: impl Read, length: u64) -> Result<Vec<[f64; 7]>, Fault> {
     };
     if bytes != 4 && bytes != 8 {
         let what = format!("holds {}, a light cloud holds f4 or f8", array.dtype().descr());
-        return Err(Fault::new(what, ROWS));
+        return Err(Fault::new(what, row));
     }
     let cut_short = || {
         let what = format!("is cut short: its header promises {count} lights, the file ends before");
         Fault::new(what, "the file is damaged or cut short: save or fetch it again")
     };
     // Checked before anything is allocated.
-    if u128::from(count) * 7 * u128::from(bytes) > length.into() {
+    if u128::from(count) * N as u128 * u128::from(bytes) > length.into() {
         return Err(cut_short());
     }
     let unreadable = |error: io::Error| match error.kind() {
@@ -98,29 +164,17 @@ fn rows(source: impl Read, length: u64) -> Result<Vec<[f64; 7]>, Fault> {
     } else {
         array.into_vec::<f64>().map_err(unreadable)?
     };
-    Ok(values.as_chunks::<7>().0.to_vec())
+    Ok(values.as_chunks::<N>().0.to_vec())
 }
 
-fn sphere((element, number): (&str, usize), point: &[f64; 7]) -> Result<Sphere, Fault> {
-    const RULES: [&Rule; 7] = [
-        &FINITE,
-        &FINITE,
-        &FINITE,
-        &POSITIVE,
-        &NOT_NEGATIVE,
-        &NOT_NEGATIVE,
-        &NOT_NEGATIVE,
-    ];
-    for ((name, rule), &x) in NUMBERS.iter().zip(RULES).zip(point) {
-        if !rule.holds(x) {
-            let what = format!("has a {element} {number} whose {name} {}, got {x:?}", rule.problem(x));
-            return Err(Fault::new(what, rule.help));
+impl<const N: usize> Layout<N> {
+    fn check(&self, (element, number): (&str, usize), point: &[f64; N]) -> Result<(), Fault> {
+        for ((name, rule), &x) in self.names.iter().zip(self.rules).zip(point) {
+            if !rule.holds(x) {
+                let what = format!("has a {element} {number} whose {name} {}, got {x:?}", rule.problem(x));
+                return Err(Fault::new(what, rule.help));
+            }
         }
+        Ok(())
     }
-    let [x, y, z, radius, red, green, blue] = *point;
-    Ok(Sphere {
-        center: DVec3::new(x, y, z),
-        radius,
-        surface: Surface::Emission(DVec3::new(red, green, blue)),
-    })
 }

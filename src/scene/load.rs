@@ -135,16 +135,14 @@ fn scene(text: &str, path: &Path, outside: Outside) -> Result<Scene, Fault> {
             scene.sphere(shapes::sphere(&table, &materials)?);
         }
     }
-    if let Some(value) = root.get("light_clouds") {
-        for table in value.tables("light_cloud", light_cloud::KEYS)? {
-            for sphere in light_cloud::spheres(&table, &files)? {
-                scene.sphere(sphere);
-            }
-        }
-    }
     if let Some(value) = root.get("lights") {
         for table in value.tables("light", lights::KEYS)? {
             scene.light(lights::light(&table)?);
+        }
+    }
+    if let Some(value) = root.get("light_clouds") {
+        for table in value.tables("light_cloud", light_cloud::KEYS)? {
+            light_cloud::add(&table, &files, &mut scene)?;
         }
     }
     // Report earlier problems before reading big files.

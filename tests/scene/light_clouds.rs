@@ -25,9 +25,14 @@ fn npy(descr: &str, shape: &str, values: &[u8]) -> Vec<u8> {
 }
 
 fn with_cloud(folder: &Path, name: &str, content: &[u8]) -> Result<Scene, String> {
+    cloud_of(folder, name, content, "")
+}
+
+/// With further keys of the cloud.
+fn cloud_of(folder: &Path, name: &str, content: &[u8], keys: &str) -> Result<Scene, String> {
     std::fs::write(folder.join(name), content).unwrap();
     let path = folder.join("scene.toml");
-    std::fs::write(&path, format!("{VIEW}[[light_clouds]]\nfile = \"{name}\"\n")).unwrap();
+    std::fs::write(&path, format!("{VIEW}[[light_clouds]]\nfile = \"{name}\"\n{keys}\n")).unwrap();
     Scene::load(&path).map_err(|error| error.to_string())
 }
 
@@ -85,6 +90,82 @@ fn all_formats_give_the_scene_of_the_spheres() {
         let scene = with_cloud(folder.path(), name, &content).unwrap();
         assert_eq!(scene.hash(), truth.hash(), "{name}");
     }
+}
+
+/// The same numbers without their radii, in every format, are the points of `[[lights]]`.
+#[test]
+fn a_cloud_of_points_gives_the_scene_of_the_lights() {
+    let folder = tempfile::tempdir().unwrap();
+    let points = LIGHTS.map(|[x, y, z, _, red, green, blue]| [x, y, z, red, green, blue]);
+    let single: Vec<u8> = points
+        .iter()
+        .flatten()
+        .flat_map(|&x| (x as f32).to_le_bytes())
+        .collect();
+    let double: Vec<u8> = points.iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
+    let names = ["blue", "x", "y", "z", "red", "green"].map(|name| format!("property double {name}\n"));
+    let rows = points.map(|[x, y, z, red, green, blue]| format!("{blue} {x} {y} {z} {red} {green}\n"));
+    let (names, rows) = (names.concat(), rows.concat());
+    let text = format!("ply\nformat ascii 1.0\nelement vertex 2\n{names}end_header\n{rows}").into_bytes();
+    let lights = points.map(|[x, y, z, red, green, blue]| {
+        format!("[[lights]]\nkind = \"point\"\nposition = [{x:?}, {y:?}, {z:?}]\nintensity = [{red:?}, {green:?}, {blue:?}]\n")
+    });
+    let path = folder.path().join("lights.toml");
+    std::fs::write(&path, format!("{VIEW}{}", lights.concat())).unwrap();
+    let truth = Scene::load(&path).unwrap();
+    assert_eq!(truth.lights().len(), 2);
+    let files = [
+        ("single.npy", npy("<f4", "(2, 6)", &single)),
+        ("double.npy", npy("<f8", "(2, 6)", &double)),
+        ("text.ply", text),
+    ];
+    for (name, content) in files {
+        let scene = cloud_of(folder.path(), name, &content, "kind = \"point\"").unwrap();
+        assert_eq!(scene.hash(), truth.hash(), "{name}");
+    }
+}
+
+/// The kind says how many numbers a light has. Points of a file come behind those of the scene, whose errors keep their places.
+#[test]
+fn clouds_of_the_wrong_kind_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let numbers = |count: usize| {
+        [1.0_f32]
+            .repeat(count)
+            .iter()
+            .flat_map(|x| x.to_le_bytes())
+            .collect::<Vec<_>>()
+    };
+    let point = "kind = \"point\"";
+    for (shape, keys, expected) in [
+        (
+            "(1, 7)",
+            point,
+            "\"lamps.npy\" has the shape [1, 7], a cloud of points has (lights, 6)",
+        ),
+        (
+            "(1, 6)",
+            "kind = \"sphere\"",
+            "\"lamps.npy\" has the shape [1, 6], a light cloud has (lights, 7)",
+        ),
+        ("(1, 7)", "kind = \"spot\"", "light_cloud kind"),
+        ("(1, 7)", "kind = 7", "light_cloud kind"),
+    ] {
+        let content = npy("<f4", shape, &numbers(if shape == "(1, 7)" { 7 } else { 6 }));
+        let said = cloud_of(folder.path(), "lamps.npy", &content, keys).unwrap_err();
+        assert!(said.contains(expected), "{said}");
+    }
+    let negative: Vec<u8> = [0.0_f32, 0.0, 0.0, 1.0, -2.0, 1.0]
+        .iter()
+        .flat_map(|x| x.to_le_bytes())
+        .collect();
+    let content = npy("<f4", "(1, 6)", &negative);
+    let said = cloud_of(folder.path(), "lamps.npy", &content, point).unwrap_err();
+    assert!(said.contains("has a row 0 whose green"), "{said}");
+    let broken = format!("{point}\n[[lights]]\nkind = \"point\"\nposition = [0, 1, 0]\nintensity = [-1, 1, 1]");
+    let content = npy("<f4", "(1, 6)", &numbers(6));
+    let said = cloud_of(folder.path(), "lamps.npy", &content, &broken).unwrap_err();
+    assert!(said.contains("light 1 intensity"), "{said}");
 }
 
 #[test]

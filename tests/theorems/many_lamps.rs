@@ -170,7 +170,7 @@ fn adaptive_renders_by_lists_of_lamps_are_unbiased() {
 /// With a list as long as there are lamps, each of them is in every list: the picture is that of all lamps, but for the order of sums.
 #[test]
 fn a_list_of_all_lamps_sees_what_all_lamps_see() {
-    let scene = under_lamps(&scene(0, 0), 20);
+    let scene = under_lamps(&dull(), 20);
     for estimator in EstimatorKind::ALL {
         let of = |lights| {
             let base = settings(40, 24, estimator);

@@ -59,7 +59,6 @@ impl<D: Directions<M>, M: Probed> Stage for PerListed<D, M> {
         let tossed = mix == Mix::Average && of_spheres.mix() == Mix::Average;
         picks.divide(chunk, stream);
         chunk.request(Request::Survey { stream, points });
-        let mut prepared = Vec::new();
         for pass in picks.levels() {
             // Points may walk instead: see `walked`.
             let Some(table) = lists.tabulated(chunk, M::KIND, pass).filter(|table| !table.walked()) else {
@@ -67,9 +66,8 @@ impl<D: Directions<M>, M: Probed> Stage for PerListed<D, M> {
             };
             for part in picks.neighbors(pass) {
                 stream.end_at(part.end);
-                prepare::<L, Mix, M>(mix, chunk, stream, part.clone());
+                prepare::<L, Mix, M>(mix, chunk, stream, part);
                 stream.end_at(all.end);
-                prepared.push(part);
             }
             picks.draw(chunk, (lists, table), (pass, tossed), |part| {
                 tossed && all_heads(stream, part)
@@ -124,11 +122,6 @@ impl<D: Directions<M>, M: Probed> Stage for PerListed<D, M> {
                 }
             }
         }
-        for part in prepared {
-            stream.end_at(part.end);
-            shadow::splat_stream::<L>(chunk, stream, part);
-            stream.end_at(all.end);
-        }
     }
 }
 
@@ -155,6 +148,20 @@ impl Way<'_> {
             set: self.set,
         });
         open
+    }
+
+    /// Adds what the queued rays bring that nothing blocks, on the way to a light for which occluders were culled.
+    #[inline(always)]
+    fn trace<L: TraceLane>(&self, chunk: &mut Chunk, queue: &mut RayQueue, open: bool, light: u32) {
+        if open {
+            shadow::unoccluded::<L>(chunk, queue);
+        } else {
+            chunk.request(Request::Visible {
+                queue,
+                set: self.set,
+                light,
+            });
+        }
     }
 }
 
@@ -209,7 +216,7 @@ fn toward_sphere<L: TraceLane, D: Directions<M>, M: Probed>(
     let mut sink = Sink {
         // Which shafts are empty depends on the points of a chunk, and sums in the stream are rounded in another order: a replay of one
         // pixel would differ in its last digit.
-        open: open && !chunk.world.by_shaft,
+        open: false,
         queue,
         answered: 0,
     };
@@ -224,9 +231,7 @@ fn toward_sphere<L: TraceLane, D: Directions<M>, M: Probed>(
         }
         stream.end_at(end);
     }
-    chunk.counters.shadow_rays += sink.answered;
-    let (set, light) = (&*way.set, lamp.sphere.sphere);
-    chunk.request(Request::Visible { queue, set, light });
+    way.trace::<L>(chunk, queue, open, lamp.sphere.sphere);
 }
 
 #[inline(always)]
@@ -271,13 +276,9 @@ fn toward_triangle<L: TraceLane, M: Probed>(
         stream.end_at(end);
     }
     if queue.len() > 0 {
-        let skip_id = light.skip_id;
-        way.cull(chunk, stream, BoundingSphere::around(&light.triangle.corners), skip_id);
-        chunk.request(Request::Visible {
-            queue,
-            set: way.set,
-            light: skip_id,
-        });
+        let ball = BoundingSphere::around(&light.triangle.corners);
+        let open = way.cull(chunk, stream, ball, light.skip_id);
+        way.trace::<L>(chunk, queue, open, light.skip_id);
     }
 }
 
@@ -313,15 +314,8 @@ fn toward_delta<L: TraceLane, M: Probed>(
     if queue.len() == 0 {
         return;
     }
-    if way.cull(chunk, stream, light.ball(), NO_SKIP_ID) {
-        shadow::unoccluded::<L>(chunk, queue);
-    } else {
-        chunk.request(Request::Visible {
-            queue,
-            set: way.set,
-            light: NO_SKIP_ID,
-        });
-    }
+    let open = way.cull(chunk, stream, light.ball(), NO_SKIP_ID);
+    way.trace::<L>(chunk, queue, open, NO_SKIP_ID);
 }
 
 /// Queues the BRDF rays of the points that sample their BRDF, with their densities.

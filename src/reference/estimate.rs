@@ -1,10 +1,10 @@
 //! The oracle's estimator: two samples with the balance heuristic.
 //!
-//! Every pass samples one direction from the BRDF and one point of every emitter. Both kinds of sample are divided by the sum
-//! of the two densities, the balance heuristic of Veach and Guibas, "Optimally Combining Sampling Techniques for Monte Carlo
-//! Rendering", 1995: no contribution exceeds that of the better technique, so standard errors from moderate numbers of samples
-//! are reliable. The renderer's own `mis` takes one sample from the average of the densities; the two only share an
-//! expectation.
+//! Every pass samples one direction from the BRDF and one point of every emitter, or of some that are picked by intensity where
+//! there are many ([`super::pick`]). Both kinds of sample are divided by the sum of the densities that are expected, the balance
+//! heuristic of Veach and Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering", 1995: no contribution exceeds
+//! that of the better technique, so standard errors from moderate numbers of samples are reliable. The renderer's own `mis` takes
+//! one sample from the average of the densities; the two only share an expectation.
 //!
 //! Each contribution comes with its [`Way`]: pictures sum them, probes tell from them what other estimators may miss.
 
@@ -13,7 +13,6 @@ use rand::Rng;
 
 use super::brdf::Shading;
 use super::geometry::Ray;
-use super::pick::Picks;
 use super::shapeless::{ShapelessLight, arrival};
 use super::world::{Sight, World};
 
@@ -48,24 +47,11 @@ struct Sample<'a, 'w, R, F> {
     shading: Shading,
     point: DVec3,
     rng: &'a mut R,
-    /// A factor for samples of lights.
-    scale: f64,
     found: F,
 }
 
 /// Estimates the radiance along a camera ray: the sum of what `found` receives, with the way of each contribution.
-pub fn contributions(world: &World<'_>, camera_ray: &Ray, rng: &mut impl Rng, found: impl FnMut(DVec3, Way)) {
-    estimate(world, camera_ray, None, rng, found);
-}
-
-/// The same with one sample of every light, or of those that are picked and of all without a position.
-fn estimate(
-    world: &World<'_>,
-    camera_ray: &Ray,
-    picks: Option<&Picks>,
-    rng: &mut impl Rng,
-    mut found: impl FnMut(DVec3, Way),
-) {
+pub fn contributions(world: &World<'_>, camera_ray: &Ray, rng: &mut impl Rng, mut found: impl FnMut(DVec3, Way)) {
     match world.look(camera_ray) {
         None => found(world.beyond(camera_ray.direction), Way::Seen),
         Some(Sight::Back) => {}
@@ -76,29 +62,24 @@ fn estimate(
                 shading,
                 point,
                 rng,
-                scale: 1.0,
                 found,
             };
             let shapeless = || world.shapeless_lights().iter().zip(world.first_shapeless()..);
-            if let Some(picks) = picks {
-                let emitters = world.emitters().len();
-                for (number, scale) in picks.draw(sample.rng) {
-                    sample.scale = scale;
-                    match number.checked_sub(emitters) {
-                        None => sample.by_light(number),
+            if let Some(picks) = world.picks() {
+                for light in picks.draw(sample.rng) {
+                    match light.checked_sub(world.emitters().len()) {
+                        None => sample.by_light(light),
                         Some(i) => sample.by_shapeless_light(&world.shapeless_lights()[i], world.first_shapeless() + i),
                     }
-                }
-                sample.scale = 1.0;
-                for (light, emitter) in shapeless().filter(|(light, _)| light.intensity().is_none()) {
-                    sample.by_shapeless_light(light, emitter);
                 }
             } else {
                 for emitter in 0..world.emitters().len() {
                     sample.by_light(emitter);
                 }
-                for (light, emitter) in shapeless() {
-                    sample.by_shapeless_light(light, emitter);
+            }
+            for (light, number) in shapeless() {
+                if world.picks().is_none() || light.intensity().is_none() {
+                    sample.by_shapeless_light(light, number);
                 }
             }
             sample.by_sky();
@@ -107,10 +88,10 @@ fn estimate(
     }
 }
 
-/// One estimate of the radiance along a camera ray. Under many lights it has samples of some.
+/// One estimate of the radiance along a camera ray.
 pub fn radiance(world: &World<'_>, camera_ray: &Ray, rng: &mut impl Rng) -> DVec3 {
     let mut sum = DVec3::ZERO;
-    estimate(world, camera_ray, world.picks(), rng, |radiance, _| sum += radiance);
+    contributions(world, camera_ray, rng, |radiance, _| sum += radiance);
     sum
 }
 
@@ -125,7 +106,7 @@ impl<R: Rng, F: FnMut(DVec3, Way)> Sample<'_, '_, R, F> {
     /// Adds the light `value` of a direction that light sampling has with density `light`, in the oracle `own`.
     fn reflected(&mut self, value: DVec3, emitter: usize, wi: DVec3, light: f64, own: f64) {
         let brdf = self.shading.density(wi);
-        let oracle = own + brdf;
+        let oracle = self.expected(emitter) * own + brdf;
         let way = Way::Reflected {
             emitter,
             light,
@@ -135,6 +116,15 @@ impl<R: Rng, F: FnMut(DVec3, Way)> Sample<'_, '_, R, F> {
         (self.found)(value / oracle, way);
     }
 
+    /// How many directions to a light the sample has, as far as chance decides it. Lights are counted as in [`Way`].
+    fn expected(&self, number: usize) -> f64 {
+        let emitters = self.world.emitters().len();
+        let of_shapeless = number.checked_sub(self.world.first_shapeless()).map(|i| emitters + i);
+        let light = if number < emitters { Some(number) } else { of_shapeless };
+        let picked = |light: usize| self.world.picks()?.expected(light);
+        light.and_then(picked).unwrap_or(1.0)
+    }
+
     /// The contribution of a point sampled on an emitter.
     fn by_light(&mut self, number: usize) {
         let emitter = &self.world.emitters()[number];
@@ -142,7 +132,7 @@ impl<R: Rng, F: FnMut(DVec3, Way)> Sample<'_, '_, R, F> {
         let Some(sample) = emitter.sample(self.point, n, shapes, self.rng) else {
             return;
         };
-        let value = self.scale * emitter.le * self.shading.value_cos(sample.wi);
+        let value = emitter.le * self.shading.value_cos(sample.wi);
         let ray = self.ray(sample.wi);
         if value == DVec3::ZERO || self.world.blocked(&ray, sample.distance, sample.index) {
             return;
@@ -162,12 +152,15 @@ impl<R: Rng, F: FnMut(DVec3, Way)> Sample<'_, '_, R, F> {
             }
             ShapelessLight::Disk(disk) => (disk.sample(self.rng), f64::INFINITY, disk.le),
         };
-        let value = self.scale * le * self.shading.value_cos(direction);
+        let value = le * self.shading.value_cos(direction);
         if value == DVec3::ZERO || self.world.nearer(&self.ray(direction), distance) {
             return;
         }
         match light {
-            ShapelessLight::Delta(_) => (self.found)(value, Way::Certain { emitter: number }),
+            ShapelessLight::Delta(_) => {
+                let value = value / self.expected(number);
+                (self.found)(value, Way::Certain { emitter: number });
+            }
             ShapelessLight::Disk(disk) => {
                 // A direction sampled in the disk counts as inside, even if rounding puts it beyond the edge.
                 let density = disk.density_inside();

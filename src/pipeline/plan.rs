@@ -121,9 +121,10 @@ pub struct Plan {
     pub find_penumbrae: Option<Run>,
     /// What the intersector provides to the shading stages.
     pub handler: RequestHandler,
-    /// The estimator whose stages run: the one asked for, but `mis` for `product` with lists. A list has few of the lights that a
-    /// lobe or a point near lights needs, so directions of the BRDF pay. By `scenes/city.toml` (19 546 lights, 192 x 128, 64 samples
-    /// a pixel, 6 seeds) one direction a light had 1.7 times the error of `mis` in 1.6 times its time; two had 0.9 in 1.7.
+    /// The estimator whose stages run: the one asked for, but `mis2-power` for `product` with lists of spheres or triangles, since the forms
+    /// of `product` are for a light that every point samples. Over `mis`, and without pixels that show lights, it has 1/6 of the error times
+    /// seconds on `lights 1024` and `lights 4096` of `benches/scenes.py`, 0.70 to 0.94 on `rooms`, and 1.5 times on `scenes/city.toml`
+    /// (`docs/product.md`).
     pub estimator: EstimatorKind,
     /// Which techniques sample each light, and how they are weighted.
     pub mix: Mix,
@@ -135,18 +136,6 @@ pub struct Plan {
     pub draws: Draws,
     /// Effects compiled into the stages: a superset of what the scene requires.
     pub held: Effects,
-}
-
-/// What `product` is where lights are in lists: its own forms are for a light that every point samples. Under triangles, which are parts
-/// of large meshes, a direction of each technique has 2.3 (`mesh-light`) and 1.2 times (4096 triangles of a sphere) less error for its time
-/// than the one-sample model of `mis`, under spheres 0.64 (`city`) and 0.9 times (1024 lights): 192 x 128, 32 samples, three seeds, one thread.
-/// Where lists have delta lights alone it stays itself, for all other lights.
-fn product_by_lists(features: &Features) -> EstimatorKind {
-    if features.emitters - features.placed > 2 * features.count(Effect::SphereLights) {
-        EstimatorKind::Mis2Power
-    } else {
-        EstimatorKind::Mis
-    }
 }
 
 impl Plan {
@@ -173,7 +162,7 @@ impl Plan {
             .filter(|_| !features.nothing_in_sight());
         let estimator = match settings.estimator {
             EstimatorKind::Product if lists.is_some() && features.emitters > features.placed => {
-                product_by_lists(features)
+                EstimatorKind::Mis2Power
             }
             asked => asked,
         };

@@ -170,7 +170,7 @@ fn one_of_a_kind_is_not_many() {
         "diffuse           1 of 1 material, on 1 shape in sight\n",
         "note       the camera does not see 1 of the 2 spheres and meshes",
         ", 1 thread\n",
-        "every light in each pass: 1 sphere or triangle emits, not more than 64\n",
+        "every light in each pass: 1 sphere or triangle that emits is not more than 64\n",
     ] {
         assert!(text.contains(words), "{words}\n{text}");
     }

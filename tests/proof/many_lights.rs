@@ -149,7 +149,7 @@ pub fn under_lamps(scene: &Scene, lamps: u32) -> Scene {
 /// Lists of a few lights, or walks of half as many, have the mean of all lights, in every estimator that draws a direction for lights, in
 /// each part of the film.
 pub fn agree(family: Family, scene: &Scene, length: u8, seeds: u32, passes: u32) {
-    // `product` has the bits of `mis`, by a test of its own.
+    // `product` has the bits of `mis2-power`, by a test of its own.
     let others = |estimator: &EstimatorKind| estimator.per_light() && *estimator != EstimatorKind::Product;
     let others: Vec<_> = EstimatorKind::ALL.into_iter().filter(others).collect();
     agree_by(family, scene, &others, length, seeds, passes);

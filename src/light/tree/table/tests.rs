@@ -239,7 +239,10 @@ fn points_walk_where_lobes_differ_and_lights_are_visible() {
 fn hidden_lights_have_strata_of_their_own() {
     let mut emitters = lights(500);
     // So that each is worth a look.
-    emitters.iter_mut().for_each(|emitter| emitter.intensity = 1.0);
+    for emitter in &mut emitters {
+        (emitter.intensity, emitter.emission) = (1.0, Emission::Round);
+        emitter.mean[1] += 20.0;
+    }
     let tree = LightTree::new(&emitters);
     let mut wall = Wall(emitters.clone());
     let table = Table::new(&tree, probes(false, 3), 500, 16, Some(&mut wall));

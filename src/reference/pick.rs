@@ -1,4 +1,5 @@
-//! A choice of some lights, where there are many: one sample of each of 65 536 lights takes a tenth of a second.
+//! A choice of some lights, where there are many: one sample of each of 65 536 lights takes a tenth of a second. For studies, which have a
+//! budget; where the oracle judges, it samples all.
 
 use rand::{Rng, RngExt};
 

@@ -43,6 +43,14 @@ impl<'s> Probe<'s> {
         }
     }
 
+    /// With samples of some lights, by intensity, where there are many.
+    pub fn picking(self) -> Self {
+        Self {
+            world: self.world.picking(),
+            ..self
+        }
+    }
+
     /// Number of emitters, including dark ones.
     pub fn emitters(&self) -> usize {
         self.world.first_shapeless() + self.world.shapeless_lights().len()

@@ -98,16 +98,15 @@ impl<'s> World<'s> {
             shapes.extend(own);
         }
         let tree = Bvh::new(&shapes);
-        let shapeless_lights: Vec<_> = scene.lights().iter().map(ShapelessLight::new).collect();
         Self {
-            picks: Picks::new(&emitters, &shapeless_lights),
+            picks: None,
             scene,
             shapes,
             bodies,
             starts,
             emitters,
             sky: scene.environment().map(Sky::new),
-            shapeless_lights,
+            shapeless_lights: scene.lights().iter().map(ShapelessLight::new).collect(),
             tree,
         }
     }
@@ -127,7 +126,14 @@ impl<'s> World<'s> {
         &self.shapeless_lights
     }
 
-    /// The choice of lights for samples of pictures, if there are many.
+    /// The same scene with samples of some lights instead of all, if there are many. A light that is dim and near is picked seldom then, and
+    /// standard errors of few samples may miss it.
+    pub fn picking(mut self) -> Self {
+        self.picks = Picks::new(&self.emitters, &self.shapeless_lights);
+        self
+    }
+
+    /// The choice of lights, if each sample has some of many.
     pub fn picks(&self) -> Option<&Picks> {
         self.picks.as_ref()
     }

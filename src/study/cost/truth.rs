@@ -54,7 +54,7 @@ pub fn find(scene: &Scene, film: FilmSize, spp: u32, cache: Option<&Path>) -> Tr
     if let Some(found) = stem.as_deref().and_then(|stem| read(scene, stem, film, spp * 2 / 3)) {
         return found;
     }
-    let rendered = reference::render(scene, film, spp, 0x5EED, &|_| ());
+    let rendered = reference::render_picking(scene, film, spp, 0x5EED);
     if let Some(stem) = stem {
         // A cache that cannot be written costs only time.
         let _ = store(&stem, &rendered);
@@ -65,7 +65,7 @@ pub fn find(scene: &Scene, film: FilmSize, spp: u32, cache: Option<&Path>) -> Tr
 impl Truth {
     /// Traces probes for the silhouettes and tails.
     fn new(scene: &Scene, film: FilmSize, known: Known, spp: u32, cached: bool) -> Self {
-        let probe = Probe::new(scene, film);
+        let probe = Probe::new(scene, film).picking();
         let passes: Vec<_> = (0..PROBES).into_par_iter().map(|pass| probe.pass(pass)).collect();
         let silhouettes = verify::silhouettes::find(scene, &probe, film, &passes);
         let grid = Grid::new(film, &silhouettes);

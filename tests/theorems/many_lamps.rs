@@ -210,7 +210,7 @@ fn points_and_spots_count_as_lights() {
 /// `product` is itself where lists have no light that a ray could meet.
 #[test]
 fn product_stays_product_where_lists_have_lamps_alone() {
-    for (spheres, same) in [(0, EstimatorKind::Product), (1, EstimatorKind::Mis)] {
+    for (spheres, same) in [(0, EstimatorKind::Product), (1, EstimatorKind::Mis2Power)] {
         let scene = under_lamps(&scene(spheres, 0), 80);
         let prepared = Prepared::new(&scene, listed(24, 16, EstimatorKind::Product)).expect("it renders");
         assert_eq!(prepared.estimator(), same);

@@ -1,7 +1,7 @@
 //! Chooses the intersector and whether to cull occluders. No other code decides this.
 
 use crate::linear::FEW;
-use crate::scene::{Effect, Effects, Features};
+use crate::scene::Features;
 use crate::settings::AccelKind;
 
 /// The brute-force intersector is the default up to this number of shapes. With 32, 64, 128 and 256 spheres strewn over a floor
@@ -59,16 +59,6 @@ impl Intersector {
     /// Whether occluders are culled.
     pub fn culls(self) -> bool {
         self.cull == Some(true)
-    }
-
-    /// The intersector of camera rays. Where shafts are culled, the view of a tile is too: its rays meet few of the shapes.
-    pub fn of_camera_rays(self, needs: Effects) -> AccelKind {
-        // Rays through a lens leave the tile's frustum.
-        if self.shafts && !needs.has(Effect::Lens) {
-            AccelKind::Linear
-        } else {
-            self.accel
-        }
     }
 
     /// Whether the brute-force shape list is needed: as the intersector, or for culling before Embree traces.

@@ -95,10 +95,6 @@ impl LinearScene {
             }
             self.take::<L>(at, kept, set);
         }
-        if let Some(tree) = &self.tree {
-            tree.visit(&Bounds::EVERYWHERE, &planes, &mut |ball, _| set.balls.push(ball));
-            return;
-        }
         for (at, mut kept) in self.shapes.balls.packets::<L>() {
             for plane in &planes {
                 kept = kept & !balls_behind::<L>(&self.shapes.balls, at, plane);
@@ -308,12 +304,6 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// Contains all points.
-    const EVERYWHERE: Self = Self {
-        low: [f32::NEG_INFINITY; 3],
-        high: [f32::INFINITY; 3],
-    };
-
     pub fn of_ball(ball: &BoundingSphere) -> Self {
         let reach = ball.radius * (1.0 + MARGIN);
         Self {

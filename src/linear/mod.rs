@@ -100,7 +100,7 @@ impl LinearScene {
         self.sphere_geometry = sphere_geometry;
     }
 
-    /// Sorts the spheres into a hierarchy.
+    /// Sorts the spheres into a hierarchy. Afterwards only shafts are culled, not the view of a tile.
     pub fn sort_spheres(&mut self) {
         let balls: Vec<BoundingSphere> = self.spheres.iter().map(|sphere| sphere.ball).collect();
         self.tree = Some(SphereTree::new(&balls));

@@ -132,7 +132,6 @@ impl Sets {
 
 #[cfg(test)]
 mod tests {
-
     /// A tetrahedron with outward normals around a point.
     fn body(middle: [f32; 3], size: f32) -> Vec<[[f32; 3]; 3]> {
         let corners = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]];

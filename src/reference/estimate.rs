@@ -2,8 +2,8 @@
 //!
 //! Every pass samples one direction from the BRDF and one point of every emitter, or in studies of some that are picked by intensity
 //! where there are many ([`super::pick`]). Both kinds of sample are divided by the sum of the densities that are expected, the balance
-//! heuristic of Veach and Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering", 1995: no contribution exceeds
-//! that of the better technique, so standard errors from moderate numbers of samples are reliable. The renderer's own `mis` takes
+//! heuristic of Veach and Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering", 1995: with every emitter no
+//! contribution exceeds that of the better technique, so standard errors from moderate numbers of samples are reliable. The renderer's own `mis` takes
 //! one sample from the average of the densities; the two only share an expectation.
 //!
 //! Each contribution comes with its [`Way`]: pictures sum them, probes tell from them what other estimators may miss.

@@ -65,9 +65,7 @@ impl ShapelessLight {
             light => Self::Delta(light),
         }
     }
-}
 
-impl ShapelessLight {
     /// The largest component of the intensity of a light with a position.
     pub fn intensity(&self) -> Option<f64> {
         match self {

@@ -30,12 +30,12 @@ impl<M: Probed> Stage for PerRival<M> {
             table: None,
         };
         chunk.request(Request::All { set });
-        for i in (0..way.walks as usize).step_by(2) {
+        let walks = way.walks as usize;
+        for i in (0..walks).step_by(2) {
             for at in (0..stream.len()).step_by(L::N) {
                 let (active, point, address) = stream.packet::<L>(at);
                 let pair = |i: usize| chunk.numbers.pair(address.key, address.pass, pairs::light(i));
-                let both = [active, active & L::Mask::splat(i + 1 < way.walks as usize)];
-                let walks = way.walks as usize;
+                let both = [active, active & L::Mask::splat(i + 1 < walks)];
                 let digits = [i, (i + 1).min(walks - 1)].map(|i| Digits::<L>::new(pair(2 * i), 0, 1));
                 let walked = lists.tree().guided(guide, both, seen_from::<L, M>(&point), digits);
                 for (i, (active, walked)) in (i..walks).zip(both.into_iter().zip(&walked)) {

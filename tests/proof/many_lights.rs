@@ -88,11 +88,19 @@ material = "coat"
 
 /// The same, all polished: points walk down the tree of lights by themselves.
 pub fn polished(spheres: u32, triangles: u32) -> Scene {
+    let (rho, alpha) = (glam::DVec3::new(0.5, 0.4, 0.3), 30.0);
+    of_one(spheres, triangles, Bsdf::Phong { rho, alpha })
+}
+
+/// The same, all diffuse: no point walks.
+pub fn dull(spheres: u32, triangles: u32) -> Scene {
+    let rho = glam::DVec3::splat(0.5);
+    of_one(spheres, triangles, Bsdf::Diffuse { rho })
+}
+
+fn of_one(spheres: u32, triangles: u32, bsdf: Bsdf) -> Scene {
     let mut scene = scene(spheres, triangles).to_builder();
-    for material in &mut scene.materials {
-        let (rho, alpha) = (glam::DVec3::new(0.5, 0.4, 0.3), 30.0);
-        material.bsdf = Bsdf::Phong { rho, alpha };
-    }
+    scene.materials.iter_mut().for_each(|material| material.bsdf = bsdf);
     scene.build().expect("a scene")
 }
 

@@ -2,11 +2,11 @@
 
 use crate::many_lights::{adaptive, listed, replayed, taken_up_again};
 use crate::proof::Family;
-use crate::proof::many_lights::{agree_by, polished, scene, under_lamps};
+use crate::proof::many_lights::{agree_by, dull, polished, scene, under_lamps};
 use crate::proof::pictures::{assert_same, both, differences};
 use crate::proof::runs::{other_widths, picture, settings};
 use octolux::pipeline::{Prepared, Settings};
-use octolux::scene::{Bsdf, EstimatorKind, Light, SamplerKind, Scene};
+use octolux::scene::{EstimatorKind, Light, SamplerKind, Scene};
 use octolux::settings::LightsAsked;
 
 /// Points and spots alone, beside polished surfaces, and with spheres and triangles.
@@ -99,20 +99,10 @@ fn walks_to_points_and_spots_have_the_mean_of_all_lights() {
     );
 }
 
-/// No surface is polished.
-fn dull() -> Scene {
-    let mut dull = scene(0, 0).to_builder();
-    for material in &mut dull.materials {
-        let rho = glam::DVec3::splat(0.5);
-        material.bsdf = Bsdf::Diffuse { rho };
-    }
-    dull.build().expect("a scene")
-}
-
 /// The tests above are about lists and about walks.
 #[test]
 fn polished_points_walk_to_lamps_and_others_have_lists() {
-    for (scene, walks) in [(polished(0, 0), true), (polished(60, 20), true), (dull(), false)] {
+    for (scene, walks) in [(polished(0, 0), true), (polished(60, 20), true), (dull(0, 0), false)] {
         for estimator in [EstimatorKind::Light, EstimatorKind::Brdf] {
             let prepared = Prepared::new(&under_lamps(&scene, 120), listed(37, 21, estimator)).expect("it renders");
             let _ = prepared.passes(33).finish();
@@ -170,7 +160,7 @@ fn adaptive_renders_by_lists_of_lamps_are_unbiased() {
 /// With a list as long as there are lamps, each of them is in every list: the picture is that of all lamps, but for the order of sums.
 #[test]
 fn a_list_of_all_lamps_sees_what_all_lamps_see() {
-    let scene = under_lamps(&dull(), 20);
+    let scene = under_lamps(&dull(0, 0), 20);
     for estimator in EstimatorKind::ALL {
         let of = |lights| {
             let base = settings(40, 24, estimator);

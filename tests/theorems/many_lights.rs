@@ -1,13 +1,13 @@
 //! Lists of lights: the mean of all lights, the same bits for everyone, and nothing at all where lights are few.
 
 use crate::proof::Family;
-use crate::proof::many_lights::{agree, apart, closed, polished, scene, under_lamps};
+use crate::proof::many_lights::{agree, apart, closed, dull, polished, scene, under_lamps};
 use crate::proof::pictures::{assert_same, both, differences};
 use crate::proof::runs::{names, oracle_estimates, other_widths, picture, settings};
 use octolux::pipeline::{Prepared, Settings};
 use octolux::reference;
 use octolux::run::{Goal, Saved, Shard};
-use octolux::scene::{Bsdf, Effect, EstimatorKind, FilmSize, SamplerKind, Scene, Surface};
+use octolux::scene::{Effect, EstimatorKind, FilmSize, SamplerKind, Scene, Surface};
 use octolux::settings::{AccelKind, Lanes, LightsAsked};
 
 pub fn listed(width: u32, height: u32, estimator: EstimatorKind) -> Settings {
@@ -69,13 +69,7 @@ fn walks_have_the_mean_of_all_lights() {
 /// Diffuse points never walk; polished ones do in some tiles.
 #[test]
 fn polished_points_walk_and_others_have_lists() {
-    let mut dull = scene(120, 30).to_builder();
-    for material in &mut dull.materials {
-        let rho = glam::DVec3::splat(0.5);
-        material.bsdf = Bsdf::Diffuse { rho };
-    }
-    let dull = dull.build().expect("a scene");
-    for (scene, walks) in [(&polished(120, 30), true), (&dull, false)] {
+    for (scene, walks) in [(&polished(120, 30), true), (&dull(120, 30), false)] {
         for passes in [1, 5, 33] {
             let prepared = Prepared::new(scene, listed(37, 21, EstimatorKind::Mis)).expect("it renders");
             let _ = prepared.passes(passes).finish();

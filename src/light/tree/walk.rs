@@ -120,7 +120,7 @@ impl<L: Lane> Weighs<L> for ByMoments<L> {
 
 impl LightTree {
     /// Walks from a node of `starts` to a leaf in each active lane, by the importance of the children. The tree must not be empty. Several
-    /// walks at once take less time: at each node a walk waits for memory, roots and divisions. They do not influence each other.
+    /// walks at once do not influence each other, and take less time: two of pbrt's bounds 0.83 of that of one after the other (one run each).
     #[inline(always)]
     pub fn walk<L: Lane, const K: usize>(
         &self,

@@ -27,12 +27,6 @@ impl<const K: usize> Columns<K> {
         self.len += 1;
     }
 
-    /// Removes all shapes.
-    pub fn clear(&mut self) {
-        self.blocks.clear();
-        self.len = 0;
-    }
-
     /// Number of shapes.
     pub fn len(&self) -> usize {
         self.len

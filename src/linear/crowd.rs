@@ -1,9 +1,9 @@
 //! Many candidates: the spheres between all points of a tile and a light are more than those between a few neighbors and the light.
 
 use super::Candidates;
-use super::columns::Columns;
+use super::balls::{Balls, Packet};
 use super::cull::{MARGIN, norm1};
-use crate::lane::{F32x8, Lane, Mask};
+use crate::lane::{F32x8, Lane};
 use crate::math::Vec3;
 use crate::shape::BoundingSphere;
 
@@ -13,7 +13,7 @@ const CROWD: usize = 24;
 impl Candidates {
     /// Whether a selection for few rays pays off.
     pub fn is_crowded(&self) -> bool {
-        self.columns.len() > CROWD
+        self.balls.is_known() && self.balls.len() > CROWD
     }
 
     /// The candidates without spheres, to be filled by [`Self::narrow`].
@@ -21,23 +21,16 @@ impl Candidates {
         Self {
             triangles: self.triangles.clone(),
             lights: self.lights.clone(),
-            balls: Vec::new(),
-            columns: Columns::default(),
+            balls: Balls::default(),
             ..*self
         }
     }
 
     /// Replaces the spheres of `near` by those that segments from a ball to the target may hit.
     pub fn narrow(&self, from: &BoundingSphere, near: &mut Self) {
-        near.balls.clear();
         match Cone::between(from, &self.target) {
-            None => near.balls.extend(&self.balls),
-            Some(cone) => {
-                for (at, lanes) in self.columns.packets::<F32x8>() {
-                    let kept = lanes & cone.meets::<F32x8>(&self.columns, at);
-                    near.balls.extend(kept.lanes().map(|lane| self.balls[at + lane]));
-                }
-            }
+            None => near.balls.clone_from(&self.balls),
+            Some(cone) => near.balls.select(&self.balls, |packet| cone.meets(packet)),
         }
     }
 }
@@ -73,17 +66,19 @@ impl Cone {
         })
     }
 
-    /// Spheres of a packet that may meet the hull; the columns are center and radius.
+    /// Spheres of a packet that may meet the hull.
     #[inline(always)]
-    pub fn meets<L: Lane>(&self, balls: &Columns<4>, at: usize) -> L::Mask {
-        let splat = L::splat;
-        let center: Vec3<L> = balls.get3(0, at);
-        let axis: Vec3<L> = Vec3::splat(self.axis);
+    pub fn meets(&self, packet: &Packet) -> <F32x8 as Lane>::Mask {
+        let splat = F32x8::splat;
+        let Packet { center, radius, .. } = *packet;
+        let axis = Vec3::splat(self.axis);
         let apart = center - Vec3::splat(self.origin);
-        let along = apart.dot(axis).max(L::zero()).min(splat(self.length));
-        let h = (apart - axis * along).length();
-        let reach = along.mul_add(splat(self.slope), splat(self.radius)) + balls.get::<L>(3, at);
+        let along = apart.dot(axis).max(F32x8::zero()).min(splat(self.length));
+        let h = (apart - axis * along) * splat(self.cosine);
+        let reach = along.mul_add(splat(self.slope), splat(self.radius)) + radius;
         let margin = splat(MARGIN) * (center.x.abs() + center.y.abs() + center.z.abs() + splat(self.size));
-        !(h * splat(self.cosine)).gt(reach + margin)
+        let reach = reach + margin;
+        // Squares: a root takes as long as all of this.
+        !h.length_squared().gt(reach * reach)
     }
 }

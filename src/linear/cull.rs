@@ -2,11 +2,11 @@
 //! hit is never culled. Each test processes one shape per lane: one by one, branch mispredictions cost more than the tests. The
 //! lane count does not change the results. Nothing here is inlined into kernels, so lanes that need AVX-512 use [`Lane::Plain`].
 
-use super::columns::Columns;
+use super::balls::Packet;
 use super::crowd::Cone;
 use super::shapes::{balls_behind, balls_outside};
 use super::{Candidates, LinearScene};
-use crate::lane::{Lane, Mask};
+use crate::lane::{Bits, Lane, Mask};
 use crate::math::Vec3;
 use crate::shape::{BoundingSphere, NO_SKIP_ID};
 
@@ -95,9 +95,15 @@ impl LinearScene {
             }
             self.take::<L>(at, kept, set);
         }
+        if let Some(tree) = &self.tree {
+            tree.visit(&Bounds::EVERYWHERE, &planes, &mut |kept, packet| {
+                set.balls.append(kept, packet);
+            });
+            return;
+        }
         for (at, mut kept) in self.shapes.balls.packets::<L>() {
             for plane in &planes {
-                kept = kept & !balls_behind::<L>(&self.shapes.balls, at, plane);
+                kept = kept & !balls_behind(self.shapes.ball::<L>(at), plane);
             }
             set.balls.extend(kept.lanes().map(|lane| (at + lane) as u32));
         }
@@ -129,7 +135,7 @@ impl LinearScene {
     /// plane could tell and [`Points`] has no measurement for it yet, the triangle is kept for [`Self::separated_by_plane`].
     #[inline(never)]
     pub fn in_shaft<L: Lane>(&self, points: &Points, light: &BoundingSphere, skip_id: u32, set: &mut Candidates) {
-        self.in_shaft_to::<L>(points, &Bounds::of_ball(light), light, skip_id, set);
+        self.in_shaft_to::<L>(points, &Bounds::of_ball(light), (light, skip_id), set);
     }
 
     /// Like [`Self::in_shaft`], to a box inside of the sphere `light`.
@@ -138,8 +144,7 @@ impl LinearScene {
         &self,
         points: &Points,
         target: &Bounds,
-        light: &BoundingSphere,
-        skip_id: u32,
+        (light, skip_id): (&BoundingSphere, u32),
         set: &mut Candidates,
     ) {
         let shapes = &self.shapes;
@@ -154,64 +159,51 @@ impl LinearScene {
         }
         if let Some(tree) = &self.tree {
             set.target = *light;
-            tree.visit(&around, planes, &mut |ball, numbers| {
-                if ball != skip_id {
-                    set.balls.push(ball);
-                    set.columns.push(numbers);
-                }
+            tree.visit(&around, planes, &mut |kept, packet| {
+                set.balls
+                    .append(kept & !packet.numbers.eq(Bits::splat(skip_id)), packet);
             });
             return;
         }
         for (at, lanes) in shapes.balls.packets::<L>() {
-            let kept = balls_between::<L>(&shapes.balls, at, lanes, (&around, planes));
+            let kept = balls_between(shapes.ball::<L>(at), lanes, (&around, planes));
             let kept = kept.lanes().map(|lane| (at + lane) as u32);
             set.balls.extend(kept.filter(|&ball| ball != skip_id));
         }
     }
 
-    /// Like [`Self::in_shaft`], among the shapes of `wide` alone: what was found between the same points and a box around the light,
-    /// with a hierarchy.
+    /// Like [`Self::in_shaft_to`], among the shapes of `wide` alone: what was found between the same points and a larger box, with a
+    /// hierarchy.
     #[inline(never)]
     pub fn in_shaft_of<L: Lane>(
         &self,
         points: &Points,
-        light: &BoundingSphere,
-        skip_id: u32,
+        target: &Bounds,
+        (light, skip_id): (&BoundingSphere, u32),
         wide: &Candidates,
         set: &mut Candidates,
     ) {
         set.clear();
         set.culled = true;
         set.target = *light;
-        // Most spheres on the way to the box are outside of a cone to the light, which takes one test instead of twelve.
-        let cone = Cone::between(&points.around(), light);
-        for (at, mut lanes) in wide.columns.packets::<L>() {
-            if let Some(cone) = &cone {
-                lanes = lanes & cone.meets::<L>(&wide.columns, at);
-            }
-            set.balls.extend(lanes.lanes().map(|lane| (at + lane) as u32));
+        // Most spheres on the way to the larger box are outside of a cone to the light, which takes one test instead of twelve.
+        let other = |packet: &Packet| !packet.numbers.eq(Bits::splat(skip_id));
+        match Cone::between(&points.around(), light) {
+            Some(cone) => set
+                .balls
+                .select(&wide.balls, |packet| cone.meets(packet) & other(packet)),
+            None => set.balls.select(&wide.balls, other),
         }
         let mut hull = [Plane::default(); 12];
-        let target = Bounds::of_ball(light);
-        let around = points.bounds.around(&target);
+        let around = points.bounds.around(target);
         let exactly = set.balls.len() > WORTH_PLANES || wide.triangles.len() + wide.lights.len() > 0;
         let planes = if exactly {
-            hull_of(&points.bounds, &target, &mut hull)
+            hull_of(&points.bounds, target, &mut hull)
         } else {
             &[]
         };
-        // From places in `wide` to indices of spheres.
-        let mut count = 0;
-        for i in 0..set.balls.len() {
-            let at = set.balls[i] as usize;
-            if wide.balls[at] != skip_id && balls_between::<f32>(&wide.columns, at, true, (&around, planes)) {
-                set.balls[count] = wide.balls[at];
-                set.columns
-                    .push(std::array::from_fn(|column| wide.columns.get::<f32>(column, at)));
-                count += 1;
-            }
-        }
-        set.balls.truncate(count);
+        let all = Mask::splat(true);
+        (set.balls).retain(|packet| balls_between(packet.ball(), all, (&around, planes)));
         for list in [&wide.triangles, &wide.lights] {
             for packet in list.chunk_by(|a, b| *a as usize / L::N == *b as usize / L::N) {
                 let at = packet[0] as usize / L::N * L::N;
@@ -304,6 +296,12 @@ pub struct Bounds {
 }
 
 impl Bounds {
+    /// Contains all points.
+    const EVERYWHERE: Self = Self {
+        low: [f32::NEG_INFINITY; 3],
+        high: [f32::INFINITY; 3],
+    };
+
     pub fn of_ball(ball: &BoundingSphere) -> Self {
         let reach = ball.radius * (1.0 + MARGIN);
         Self {
@@ -331,18 +329,17 @@ impl Bounds {
 
 /// The spheres of a packet that are neither outside a box nor behind a plane.
 #[inline(always)]
-fn balls_between<L: Lane>(
-    balls: &Columns<4>,
-    at: usize,
+pub(super) fn balls_between<L: Lane>(
+    balls: (Vec3<L>, L),
     lanes: L::Mask,
     (around, planes): (&Bounds, &[Plane]),
 ) -> L::Mask {
-    let mut kept = lanes & !balls_outside::<L>(balls, at, around);
+    let mut kept = lanes & !balls_outside(balls, around);
     for plane in planes {
         if kept.none() {
             break;
         }
-        kept = kept & !balls_behind::<L>(balls, at, plane);
+        kept = kept & !balls_behind(balls, plane);
     }
     kept
 }

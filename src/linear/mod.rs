@@ -3,13 +3,14 @@
 //! A handful of shapes tested against eight or sixteen rays at a time is faster than any tree, above all if most of them are culled
 //! for a whole tile. The plan decides by the number of shapes.
 
+mod balls;
 mod columns;
 mod crowd;
 pub mod cull;
 mod shapes;
 mod tree;
 
-use columns::Columns;
+use balls::Balls;
 use shapes::Shapes;
 use tree::SphereTree;
 
@@ -52,9 +53,9 @@ pub struct Candidates {
     triangles: Vec<u32>,
     /// Triangles with a skip id; separate, so that the skip test is needed only for these.
     lights: Vec<u32>,
-    balls: Vec<u32>,
-    /// With a hierarchy, center and radius of each of these spheres, and the light that the rays end at.
-    columns: Columns<4>,
+    /// With a hierarchy, center and radius of each are known too.
+    balls: Balls,
+    /// With a hierarchy, the light that the rays end at.
     target: BoundingSphere,
     /// Whether shapes were left out: the set is for rays between some points and a light alone.
     culled: bool,
@@ -76,7 +77,6 @@ impl Candidates {
         self.triangles.clear();
         self.lights.clear();
         self.balls.clear();
-        self.columns.clear();
         self.culled = false;
     }
 
@@ -100,7 +100,7 @@ impl LinearScene {
         self.sphere_geometry = sphere_geometry;
     }
 
-    /// Sorts the spheres into a hierarchy. Afterwards only shafts are culled, not the view of a tile.
+    /// Sorts the spheres into a hierarchy.
     pub fn sort_spheres(&mut self) {
         let balls: Vec<BoundingSphere> = self.spheres.iter().map(|sphere| sphere.ball).collect();
         self.tree = Some(SphereTree::new(&balls));
@@ -233,7 +233,7 @@ impl LinearScene {
                 ray.tfar = hit.t;
             }
         }
-        for &i in &set.balls {
+        for &i in set.balls.numbers() {
             let sphere = &self.spheres[i as usize];
             let (met, t) = sphere.intersect(ray.origin, ray.direction, L::zero(), ray.tfar);
             let nearer = met & t.lt(hit.t);
@@ -271,7 +271,7 @@ impl LinearScene {
                 return active;
             }
         }
-        for &i in &set.balls {
+        for &i in set.balls.numbers() {
             let (met, _) = self.spheres[i as usize].intersect(ray.origin, ray.direction, L::zero(), ray.tfar);
             open = open & (!met | ray.skip_id.eq(L::Bits::splat(i)));
             if open.none() {

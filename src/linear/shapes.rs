@@ -71,6 +71,11 @@ impl Shapes {
         }
     }
 
+    /// Centers and radii of a packet of spheres.
+    pub fn ball<L: Lane>(&self, at: usize) -> (Vec3<L>, L) {
+        (self.balls.get3(CENTER, at), self.balls.get(RADIUS, at))
+    }
+
     /// The plane of a triangle, normal and offset.
     pub fn plane(&self, triangle: usize) -> ([f32; 3], f32) {
         let normal = self.triangles.get3::<f32>(NORMAL, triangle).lane(0);
@@ -142,18 +147,15 @@ impl Shapes {
 }
 
 /// Spheres outside a box.
-pub fn balls_outside<L: Lane>(balls: &Columns<4>, at: usize, bounds: &Bounds) -> L::Mask {
-    let center: Vec3<L> = balls.get3(CENTER, at);
-    let reach = balls.get::<L>(RADIUS, at) * L::splat(1.0 + MARGIN);
+pub fn balls_outside<L: Lane>((center, radius): (Vec3<L>, L), bounds: &Bounds) -> L::Mask {
+    let reach = radius * L::splat(1.0 + MARGIN);
     let reach = Vec3::new(reach, reach, reach);
     bounds.apart(center - reach, center + reach)
 }
 
 /// Spheres entirely behind a plane.
-pub fn balls_behind<L: Lane>(balls: &Columns<4>, at: usize, plane: &Plane) -> L::Mask {
-    let center: Vec3<L> = balls.get3(CENTER, at);
-    let radius = mutate!(balls.get::<L>(RADIUS, at), BallsAsPoints => L::zero());
-    let reach = L::splat(plane.length * (1.0 + MARGIN)) * radius;
+pub fn balls_behind<L: Lane>((center, radius): (Vec3<L>, L), plane: &Plane) -> L::Mask {
+    let reach = L::splat(plane.length * (1.0 + MARGIN)) * mutate!(radius, BallsAsPoints => L::zero());
     let limit = plane.limit(center.x.abs() + center.y.abs() + center.z.abs());
     (center.dot(Vec3::splat(plane.normal)) + reach).lt(limit)
 }

@@ -3,15 +3,18 @@
 //! Spheres are in the order of a space-filling curve, and every eight of them in a row are a node, as are every eight nodes: there
 //! are no pointers. A walk tests eight boxes at a time.
 
+use super::balls::Packet;
 use super::columns::Columns;
-use super::cull::{Bounds, Plane};
-use super::shapes::{balls_behind, balls_outside};
-use crate::lane::{F32x8, Lane, Mask};
+use super::cull::{Bounds, Plane, balls_between};
+use crate::lane::{Bits, F32x8, Lane, Mask};
 use crate::math::Vec3;
 use crate::shape::BoundingSphere;
 
 /// Children of a node.
 const WIDE: usize = F32x8::N;
+
+/// The spheres of a packet that a test kept.
+type Kept = <F32x8 as Lane>::Mask;
 
 /// Bits of a cell of the curve along each axis.
 const DIGITS: u32 = 21;
@@ -21,7 +24,7 @@ const DIGITS: u32 = 21;
 pub struct SphereTree {
     /// Center and radius, in order.
     balls: Columns<4>,
-    /// For each sphere in order, its index in the scene.
+    /// For each sphere in order, its index in the scene; padded by a packet.
     numbers: Vec<u32>,
     /// Boxes of nodes, the smallest nodes first: the low corner, the high corner, and the largest sum of absolute coordinates.
     levels: Vec<Columns<7>>,
@@ -41,6 +44,7 @@ impl SphereTree {
             tree.balls.push([x, y, z, ball.radius]);
             boxes.push(Bounds::of_ball(ball));
         }
+        tree.numbers.resize(balls.len() + WIDE, 0);
         while boxes.len() > 1 {
             boxes = (boxes.chunks(WIDE))
                 .map(|children| children[1..].iter().fold(children[0], Bounds::around))
@@ -55,9 +59,9 @@ impl SphereTree {
         tree
     }
 
-    /// Visits the spheres that are neither outside a box nor behind a plane: index in the scene, center, radius.
-    pub fn visit(&self, around: &Bounds, planes: &[Plane], visit: &mut impl FnMut(u32, [f32; 4])) {
-        if self.numbers.is_empty() {
+    /// Visits the spheres that are neither outside a box nor behind a plane.
+    pub fn visit(&self, around: &Bounds, planes: &[Plane], visit: &mut impl FnMut(Kept, &Packet)) {
+        if self.balls.len() == 0 {
             return;
         }
         let mut open = vec![(self.levels.len(), 0)];
@@ -68,7 +72,7 @@ impl SphereTree {
                 continue;
             };
             let level = &self.levels[below];
-            let lanes = <F32x8 as Lane>::Mask::first(level.len() - at);
+            let lanes = Kept::first(level.len() - at);
             let (low, high) = (level.get3::<F32x8>(0, at), level.get3::<F32x8>(3, at));
             let mut kept = lanes & !around.apart(low, high);
             for plane in planes {
@@ -82,18 +86,16 @@ impl SphereTree {
         }
     }
 
-    fn visit_balls(&self, at: usize, around: &Bounds, planes: &[Plane], visit: &mut impl FnMut(u32, [f32; 4])) {
-        let lanes = <F32x8 as Lane>::Mask::first(self.balls.len() - at);
-        let mut kept = lanes & !balls_outside::<F32x8>(&self.balls, at, around);
-        for plane in planes {
-            if kept.none() {
-                break;
-            }
-            kept = kept & !balls_behind::<F32x8>(&self.balls, at, plane);
-        }
-        for at in kept.lanes().map(|lane| at + lane) {
-            let ball = std::array::from_fn(|column| self.balls.get::<f32>(column, at));
-            visit(self.numbers[at], ball);
+    fn visit_balls(&self, at: usize, around: &Bounds, planes: &[Plane], visit: &mut impl FnMut(Kept, &Packet)) {
+        let packet = Packet {
+            numbers: Bits::load(&self.numbers[at..]),
+            center: self.balls.get3(0, at),
+            radius: self.balls.get(3, at),
+        };
+        let lanes = Kept::first(self.balls.len() - at);
+        let kept = balls_between(packet.ball(), lanes, (around, planes));
+        if kept.any() {
+            visit(kept, &packet);
         }
     }
 }
@@ -163,9 +165,14 @@ mod tests {
                 high: [1e3; 3],
             };
             let mut seen = Vec::new();
-            SphereTree::new(&balls).visit(&everywhere, &[], &mut |number, [x, y, z, radius]| {
-                assert_eq!(([x, y, z], radius), (balls[number as usize].center, 0.25));
-                seen.push(number);
+            SphereTree::new(&balls).visit(&everywhere, &[], &mut |kept, packet| {
+                for lane in kept.lanes() {
+                    let number = packet.numbers.lane(lane);
+                    let (center, radius) = packet.ball();
+                    let center = [center.x, center.y, center.z].map(|x| x.lane(lane));
+                    assert_eq!((center, radius.lane(lane)), (balls[number as usize].center, 0.25));
+                    seen.push(number);
+                }
             });
             seen.sort_unstable();
             assert_eq!(seen, (0..u32::from(count)).collect::<Vec<_>>());

@@ -46,25 +46,34 @@ pub trait Tracer {
             return false;
         }
         match wide {
-            Some(wide) => world.line.in_shaft_of::<L::Plain>(points, ball, skip_id, wide, set),
+            Some(wide) => {
+                let bounds = Bounds::of_ball(ball);
+                world
+                    .line
+                    .in_shaft_of::<L::Plain>(points, &bounds, (ball, skip_id), wide, set);
+            }
             None => world.line.in_shaft::<L::Plain>(points, ball, skip_id, set),
         }
         separate::<L>(world, stream, points, ball, set);
         set.is_empty()
     }
-    /// Culls occluders for rays from the points of a bounded stream into a box.
+    /// Culls occluders for rays from the points of a bounded stream into a box, among those that were kept for a larger box if there
+    /// was one.
     #[inline(always)]
     fn face_box<L: Lane>(
         world: &World,
         stream: &HitStream,
         points: &mut Points,
         bounds: &Bounds,
+        wide: Option<&Candidates>,
         set: &mut Candidates,
     ) {
         let ball = BoundingSphere::around(&[bounds.low, bounds.high]);
-        world
-            .line
-            .in_shaft_to::<L::Plain>(points, bounds, &ball, NO_SKIP_ID, set);
+        let target = (&ball, NO_SKIP_ID);
+        match wide {
+            Some(wide) => world.line.in_shaft_of::<L::Plain>(points, bounds, target, wide, set),
+            None => world.line.in_shaft_to::<L::Plain>(points, bounds, target, set),
+        }
         separate::<L>(world, stream, points, &ball, set);
     }
     /// Keeps all shapes, for arbitrary rays.

@@ -183,6 +183,10 @@ fn culling_for_a_tile_changes_no_answer() {
         let mut one_by_one = Candidates::default();
         world.line.in_frustum::<f32>(corners, &mut one_by_one);
         assert_eq!(set, one_by_one);
+        let (mut sorted, mut from_tree) = (world.line.clone(), Candidates::default());
+        sorted.sort_spheres();
+        sorted.in_frustum::<F32x8>(corners, &mut from_tree);
+        assert_eq!(from_tree.len(), set.len(), "a hierarchy keeps what a list keeps");
         kept += set.len();
         of += all.len();
         for _ in 0..64 {
@@ -193,14 +197,14 @@ fn culling_for_a_tile_changes_no_answer() {
                 skip_id: U32x8::splat(NO_SKIP_ID),
             };
             let active = Mask::splat(true);
-            let (a, b) = (
-                world.line.intersect(&all, active, &ray).0,
-                world.line.intersect(&set, active, &ray).0,
-            );
-            assert_eq!(a.found.to_bitmask(), b.found.to_bitmask());
-            for lane in a.found.lanes() {
-                assert_eq!(a.t.lane(lane).to_bits(), b.t.lane(lane).to_bits());
-                assert_eq!(a.primitive.lane(lane), b.primitive.lane(lane));
+            let a = world.line.intersect(&all, active, &ray).0;
+            for (line, set) in [(&world.line, &set), (&sorted, &from_tree)] {
+                let b = line.intersect(set, active, &ray).0;
+                assert_eq!(a.found.to_bitmask(), b.found.to_bitmask());
+                for lane in a.found.lanes() {
+                    assert_eq!(a.t.lane(lane).to_bits(), b.t.lane(lane).to_bits());
+                    assert_eq!(a.primitive.lane(lane), b.primitive.lane(lane));
+                }
             }
             met += a.found.count();
         }
@@ -254,8 +258,12 @@ fn a_hierarchy_of_spheres_changes_no_answer() {
         };
         let (mut wide, mut narrowed) = (Candidates::default(), Candidates::default());
         let ball = BoundingSphere::around(&[around.low, around.high]);
-        sorted.in_shaft_to::<F32x8>(&survey, &around, &ball, NO_SKIP_ID, &mut wide);
-        sorted.in_shaft_of::<F32x8>(&survey, &light, skip_id, &wide, &mut narrowed);
+        sorted.in_shaft_to::<F32x8>(&survey, &around, (&ball, NO_SKIP_ID), &mut wide);
+        let target = Bounds {
+            low: light.center.map(|x| x - 1.001 * light.radius),
+            high: light.center.map(|x| x + 1.001 * light.radius),
+        };
+        sorted.in_shaft_of::<F32x8>(&survey, &target, (&light, skip_id), &wide, &mut narrowed);
         assert!(narrowed.len() <= wide.len());
         kept += set.len();
         of += all.len();

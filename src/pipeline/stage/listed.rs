@@ -42,7 +42,7 @@ impl<D: Directions<M>, M: Probed> Stage for PerListed<D, M> {
             looks,
             points,
             set,
-            wide,
+            bundles,
             rings,
             ..
         } = scratch;
@@ -75,34 +75,24 @@ impl<D: Directions<M>, M: Probed> Stage for PerListed<D, M> {
             picks.draw(chunk, (lists, table), (pass, tossed), |part| {
                 tossed && all_heads(stream, part)
             });
-            for bundle in picks.bundles() {
-                if world.by_shaft {
-                    chunk.request(Request::Bundle {
-                        stream,
-                        points,
-                        bounds: picks.bounds(world, lists, bundle.clone()),
-                        set: wide,
-                    });
-                }
+            for run in 0..picks.lights() {
+                bundles.begin(chunk, stream, points, (picks, run));
+                let wide = bundles.wide(chunk);
                 let mut way = Way { points, wide, set };
-                for run in bundle {
-                    let (i, pick) = picks.light(run);
-                    let parts = picks.parts(run);
-                    match lists.kind(pick.light) {
-                        Member::Sphere(number) => {
-                            let of_light = (&world.lights[number], i, &pick);
-                            toward_sphere::<L, D, M>(
-                                of_spheres, chunk, stream, parts, &mut way, queue, rings, of_light,
-                            );
-                        }
-                        Member::Triangle(number) => {
-                            let of_light = (&world.triangle_lights[number], i, &pick);
-                            toward_triangle::<L, M>(mix, chunk, stream, parts, &mut way, queue, of_light);
-                        }
-                        Member::Delta(number) => {
-                            let light = counted_delta(&world.delta_lights[number], mix, &pick);
-                            toward_delta::<L, M>(mix, chunk, stream, parts, &mut way, queue, &light);
-                        }
+                let (i, pick) = picks.light(run);
+                let parts = picks.parts(run);
+                match lists.kind(pick.light) {
+                    Member::Sphere(number) => {
+                        let of_light = (&world.lights[number], i, &pick);
+                        toward_sphere::<L, D, M>(of_spheres, chunk, stream, parts, &mut way, queue, rings, of_light);
+                    }
+                    Member::Triangle(number) => {
+                        let of_light = (&world.triangle_lights[number], i, &pick);
+                        toward_triangle::<L, M>(mix, chunk, stream, parts, &mut way, queue, of_light);
+                    }
+                    Member::Delta(number) => {
+                        let light = counted_delta(&world.delta_lights[number], mix, &pick);
+                        toward_delta::<L, M>(mix, chunk, stream, parts, &mut way, queue, &light);
                     }
                 }
             }
@@ -131,8 +121,8 @@ impl<D: Directions<M>, M: Probed> Stage for PerListed<D, M> {
 /// What shadow rays need.
 struct Way<'a> {
     points: &'a mut Points,
-    /// What may lie between the points and some lights next to one another.
-    wide: &'a Candidates,
+    /// What may lie between the points and some lights near this one.
+    wide: Option<&'a Candidates>,
     set: &'a mut Candidates,
 }
 
@@ -146,7 +136,7 @@ impl Way<'_> {
             points: self.points,
             ball,
             skip_id,
-            wide: chunk.world.by_shaft.then_some(self.wide),
+            wide: self.wide,
             open: &mut open,
             set: self.set,
         });

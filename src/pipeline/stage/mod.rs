@@ -1,6 +1,7 @@
 //! The stages of a chunk, in order: [`camera`] fills the hit streams, [`shade`] fills the shadow queue, [`shadow`] traces it and
 //! adds to the film.
 
+mod bundles;
 pub mod camera;
 mod chunk;
 mod directions;

@@ -13,9 +13,6 @@ use crate::pipeline::stream::HitStream;
 use crate::pipeline::world::World;
 use crate::shape::BoundingSphere;
 
-/// Number of lights, next to one another in the tree, for which occluders are culled together first.
-const BUNDLE: usize = 16;
-
 /// Consecutive points of a stream that share a list.
 #[derive(Clone, Debug)]
 struct Part {
@@ -123,13 +120,12 @@ impl Picks {
         }
     }
 
-    /// The lights to sample: runs of numbers that are near one another in the tree.
-    pub fn bundles(&self) -> impl Iterator<Item = Range<usize>> + use<> {
-        let runs = self.runs.len();
-        (0..runs).step_by(BUNDLE).map(move |at| at..runs.min(at + BUNDLE))
+    /// Number of lights to sample. Lights with near numbers are near one another in the tree.
+    pub fn lights(&self) -> usize {
+        self.runs.len()
     }
 
-    /// The light of such a number, and its position on lists.
+    /// A light, and its position on lists.
     pub fn light(&self, run: usize) -> (usize, Pick) {
         let Entry { key, pick } = self.entries[self.runs[run]];
         (key.0 as usize, pick)
@@ -142,8 +138,9 @@ impl Picks {
         entries.map(|entry| self.parts[entry.key.2 as usize].range.clone())
     }
 
-    /// Bounds of the lights of a bundle.
+    /// Bounds of some lights, of which the first must exist.
     pub fn bounds(&self, world: &World, lists: &Lists, bundle: Range<usize>) -> Bounds {
+        let bundle = bundle.start..bundle.end.min(self.lights());
         let ball = |run: usize| match lists.kind(self.light(run).1.light) {
             Member::Sphere(number) => {
                 let light = &world.lights[number];

@@ -45,6 +45,8 @@ pub enum Request<'a> {
         stream: &'a HitStream,
         points: &'a mut Points,
         bounds: Bounds,
+        /// What was kept for a larger box, if anything.
+        wide: Option<&'a Candidates>,
         set: &'a mut Candidates,
     },
     /// Keeps all shapes, for arbitrary rays.
@@ -143,8 +145,9 @@ impl<T: Tracer> LaneWork for Handling<'_, '_, T> {
                 stream,
                 points,
                 bounds,
+                wide,
                 set,
-            } => T::face_box::<L>(chunk.world, stream, points, &bounds, set),
+            } => T::face_box::<L>(chunk.world, stream, points, &bounds, wide, set),
             Request::All { set } => T::keep_all(chunk.world, set),
             Request::Visible { queue, set, light } => shadow::splat_unoccluded::<L, T>(chunk, queue, set, light),
             Request::VisibleEach { queue, set } => shadow::visible_each::<L, T>(chunk, queue, set),

@@ -1,5 +1,6 @@
 //! Per-thread scratch memory, and the stage trait.
 
+use super::bundles::Bundles;
 use super::chunk::Chunk;
 use super::grid::Grid;
 use super::picks::Picks;
@@ -36,7 +37,7 @@ pub struct Scratch {
     /// Shapes that the current rays may hit.
     pub set: Candidates,
     /// Shapes that rays to some lights of lists may hit.
-    pub wide: Candidates,
+    pub bundles: Bundles,
     /// The culled occluders between the points of a stream and each light.
     pub shafts: Vec<Shaft>,
     /// Rings of BRDF lobes that overlap lights, between the steps of `product`.
@@ -65,7 +66,7 @@ impl Default for Scratch {
             looks: WideQueue::new(),
             points: Points::default(),
             set: Candidates::default(),
-            wide: Candidates::default(),
+            bundles: Bundles::default(),
             shafts: Vec::new(),
             rings: RingBlock::new(),
             partly: Vec::new(),

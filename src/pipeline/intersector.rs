@@ -1,7 +1,7 @@
 //! Chooses the intersector and whether to cull occluders. No other code decides this.
 
 use crate::linear::FEW;
-use crate::scene::Features;
+use crate::scene::{Effect, Features};
 use crate::settings::AccelKind;
 
 /// The brute-force intersector is the default up to this number of shapes. With 32, 64, 128 and 256 spheres strewn over a floor
@@ -14,9 +14,9 @@ pub const IN_LINE: usize = 128;
 /// one and spheres by a hierarchy.
 const IN_SHAFT: usize = 512;
 
-/// And up to this many spheres: at 4096 lights a sample took 0.56 of the time with Embree, at 16 384 1.03 (`light`, 8 lanes with AVX2,
-/// ab65d87, Intel Xeon; docs/many-lights.md).
-const BALLS_IN_SHAFT: usize = 16_384;
+/// And up to this many spheres: a sample takes 0.61 to 0.86 of the time with Embree at 1024 and 4096 lights, about as long at 8192 and at
+/// 16 384, 1.8 times at 65 536 (docs/many-lights.md).
+const BALLS_IN_SHAFT: usize = 8192;
 
 /// The intersector, and whether occluders are culled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,6 +59,17 @@ impl Intersector {
     /// Whether occluders are culled.
     pub fn culls(self) -> bool {
         self.cull == Some(true)
+    }
+
+    /// The intersector of camera rays. Where shafts are culled, the view of a tile is too: its rays meet few of the shapes. The scene
+    /// decides, not the kernel: hits of the two intersectors differ in the last bits, and what a kernel could do besides must not.
+    pub fn of_camera_rays(self, features: &Features) -> AccelKind {
+        // Rays through a lens leave the tile's frustum.
+        if self.shafts && !features.effects().has(Effect::Lens) {
+            AccelKind::Linear
+        } else {
+            self.accel
+        }
     }
 
     /// Whether the brute-force shape list is needed: as the intersector, or for culling before Embree traces.

@@ -242,7 +242,7 @@ impl Plan {
             together,
             pairs,
             order,
-            camera: camera.run(accel, lanes),
+            camera: camera.run(intersector.of_camera_rays(features), lanes),
             shade: models
                 .iter()
                 .flat_map(|&model| kernels::shade(estimator, needs, draws, model))

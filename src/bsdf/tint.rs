@@ -104,7 +104,10 @@ impl<L: Lane> Tint<L> for Tints<L> {
     }
     #[inline(always)]
     fn kept(self, mask: L::Mask) -> Self {
-        self.each(|x| x.or_zero(mask))
+        Self {
+            tinted: self.tinted.or_zero(mask),
+            white: self.white.or_zero(mask),
+        }
     }
     #[inline(always)]
     fn colour(self, rho: Vec3<L>, white: Vec3<L>) -> Vec3<L> {

@@ -211,7 +211,7 @@ pub(super) fn splat<L: Lane>(
     if counts.none() {
         return;
     }
-    let [x, y, z] = [value.x, value.y, value.z].map(|x| x.or_zero(counts));
+    let Vec3 { x, y, z } = value.or_zero(counts);
     let rows = L::rows(x, y, z);
     let mut at = [0_u32; 16];
     index.store(&mut at);

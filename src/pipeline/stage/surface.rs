@@ -280,8 +280,8 @@ fn lift<L: Lane>(world: &World, hit: &Hit<L>, surfaces: &Surfaces<L>, p: Vec3<L>
         }
     }
     let column = |columns: &[[f32; 16]; 9], i: usize| {
-        let [x, y, z] = [0, 1, 2].map(|k: usize| L::load(&columns[3 * i + k]));
-        Vec3::new(x, y, z)
+        let load = |k: usize| L::load(&columns[3 * i + k]);
+        Vec3::new(load(0), load(1), load(2))
     };
     let weights = [L::one() - hit.u - hit.v, hit.u, hit.v];
     let (mut sum, mut by) = (Vec3::zero(), Vec3::zero());

@@ -81,7 +81,8 @@ impl<M: Probed> Stage for PerWalked<M> {
                     let pair = |i: u32| number(chunk, mix, &address, i);
                     for i in (0..way.walks).step_by(2) {
                         let other = active & L::Mask::splat(i + 1 < way.walks);
-                        let digits = [i, i + 1].map(|i| Digits::<L>::new(pair(0), i, way.walks));
+                        let digits = |i: u32| Digits::<L>::new(pair(0), i, way.walks);
+                        let digits = [digits(i), digits(i + 1)];
                         let walked = lists.tree().walk([active, other], (starts, &shares), from, digits);
                         for (i, (active, walked)) in (i..way.walks).zip([active, other].into_iter().zip(&walked)) {
                             way.toward::<L, M>(chunk.world, (&point, &address), active, walked, pair(1 + i), aimed);

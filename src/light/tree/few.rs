@@ -78,7 +78,7 @@ impl Few {
             let lobe = self
                 .phong
                 .then(|| (vector(&probes.mirror), F32x8::load(&probes.exponent)));
-            let brings = nodes.importance(vector(&probes.place), vector(&probes.normal), lobe);
+            let brings = nodes.brief(vector(&probes.place), vector(&probes.normal), lobe);
             let share = brings * F32x8::load(&probes.inverse);
             let mut squares = [0.0; F32x8::N];
             (share * share).store(&mut squares);

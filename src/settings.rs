@@ -102,7 +102,7 @@ pub enum SamplerKind {
 /// Which lights a pass samples, for estimators that sample a direction for every light; for the others, of points and spots alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum LightsAsked {
-    /// All up to 64 ([`Self::FEW`]), otherwise a list of 16 per tile and pass.
+    /// All up to 64 ([`Self::FEW`]), otherwise a list of 8 per tile and pass.
     #[default]
     Auto,
     /// All lights; one triangle of each large mesh.
@@ -115,7 +115,7 @@ impl LightsAsked {
     /// Maximum number of lights that `Auto` samples individually: spheres, triangles, points and spots. Others are in no list.
     pub const FEW: usize = 64;
     /// Length of a list chosen by `Auto`.
-    pub const LENGTH: u8 = 16;
+    pub const LENGTH: u8 = 8;
     /// Maximum length of a list.
     pub const LONGEST: u8 = 64;
 

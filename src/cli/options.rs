@@ -57,7 +57,7 @@ pub struct Options {
     pub cull: Option<bool>,
     /// Which lights a pass samples: all, or a list of so many (1 to 64) for each group of pixels in a tile of 16 x 16, drawn by what
     /// they may bring;
-    /// the mean is the same [default: auto, all up to 64 lights, else lists of 16]
+    /// the mean is the same [default: auto, all up to 64 lights, else lists of 8]
     #[arg(long, value_name = "auto|all|N", value_parser = lights, allow_negative_numbers = true)]
     pub lights: Option<LightsAsked>,
     /// Threads, 1 to 1024 [default: as many as the machine offers]

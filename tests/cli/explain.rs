@@ -197,7 +197,7 @@ fn the_rule_for_lists_counts_points_and_spots() {
             64,
             true,
             "--estimator mis",
-            "a list of 16 lights for each group of pixels in a tile and each pass: 65 spheres, triangles, points and spots emit, more than the 64 that are all sampled",
+            "a list of 8 lights for each group of pixels in a tile and each pass: 65 spheres, triangles, points and spots emit, more than the 64 that are all sampled",
         ),
         (
             64,
@@ -209,7 +209,7 @@ fn the_rule_for_lists_counts_points_and_spots() {
             65,
             false,
             "--estimator brdf",
-            "draws none for a light; a list of 16 points and spots for each group of pixels in a tile and each pass: 65 points and spots emit, more than the 64",
+            "draws none for a light; a list of 8 points and spots for each group of pixels in a tile and each pass: 65 points and spots emit, more than the 64",
         ),
         (
             2,

@@ -185,7 +185,7 @@ fn points_and_spots_count_as_lights() {
             let what = format!("{} {spheres} {lamps}", estimator.name());
             let prepared = Prepared::new(&scene, auto).expect("it renders");
             let lists = prepared.lists();
-            assert_eq!(lists.map(|lists| lists.length), (lights > 64).then_some(16), "{what}");
+            assert_eq!(lists.map(|lists| lists.length), (lights > 64).then_some(8), "{what}");
             assert!(lists.is_none_or(|lists| lists.lights == lights as usize), "{what}");
             let all = Settings {
                 lights: LightsAsked::All,

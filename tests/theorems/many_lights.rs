@@ -145,7 +145,7 @@ fn up_to_64_lights_are_all_asked() {
         for estimator in per_light() {
             let auto = settings(24, 16, estimator);
             let prepared = Prepared::new(&scene, auto).expect("it renders");
-            assert_eq!(prepared.lists().map(|lists| lists.length), lists.then_some(16));
+            assert_eq!(prepared.lists().map(|lists| lists.length), lists.then_some(8));
             assert_eq!(prepared.features().effects().has(Effect::ManyLights), lists);
             let all = picture(
                 &scene,

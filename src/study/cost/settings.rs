@@ -262,7 +262,7 @@ mod tests {
         };
         use EstimatorKind::{Brdf, Light, Mis, Product, Uniform};
         for estimator in [Light, Mis, Product] {
-            assert_eq!(turned(estimator, LightsAsked::Auto, 65), ["all", "4", "8", "32", "64"]);
+            assert_eq!(turned(estimator, LightsAsked::Auto, 65), ["all", "4", "16", "32", "64"]);
             assert!(turned(estimator, LightsAsked::Auto, 64).is_empty());
             assert!(turned(estimator, LightsAsked::All, 64).is_empty());
         }

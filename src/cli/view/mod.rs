@@ -113,6 +113,8 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
     let scenes = std::slice::from_ref(&args.scene);
     let targets = outputs::plan(scenes, &args.outputs, None, None, false)?;
     let outputs: Vec<PathBuf> = targets.into_iter().flat_map(|targets| targets.pictures).collect();
+    // Before the scene is read: a save in the meantime is noticed.
+    let before = watch::Stamp::of(std::slice::from_ref(&args.scene));
     let scene = args.options.reading.load(&args.scene)?;
     Inputs::of_scene(&scene).are_kept_by(outputs.iter().map(PathBuf::as_path))?;
     if let Some(path) = &args.reference {
@@ -162,7 +164,7 @@ pub fn run(args: &Args) -> Result<Exit, CliError> {
         board: board.clone(),
         orders: orders.clone(),
     };
-    spawn("watch", move || watch.run(files))?;
+    spawn("watch", move || watch.run(files, &before))?;
     spawn("render", move || engine.run(prepared))?;
     if let Some(tev) = tev {
         let (board, name) = (board.clone(), scene.name().to_owned());

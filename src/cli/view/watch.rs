@@ -1,5 +1,6 @@
 //! Shows the scene's text beside the picture: saving the file renders again, and errors are shown at their line.
 
+use std::collections::BTreeMap;
 use std::fs::Metadata;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -19,8 +20,30 @@ const PERIOD: Duration = Duration::from_millis(100);
 /// Maximum length of the shown text in bytes: it may contain a mesh.
 const LONGEST_TEXT: usize = 256 << 10;
 
-/// Detects that a file was saved.
-type Stamp = Vec<Option<(SystemTime, u64)>>;
+/// The states of files, by which a save is noticed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Stamp(BTreeMap<PathBuf, Option<(SystemTime, u64)>>);
+
+impl Stamp {
+    /// Looks at files.
+    pub fn of(files: &[PathBuf]) -> Self {
+        let state = |found: Metadata| Some((found.modified().ok()?, found.len()));
+        let of = |file: &PathBuf| (file.clone(), std::fs::metadata(file).ok().and_then(state));
+        Self(files.iter().map(of).collect())
+    }
+
+    /// The states of these files when they were read. What was known before counts: a file that was saved while it was read is read
+    /// again.
+    fn of_read(&self, files: &[PathBuf]) -> Self {
+        let mut all = Self::of(files);
+        for (file, state) in &mut all.0 {
+            if let Some(before) = self.0.get(file) {
+                *state = *before;
+            }
+        }
+        all
+    }
+}
 
 /// Shows the text of a scene, and reads it again when it or a file that it names is saved.
 pub struct Watch {
@@ -35,14 +58,14 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// Watches until the engine is gone.
-    pub fn run(self, mut files: Vec<PathBuf>) {
+    /// Watches the files of a scene until the engine is gone; `before` is of a time before the scene was read.
+    pub fn run(self, mut files: Vec<PathBuf>, before: &Stamp) {
+        let mut seen = before.of_read(&files);
         self.show(&Value::Null);
-        let mut seen = stamp(&files);
         let mut changing = seen.clone();
         loop {
             std::thread::sleep(PERIOD);
-            let now = stamp(&files);
+            let now = Stamp::of(&files);
             // A file may be empty for a moment during saving: read it once it stays unchanged.
             if now == seen || std::mem::replace(&mut changing, now.clone()) != now {
                 continue;
@@ -51,7 +74,7 @@ impl Watch {
             match self.reading.load(&self.path) {
                 Ok(scene) => {
                     files = scene.files().to_vec();
-                    seen = stamp(&files);
+                    seen = seen.of_read(&files);
                     self.show(&Value::Null);
                     self.board.interrupt();
                     if self.orders.send(Order::Scene(Arc::new(scene))).is_err() {
@@ -72,14 +95,6 @@ impl Watch {
     }
 }
 
-fn stamp(files: &[PathBuf]) -> Stamp {
-    let of = |found: Metadata| Some((found.modified().ok()?, found.len()));
-    files
-        .iter()
-        .map(|file| std::fs::metadata(file).ok().and_then(of))
-        .collect()
-}
-
 fn text(path: &Path) -> (String, bool) {
     let bytes = std::fs::read(path).unwrap_or_default();
     let cut = bytes.len() > LONGEST_TEXT;
@@ -93,4 +108,26 @@ fn fault(error: &CliError) -> Value {
         _ => None,
     };
     json!({ "line": line, "what": error.to_string(), "help": error.help() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A save between the first look and the end of reading is a change; files that only reading names are as they were then.
+    #[test]
+    fn a_save_while_a_scene_is_read_is_noticed() {
+        let folder = tempfile::tempdir().unwrap();
+        let [scene, mesh] = ["scene.toml", "mesh.ply"].map(|name| folder.path().join(name));
+        std::fs::write(&scene, "old").unwrap();
+        let before = Stamp::of(std::slice::from_ref(&scene));
+        std::fs::write(&scene, "newer").unwrap();
+        std::fs::write(&mesh, "mesh").unwrap();
+        let files = [scene, mesh];
+        let read = before.of_read(&files);
+        assert_ne!(read, Stamp::of(&files));
+        let again = Stamp::of(&files).of_read(&files);
+        assert_eq!(again, Stamp::of(&files));
+        assert_eq!(read.0[&files[1]], again.0[&files[1]]);
+    }
 }

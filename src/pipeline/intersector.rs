@@ -14,8 +14,8 @@ pub const IN_LINE: usize = 128;
 /// one and spheres by a hierarchy.
 const IN_SHAFT: usize = 512;
 
-/// And up to this many spheres: a sample takes 0.61 to 0.86 of the time with Embree at 1024 and 4096 lights, about as long at 8192 and at
-/// 16 384, 1.8 times at 65 536 (docs/many-lights.md).
+/// And up to this many spheres: a sample of `lights` takes 0.61 to 0.86 of the time with Embree at 1024 and 4096 lights, 0.87 to 1.3 times at
+/// 8192 and 16 384, 1.8 times and more at 65 536 (docs/many-lights.md).
 const BALLS_IN_SHAFT: usize = 8192;
 
 /// The intersector, and whether occluders are culled.

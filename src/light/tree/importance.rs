@@ -193,7 +193,7 @@ impl<L: Lane> Moments<L> {
             + zz * q.z * q.z
     }
 
-    /// [`Self::importance`] for walks, which are little else: two divisions and three roots in place of eight and four, hence other
+    /// [`Self::importance`] for walks and for choices inside clusters, which are little else: two divisions and three roots in place of eight and four, hence other
     /// roundings. `lateral` and `-m` may cancel here; the floors are far below what matters.
     #[inline(always)]
     pub fn brief(&self, p: Vec3<L>, n: Vec3<L>, lobe: Option<(Vec3<L>, L)>) -> L {

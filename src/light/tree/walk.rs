@@ -131,7 +131,7 @@ impl LightTree {
         mut digits: [Digits<L>; K],
     ) -> [Walked<L>; K] {
         // Loops, here and below, in place of `array::from_fn`: a closure that is not inlined is compiled without AVX-512, and each of its
-        // operations on lanes becomes a call (0.4 of the time of a render with 16 lanes).
+        // operations on lanes becomes a call. Renders with 16 lanes took 1.7 to 2.1 times as long (docs/performance-log.md).
         let mut begin = [([LEAF; 16], L::one()); K];
         for k in 0..K {
             begin[k] = starts.choose(self, active[k], shares, &mut digits[k]);
